@@ -1,0 +1,64 @@
+"""The errors that rotflex raises on purpose. Each says what was wrong, where, and what to do.
+
+RotflexError
+├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
+├── RecordingError       a file or an array that is not a usable recording (also a ValueError)
+├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
+├── DesignError          a control design that cannot be done (also a ValueError)
+├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
+├── BenchError           anything between us and the bench
+│   ├── HILError         the board refused or failed a call
+│   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
+│   └── DeadlineMissed   the loop could not keep its sample time; the motor is at 0 V
+└── GradingError         a class that cannot be graded as asked
+"""
+
+from __future__ import annotations
+
+
+class RotflexError(Exception):
+    """Anything that rotflex raises on purpose."""
+
+
+class ConfigurationError(RotflexError, ValueError):
+    """A combination of parts or parameters that does not exist."""
+
+
+class RecordingError(RotflexError, ValueError):
+    """A file or an array that is not a usable recording."""
+
+
+class IdentificationError(RotflexError, ValueError):
+    """Data from which the asked-for quantity cannot be found."""
+
+
+class DesignError(RotflexError, ValueError):
+    """A control design that cannot be done."""
+
+
+class AnswerError(RotflexError, ValueError):
+    """An answer to a question or a part that does not exist."""
+
+
+class BenchError(RotflexError):
+    """Anything that goes wrong between us and the bench."""
+
+
+class HILError(BenchError):
+    """The data-acquisition board refused or failed a call."""
+
+    def get_error_message(self) -> str:
+        """The message, under the name that the maker's error uses."""
+        return str(self)
+
+
+class LimitExceeded(BenchError):
+    """A limit of the bench was passed. The motor has been set to 0 V."""
+
+
+class DeadlineMissed(BenchError):
+    """The loop could not keep its sample time. The motor has been set to 0 V."""
+
+
+class GradingError(RotflexError):
+    """A class that cannot be graded as asked."""
