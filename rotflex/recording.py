@@ -1,0 +1,332 @@
+"""What an experiment leaves behind: a time axis, channels with their units, and where they come from.
+
+Inside, angles are in radians and voltages in volts. In a file they have the layout of the laboratory's logs: arrays
+whose first column is the time in seconds and whose angles are in degrees,
+
+========================  =====================================================
+``data_theta``            t, reference, theta (in a validation: t, model, theta)
+``data_alpha``            t, alpha (in a validation: t, model, alpha)
+``data_theta_l``          t, reference, theta + alpha (read, not needed)
+``data_vm``               t, V_m
+``rotflex_metadata``      JSON text: where the recording comes from
+========================  =====================================================
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.errors import RecordingError
+from rotflex.units import DEG
+
+#: Channels with their unit in memory.
+UNITS = {
+    "theta_ref": "rad",
+    "theta": "rad",
+    "theta_model": "rad",
+    "alpha": "rad",
+    "alpha_model": "rad",
+    "vm": "V",
+}
+_METADATA = "rotflex_metadata"
+_SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One signal: ``values`` (n,) in ``unit``."""
+
+    values: NDArray[np.float64]
+    unit: str
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Signals sampled together at a fixed rate.
+
+    Parameters
+    ----------
+    time : (n,) array, s, evenly spaced
+    channels : mapping of name to :class:`Channel`; the names in ``UNITS`` are those that files know
+    metadata : plain data (what JSON can hold): source, experiment, bench, software, ...
+
+    Raises
+    ------
+    RecordingError
+        If the time is not evenly increasing, or if lengths differ or values are not finite.
+    """
+
+    time: NDArray[np.float64]
+    channels: Mapping[str, Channel]
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        time = _finite_vector("time", self.time)
+        if time.size < 2:
+            raise RecordingError(f"A recording needs at least two samples; this one has {time.size}.")
+        steps = np.diff(time)
+        period = float(np.median(steps))
+        if period <= 0 or np.abs(steps - period).max() > _SAMPLE_TIME_TOLERANCE * period + 1e-9:
+            worst = int(np.argmax(np.abs(steps - period)))
+            raise RecordingError(
+                f"The time is not evenly increasing: after t = {time[worst]:.6g} s comes {time[worst + 1]:.6g} s, "
+                f"where steps of {period:.6g} s are usual. Cut or resample the recording first."
+            )
+        channels = {}
+        for name, channel in self.channels.items():
+            values = _finite_vector(f"channel {name!r}", channel.values)
+            if values.size != time.size:
+                raise RecordingError(f"Channel {name!r} has {values.size} samples, the time has {time.size}.")
+            channels[name] = Channel(values, channel.unit)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "channels", MappingProxyType(channels))
+        object.__setattr__(self, "metadata", MappingProxyType(dict(self.metadata)))
+
+    @classmethod
+    def of(cls, time: Any, metadata: Mapping[str, Any] | None = None, **channels: Any) -> Recording:
+        """Build a recording from arrays in SI units, with the known channel names: ``Recording.of(t, alpha=alpha)``."""
+        unknown = [name for name in channels if name not in UNITS]
+        if unknown:
+            raise RecordingError(f"There is no channel {unknown[0]!r}; there are {', '.join(UNITS)}.")
+        return cls(time, {name: Channel(values, UNITS[name]) for name, values in channels.items()}, metadata or {})
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Samples (n,) of a channel, in SI units."""
+        if name not in self.channels:
+            raise RecordingError(f"This recording has no channel {name!r}; it has {', '.join(self.channels)}.")
+        return self.channels[name].values
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels
+
+    def __len__(self) -> int:
+        return int(self.time.size)
+
+    def __repr__(self) -> str:
+        duration = self.time[-1] - self.time[0]
+        listed = ", ".join(f"{name} ({channel.unit})" for name, channel in self.channels.items())
+        return f"<Recording: {duration:g} s at {self.sample_time * 1e3:g} ms; {listed}>"
+
+    @property
+    def sample_time(self) -> float:
+        """Sample time, s."""
+        return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    def degrees(self, name: str) -> NDArray[np.float64]:
+        """Samples (n,) of an angle, in degrees, for plots and tables."""
+        return self[name] / DEG
+
+    def between(self, start: float, stop: float) -> Recording:
+        """The part with start <= t < stop (s), its time counted from its own beginning."""
+        inside = (self.time >= start) & (self.time < stop)
+        if inside.sum() < 2:
+            raise RecordingError(f"There is nothing between {start:g} s and {stop:g} s in {self!r}.")
+        time = self.time[inside]
+        parts = {name: Channel(channel.values[inside], channel.unit) for name, channel in self.channels.items()}
+        return Recording(time - time[0], parts, self.metadata)
+
+    def save(self, path: str | os.PathLike[str], variables: Iterable[str] | None = None) -> Path:
+        """Save to ``.mat`` (version 5, for MATLAB and Octave) or ``.csv``, by the name's ending.
+
+        The file is written under a temporary name and renamed, so that a crash leaves no half of one.
+
+        Parameters
+        ----------
+        path : where to
+        variables : for ``.mat``, which of ``data_theta``, ``data_alpha``, ``data_vm`` to write; all by default
+        """
+        target = Path(path)
+        writers = {".mat": self._write_mat, ".csv": self._write_csv}
+        if target.suffix.lower() not in writers:
+            raise RecordingError(f"{target.name}: a recording is saved as .mat or .csv.")
+        scratch = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+        try:
+            writers[target.suffix.lower()](scratch, variables)
+            os.replace(scratch, target)
+        finally:
+            scratch.unlink(missing_ok=True)
+        return target
+
+    @classmethod
+    def load(cls, *paths: str | os.PathLike[str]) -> Recording:
+        """Load a recording from one ``.csv`` or ``.mat`` file, or from several ``.mat`` files of one experiment.
+
+        A log of the real bench loads as it is. Columns are read as the module's docstring says; a three-column
+        ``data_theta`` beside a three-column ``data_alpha`` is a validation, whose second columns are the model's.
+
+        Raises
+        ------
+        RecordingError
+            If a file cannot be read, holds none of the known arrays, or if files do not belong together.
+        """
+        if not paths:
+            raise RecordingError("Name at least one file to load.")
+        if len(paths) == 1 and Path(paths[0]).suffix.lower() == ".csv":
+            return _read_csv(Path(paths[0]))
+        arrays: dict[str, NDArray[np.float64]] = {}
+        metadata: dict[str, Any] = {}
+        for path in map(Path, paths):
+            found, described = _read_mat(path)
+            arrays |= found
+            metadata |= described
+        return cls._from_arrays(arrays, metadata, ", ".join(Path(path).name for path in paths))
+
+    # --- the files' layout ---------------------------------------------------------------------------------------
+
+    def _arrays(self) -> dict[str, NDArray[np.float64]]:
+        """The channels as the laboratory's arrays, in degrees and volts."""
+        arrays = {}
+        second = {"theta": "theta_model" if "theta_model" in self else "theta_ref", "alpha": "alpha_model"}
+        for angle in ("theta", "alpha"):
+            if angle in self:
+                columns = [self.time, self.degrees(angle)]
+                if second[angle] in self:
+                    columns.insert(1, self.degrees(second[angle]))
+                arrays[f"data_{angle}"] = np.column_stack(columns)
+        if "vm" in self:
+            arrays["data_vm"] = np.column_stack([self.time, self["vm"]])
+        return arrays
+
+    @classmethod
+    def _from_arrays(
+        cls, arrays: Mapping[str, NDArray[np.float64]], metadata: Mapping[str, Any], source: str
+    ) -> Recording:
+        time = next(iter(arrays.values()))[:, 0]
+        channels: dict[str, Channel] = {}
+        validation = all(name in arrays and arrays[name].shape[1] == 3 for name in ("data_theta", "data_alpha"))
+        validation = validation or metadata.get("experiment") == "validation"
+        for name, array in arrays.items():
+            if array.shape[0] != time.size or np.abs(array[:, 0] - time).max() > 1e-6:
+                raise RecordingError(f"{source}: {name} has another time axis than {next(iter(arrays))}.")
+            if name == "data_vm":
+                channels["vm"] = Channel(array[:, 1], "V")
+            elif name in ("data_theta", "data_alpha"):
+                angle = name.removeprefix("data_")
+                channels[angle] = Channel(array[:, -1] * DEG, "rad")
+                if array.shape[1] == 3:
+                    second = f"{angle}_model" if validation or angle == "alpha" else "theta_ref"
+                    channels[second] = Channel(array[:, 1] * DEG, "rad")
+        return cls(time - time[0], channels, {"source": source, **metadata})
+
+    def _write_mat(self, path: Path, variables: Iterable[str] | None) -> None:
+        from scipy.io import savemat
+
+        arrays = self._arrays()
+        wanted = list(arrays) if variables is None else list(variables)
+        missing = [name for name in wanted if name not in arrays]
+        if missing:
+            raise RecordingError(f"This recording cannot give {missing[0]}; it can give {', '.join(arrays)}.")
+        content: dict[str, Any] = {name: arrays[name] for name in wanted}
+        content[_METADATA] = json.dumps(dict(self.metadata), sort_keys=True)
+        savemat(str(path), content, appendmat=False, format="5", do_compression=True)
+
+    def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
+        if variables is not None:
+            raise RecordingError("A .csv file holds all channels; choose variables only with .mat.")
+        with path.open("w", newline="", encoding="utf-8") as file:
+            file.write(f"# {json.dumps(dict(self.metadata), sort_keys=True)}\n")
+            writer = csv.writer(file)
+            written = {"rad": ("deg", 1 / DEG)}
+            header, columns = ["t_s"], [self.time]
+            for name, channel in self.channels.items():
+                unit, scale = written.get(channel.unit, (channel.unit, 1.0))
+                header.append(f"{name}_{unit}")
+                columns.append(channel.values * scale)
+            writer.writerow(header)
+            writer.writerows([f"{value:.10g}" for value in row] for row in zip(*columns, strict=True))
+
+
+def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
+    try:
+        vector = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"The {what} is not an array of numbers: {error}") from None
+    if vector.ndim != 1:
+        raise RecordingError(f"The {what} must be one-dimensional; its shape is {vector.shape}.")
+    if not np.isfinite(vector).all():
+        raise RecordingError(
+            f"The {what} has a value that is not finite at sample {int(np.argmin(np.isfinite(vector)))}."
+        )
+    vector.setflags(write=False)
+    return vector
+
+
+def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any]]:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    columns = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}
+    try:
+        content = loadmat(str(path), variable_names=[*columns, _METADATA])
+    except FileNotFoundError:
+        raise RecordingError(f"There is no file {path}.") from None
+    except (MatReadError, ValueError, TypeError, OSError, NotImplementedError) as error:
+        raise RecordingError(f"{path.name} cannot be read as a .mat file up to version 7: {error}") from None
+    arrays = {}
+    for name, allowed in columns.items():
+        if name not in content:
+            continue
+        array = np.asarray(content[name])
+        if array.ndim != 2 or array.shape[1] not in allowed or array.dtype.kind not in "fiu":
+            raise RecordingError(
+                f"{path.name}: {name} is {array.shape} of {array.dtype}; "
+                f"it should be a time column and {' or '.join(str(n - 1) for n in allowed)} more, all numbers."
+            )
+        arrays[name] = array.astype(np.float64)
+    if not arrays:
+        raise RecordingError(f"{path.name} holds none of {', '.join(columns)}.")
+    metadata: dict[str, Any] = {}
+    if _METADATA in content and content[_METADATA].size:
+        metadata = _metadata(str(content[_METADATA].flat[0]), path.name)
+    return arrays, metadata
+
+
+def _read_csv(path: Path) -> Recording:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            first = file.readline()
+            metadata = _metadata(first[1:], path.name) if first.startswith("#") else {}
+            if not first.startswith("#"):
+                file.seek(0)
+            rows = list(csv.reader(file))
+    except FileNotFoundError:
+        raise RecordingError(f"There is no file {path}.") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise RecordingError(f"{path.name} cannot be read as a .csv file: {error}") from None
+    scales = {"deg": ("rad", DEG), "rad": ("rad", 1.0), "V": ("V", 1.0)}
+    header = rows[0] if rows else []
+    if not header or header[0] != "t_s":
+        raise RecordingError(f"{path.name}: the first column should be headed t_s; the header is {header}.")
+    try:
+        table = np.array(rows[1:], dtype=np.float64)
+    except ValueError as error:
+        raise RecordingError(f"{path.name}: every row needs {len(header)} numbers: {error}") from None
+    channels = {}
+    for index, heading in enumerate(header[1:], start=1):
+        name, _, unit = heading.rpartition("_")
+        if unit not in scales or UNITS.get(name) != scales[unit][0]:
+            raise RecordingError(
+                f"{path.name}: column {heading!r} is none of {', '.join(UNITS)} with its unit, as in theta_deg."
+            )
+        channels[name] = Channel(table[:, index] * scales[unit][1], UNITS[name])
+    return Recording(table[:, 0], channels, {"source": path.name, **metadata})
+
+
+def _metadata(text: str, source: str) -> dict[str, Any]:
+    try:
+        metadata = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise RecordingError(f"{source}: its description is not JSON: {error}") from None
+    if not isinstance(metadata, dict):
+        raise RecordingError(f"{source}: its description should be a JSON object.")
+    return metadata
