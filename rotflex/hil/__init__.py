@@ -1,0 +1,95 @@
+"""Hardware in the loop: boards behind one interface, and the calibrated bench above them.
+
+``open("virtual")`` gives a bench; the address says which one:
+
+=====================================  ============================================================
+``virtual``                            the student's own virtual bench (the caller gives the seed)
+``virtual:?seed=7``                    the bench of another seed
+``virtual:?seed=7&arm_position=2``     with the top arm elsewhere
+``virtual:?preset=real_bench``         parameters fitted to a real bench
+``virtual:?encoder=EHR``               with finer encoders
+``virtual:?clock=wall``                in real time
+=====================================  ============================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from urllib.parse import parse_qsl
+
+from rotflex.config import joint, one_of, srv02
+from rotflex.errors import BenchError
+from rotflex.hil.bench import Bench
+from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
+from rotflex.hil.draw import preset, student_bench
+from rotflex.hil.virtual import VirtualBoard
+
+__all__ = ["Bench", "open"]
+
+_CLOCKS: dict[str, Callable[[], TimeSource]] = {"simulated": SimulatedClock, "wall": WallClock}
+_OPTIONS = ("seed", "arm_position", "preset", "encoder", "clock")
+
+
+def open(uri: str = "virtual", seed: int | None = None) -> Bench:
+    """The bench at an address, to be used in a ``with`` statement.
+
+    Parameters
+    ----------
+    uri : as in the table above
+    seed : for a virtual bench whose address names neither a seed nor a preset
+
+    Raises
+    ------
+    BenchError
+        If the address is not understood; the message says what is.
+    ConfigurationError
+        If a value in it does not exist.
+    """
+    scheme, _, rest = uri.partition(":")
+    if scheme != "virtual":
+        raise BenchError(f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7'.")
+    options = _options(uri, rest)
+    clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
+    encoder = options.get("encoder", "E")
+    identity: dict[str, str | int] = {"uri": uri}
+    if "preset" in options:
+        spec = preset(options["preset"])
+        identity["preset"] = options["preset"]
+    else:
+        chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
+        position = options.get("arm_position")
+        spec = student_bench(chosen, None if position is None else _integer("arm_position", position))
+        identity["seed"] = chosen
+    identity |= {"arm_position": spec.arm_position, "encoder": encoder, "clock": clock}
+    servo = srv02(encoder=encoder)
+    return Bench(
+        connect=lambda: VirtualBoard(spec.parameters, servo, clock=_CLOCKS[clock]()),
+        servo=servo,
+        joint=joint(spec.arm_position),
+        identity=identity,
+    )
+
+
+def _options(uri: str, rest: str) -> dict[str, str]:
+    """The options of a virtual bench's address."""
+    pairs = parse_qsl(rest.removeprefix("?"), keep_blank_values=True)
+    options = dict(pairs)
+    unknown = [name for name in options if name not in _OPTIONS]
+    if unknown or len(options) != len(pairs) or (rest and not rest.startswith("?")):
+        raise BenchError(
+            f"The address {uri!r} is not understood. After 'virtual:?' come options such as seed=7, each once, joined "
+            f"by &: {', '.join(_OPTIONS)}."
+        )
+    if "preset" in options and ("seed" in options or "arm_position" in options):
+        raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
+    return options
+
+
+def _integer(name: str, value: str | int) -> int:
+    try:
+        number = int(value)
+    except ValueError:
+        number = -1
+    if number < 0:
+        raise BenchError(f"{name} must be a whole number, not negative; it is {value!r}.")
+    return number

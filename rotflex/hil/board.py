@@ -1,0 +1,143 @@
+"""The interface of a data-acquisition board, with the maker's verbs.
+
+Everything above (bench, loop, experiments) speaks to a board through this protocol alone, so that a virtual board and
+a real one are interchangeable. Buffers and channel lists are numpy arrays: channels uint32, encoder counts int32,
+analog values float64, digital values int8. Every method raises :class:`~rotflex.errors.HILError` when it fails.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Protocol, runtime_checkable
+
+from numpy.typing import NDArray
+
+
+class Clock(IntEnum):
+    """Clocks that can time a task."""
+
+    HARDWARE_CLOCK_0 = 0
+
+
+class BufferOverflowMode(IntEnum):
+    """What a task does with samples that nobody fetched in time."""
+
+    ERROR_ON_OVERFLOW = 0
+    OVERWRITE_ON_OVERFLOW = 1
+    SYNCHRONIZED = 2
+
+
+@runtime_checkable
+class Board(Protocol):
+    """An open data-acquisition board."""
+
+    def is_valid(self) -> bool:
+        """Whether the board is open."""
+
+    def close(self) -> None:
+        """Close the board. Outputs keep their last value: set them to 0 V first."""
+
+    # Immediate input and output ---------------------------------------------------------------------------------
+
+    def set_encoder_counts(self, channels: NDArray, num_channels: int, counts: NDArray) -> None:
+        """Set what the encoder counters read now."""
+
+    def read_encoder(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Read encoder counts into ``buffer``."""
+
+    def read_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Read analog inputs (V) into ``buffer``."""
+
+    def write_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Write analog outputs (V) from ``buffer``."""
+
+    def write_digital(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Write digital outputs from ``buffer``."""
+
+    def read(
+        self,
+        analog_channels: NDArray | None,
+        num_analog_channels: int,
+        encoder_channels: NDArray | None,
+        num_encoder_channels: int,
+        digital_channels: NDArray | None,
+        num_digital_channels: int,
+        other_channels: NDArray | None,
+        num_other_channels: int,
+        analog_buffer: NDArray | None,
+        encoder_buffer: NDArray | None,
+        digital_buffer: NDArray | None,
+        other_buffer: NDArray | None,
+    ) -> None:
+        """Read inputs of all kinds at one instant."""
+
+    def set_card_specific_options(self, options: str, size: int) -> None:
+        """Set options that only this kind of board knows."""
+
+    # Hardware-timed input ---------------------------------------------------------------------------------------
+
+    def task_create_encoder_reader(self, samples_in_buffer: int, channels: NDArray, num_channels: int) -> int:
+        """Create a task that samples encoders, and return its handle."""
+
+    def task_create_reader(
+        self,
+        samples_in_buffer: int,
+        analog_channels: NDArray | None,
+        num_analog_channels: int,
+        encoder_channels: NDArray | None,
+        num_encoder_channels: int,
+        digital_channels: NDArray | None,
+        num_digital_channels: int,
+        other_channels: NDArray | None,
+        num_other_channels: int,
+    ) -> int:
+        """Create a task that samples inputs of all kinds, and return its handle."""
+
+    def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
+        """Choose what happens to samples that nobody fetched in time."""
+
+    def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
+        """Start sampling at ``frequency`` (Hz); with ``num_samples`` of 2**32 - 1, until stopped."""
+
+    def task_read_encoder(self, task: int, num_samples: int, buffer: NDArray) -> int:
+        """Wait for samples, put them into ``buffer``, and return how many came."""
+
+    def task_read(
+        self,
+        task: int,
+        num_samples: int,
+        analog_buffer: NDArray | None,
+        encoder_buffer: NDArray | None,
+        digital_buffer: NDArray | None,
+        other_buffer: NDArray | None,
+    ) -> int:
+        """Wait for samples of all kinds, put them into the buffers, and return how many came."""
+
+    def task_flush(self, task: int) -> None:
+        """Throw away samples that are waiting."""
+
+    def task_stop(self, task: int) -> None:
+        """Stop sampling."""
+
+    def task_delete(self, task: int) -> None:
+        """Delete the task."""
+
+    # Watchdog ---------------------------------------------------------------------------------------------------
+
+    def watchdog_set_analog_expiration_state(self, channels: NDArray, num_channels: int, voltages: NDArray) -> None:
+        """Choose the analog outputs (V) that an expired watchdog sets."""
+
+    def watchdog_start(self, timeout: float) -> None:
+        """Start the watchdog: without a reload for ``timeout`` (s) it expires."""
+
+    def watchdog_reload(self) -> None:
+        """Show that the program is alive."""
+
+    def watchdog_is_expired(self) -> bool:
+        """Whether the watchdog has expired."""
+
+    def watchdog_clear(self) -> None:
+        """Let outputs be written again after the watchdog expired."""
+
+    def watchdog_stop(self) -> None:
+        """Stop the watchdog."""

@@ -1,0 +1,77 @@
+"""The control loop: read, decide, write, once a sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotflex import __version__
+from rotflex.errors import BenchError
+from rotflex.hil.bench import Bench
+from rotflex.hil.controllers import Controller
+from rotflex.recording import Recording
+
+PROGRESS_AFTER = 1.0  #: s; what takes longer than this shows a progress bar
+
+
+def run(
+    bench: Bench,
+    controller: Controller,
+    reference: ArrayLike,
+    sample_time: float = 0.002,
+    metadata: Mapping[str, Any] | None = None,
+    progress: bool = True,
+) -> Recording:
+    """Run a controller on a bench along a reference, one entry a sample, and leave the motor at 0 V.
+
+    Parameters
+    ----------
+    bench : an open bench
+    controller : see :mod:`rotflex.hil.controllers`
+    reference : (n,) array, rad (V for an open loop)
+    sample_time : s
+    metadata : what the recording should say of the experiment
+    progress : show a progress bar when the run takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta, alpha (rad) and the voltage that was set, vm (V), each (n,).
+
+    Raises
+    ------
+    BenchError
+        If the reference is not a list of finite numbers, or for what the bench raises; the motor is at 0 V.
+    """
+    targets = np.asarray(reference, dtype=float)
+    if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
+        raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
+    theta, alpha, vm = np.empty((3, targets.size))
+    controller.reset()
+    bench.start(sample_time)
+    try:
+        for index, target in enumerate(_with_progress(targets.tolist(), progress)):
+            _, theta[index], alpha[index] = measured = bench.read()
+            vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
+    finally:
+        bench.stop()
+    described = {
+        "source": "virtual bench" if "seed" in bench.identity or "preset" in bench.identity else "bench",
+        "bench": dict(bench.identity),
+        "sample_time": sample_time,
+        "software": f"rotflex {__version__}",
+        **(metadata or {}),
+    }
+    return Recording.of(np.arange(targets.size) * sample_time, described, theta=theta, alpha=alpha, vm=vm)
+
+
+def _with_progress(targets: list[float], progress: bool) -> Any:
+    if not progress:
+        return targets
+    from tqdm.auto import tqdm
+
+    # ``delay`` keeps quick runs, and so the notebooks' stored outputs, free of a bar.
+    return tqdm(targets, desc="experiment", unit="sample", delay=PROGRESS_AFTER, leave=False)

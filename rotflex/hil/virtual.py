@@ -1,0 +1,391 @@
+"""The virtual board: the nonlinear plant behind a data-acquisition board's verbs.
+
+Wired as the laboratory is: analog output 0 drives the amplifier, encoder 0 is the servo, encoder 1 the link (which
+counts the other way), analog input 0 the potentiometer, analog input 1 the tachometer.
+
+Time is simulated by default: it passes only while a task waits for its next sample, so that a run is as quick as the
+computer and the same every time. With a :class:`~rotflex.hil.clock.WallClock` it passes as on a real bench.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.config import DAC_LIMIT, Servo, srv02
+from rotflex.errors import HILError
+from rotflex.hil.board import BufferOverflowMode, Clock
+from rotflex.hil.clock import SimulatedClock, TimeSource
+from rotflex.plant import REST, Plant, PlantParameters, State
+from rotflex.units import DEG
+
+SERVO_ENCODER, LINK_ENCODER = 0, 1
+POTENTIOMETER, TACHOMETER = 0, 1
+_ENCODERS, _ANALOG_INPUTS, _ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 2, 2, 8
+_TRACK = 352 * DEG  # of the potentiometer; the remaining 8 deg are the gap
+_DTYPES = {"channels": np.uint32, "encoder": np.int32, "analog": np.float64, "digital": np.int8}
+
+
+@dataclass
+class _Task:
+    """Hardware-timed sampling: the next sample is due at ``due``."""
+
+    analog: Sequence[int]
+    encoders: Sequence[int]
+    digital: Sequence[int]
+    period: float = math.nan
+    due: float = math.nan
+    remaining: int = 0
+    overflow: BufferOverflowMode = BufferOverflowMode.OVERWRITE_ON_OVERFLOW
+
+
+@dataclass
+class _Watchdog:
+    """Sets the outputs to a safe state when the program no longer shows that it is alive."""
+
+    timeout: float = math.inf
+    deadline: float = math.inf
+    expired: bool = False
+    states: dict[int, float] = field(default_factory=dict)
+
+
+class VirtualBoard:
+    """A board with the plant on its terminals.
+
+    Parameters
+    ----------
+    parameters : the true plant
+    servo : the nominal servo, for sensor gains and the cable
+    state : where the plant starts
+    clock : simulated time by default
+    """
+
+    def __init__(
+        self,
+        parameters: PlantParameters,
+        servo: Servo | None = None,
+        state: State = REST,
+        clock: TimeSource | None = None,
+    ) -> None:
+        self.plant = Plant(parameters, state)
+        self.servo = servo or srv02()
+        self.clock = clock or SimulatedClock()
+        self._open = True
+        self._plant_time = self.clock.now()
+        self._outputs = [0.0] * _ANALOG_OUTPUTS
+        self._digital = [0] * _DIGITAL_LINES
+        self._count_offsets = [0] * _ENCODERS
+        self._tasks: dict[int, _Task] = {}
+        self._next_task = 1
+        self._watchdog = _Watchdog()
+
+    # --- the plant ------------------------------------------------------------------------------------------------
+
+    def _catch_up(self, instant: float) -> None:
+        """Let the plant move until ``instant`` under the voltage that is on the output."""
+        if self._watchdog.deadline < instant:
+            self._move(self._watchdog.deadline)
+            self._watchdog.expired = True
+            self._watchdog.deadline = math.inf
+            for channel, voltage in self._watchdog.states.items():
+                self._outputs[channel] = voltage
+        self._move(instant)
+
+    def _move(self, instant: float) -> None:
+        duration = instant - self._plant_time
+        if duration > 1e-12:
+            self.plant.advance(self._outputs[0] * self.servo.cable_gain, duration)
+            self._plant_time = instant
+
+    def _counts(self, channel: int) -> int:
+        state = self.plant.state
+        angle = state.theta if channel == SERVO_ENCODER else -state.alpha
+        return round(angle / self.servo.K_enc) + self._count_offsets[channel]
+
+    def _analog(self, channel: int) -> float:
+        state = self.plant.state
+        if channel == TACHOMETER:
+            return state.theta_dot / self.servo.K_tach if self.servo.tachometer else 0.0
+        wrapped = math.remainder(state.theta, 2 * math.pi)
+        # In the gap the wiper touches nothing.
+        return wrapped / self.servo.K_pot if abs(wrapped) <= _TRACK / 2 else 0.0
+
+    def _fetch(
+        self,
+        analog: tuple[Sequence[int], NDArray | None],
+        encoders: tuple[Sequence[int], NDArray | None],
+        digital: tuple[Sequence[int], NDArray | None],
+        at: int = 0,
+    ) -> None:
+        """Put one sample of each channel into the buffers, as sample number ``at``."""
+        sources = ((analog, self._analog), (encoders, self._counts), (digital, self._digital.__getitem__))
+        for (channels, buffer), source in sources:
+            if channels and buffer is not None:
+                for offset, channel in enumerate(channels, start=at * len(channels)):
+                    buffer[offset] = source(channel)
+
+    # --- immediate input and output -------------------------------------------------------------------------------
+
+    def is_valid(self) -> bool:
+        """Whether the board is open."""
+        return self._open
+
+    def close(self) -> None:
+        """Close the board; a second call does nothing."""
+        self._tasks.clear()
+        self._open = False
+
+    def set_encoder_counts(self, channels: NDArray, num_channels: int, counts: NDArray) -> None:
+        """Set what the counters read now."""
+        chosen = self._channels(channels, num_channels, _ENCODERS, "encoder")
+        _check_buffer(counts, num_channels, "encoder")
+        self._catch_up(self.clock.now())
+        for channel, count in zip(chosen, counts.tolist(), strict=False):
+            self._count_offsets[channel] += count - self._counts(channel)
+
+    def read_encoder(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Read encoder counts."""
+        self.read(None, 0, channels, num_channels, None, 0, None, 0, None, buffer, None, None)
+
+    def read_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Read analog inputs, V."""
+        self.read(channels, num_channels, None, 0, None, 0, None, 0, buffer, None, None, None)
+
+    def read(
+        self,
+        analog_channels: NDArray | None,
+        num_analog_channels: int,
+        encoder_channels: NDArray | None,
+        num_encoder_channels: int,
+        digital_channels: NDArray | None,
+        num_digital_channels: int,
+        other_channels: NDArray | None,
+        num_other_channels: int,
+        analog_buffer: NDArray | None,
+        encoder_buffer: NDArray | None,
+        digital_buffer: NDArray | None,
+        other_buffer: NDArray | None,
+    ) -> None:
+        """Read inputs of all kinds at one instant. This board has no other channels."""
+        _refuse_other(num_other_channels)
+        analog = self._channels(analog_channels, num_analog_channels, _ANALOG_INPUTS, "analog input")
+        encoders = self._channels(encoder_channels, num_encoder_channels, _ENCODERS, "encoder")
+        digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital")
+        _check_buffer(analog_buffer, len(analog), "analog")
+        _check_buffer(encoder_buffer, len(encoders), "encoder")
+        _check_buffer(digital_buffer, len(digital), "digital")
+        self._catch_up(self.clock.now())
+        self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer))
+
+    def write_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Set analog outputs, V, within the converter's ±10 V."""
+        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        _check_buffer(buffer, num_channels, "analog")
+        voltages = buffer[:num_channels].tolist()
+        if not all(map(math.isfinite, voltages)):
+            raise HILError(f"An analog output cannot be set to {voltages}: not a finite voltage.")
+        self._catch_up(self.clock.now())
+        if self._watchdog.expired:
+            raise HILError("The watchdog has expired and holds the outputs; clear it before writing again.")
+        for channel, voltage in zip(chosen, voltages, strict=True):
+            self._outputs[channel] = min(max(voltage, -DAC_LIMIT), DAC_LIMIT)
+
+    def write_digital(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+        """Set digital lines."""
+        chosen = self._channels(channels, num_channels, _DIGITAL_LINES, "digital")
+        _check_buffer(buffer, num_channels, "digital")
+        self._catch_up(self.clock.now())
+        for channel, level in zip(chosen, buffer.tolist(), strict=False):
+            self._digital[channel] = level
+
+    def set_card_specific_options(self, options: str, size: int) -> None:
+        """This board has no options of its own: any but the empty string is refused."""
+        self._check_open()
+        if options:
+            raise HILError(f"The virtual board has no options; it was given {options!r}.")
+
+    # --- hardware-timed input -------------------------------------------------------------------------------------
+
+    def task_create_encoder_reader(self, samples_in_buffer: int, channels: NDArray, num_channels: int) -> int:
+        """Create a task that samples encoders."""
+        return self.task_create_reader(samples_in_buffer, None, 0, channels, num_channels, None, 0, None, 0)
+
+    def task_create_reader(
+        self,
+        samples_in_buffer: int,
+        analog_channels: NDArray | None,
+        num_analog_channels: int,
+        encoder_channels: NDArray | None,
+        num_encoder_channels: int,
+        digital_channels: NDArray | None,
+        num_digital_channels: int,
+        other_channels: NDArray | None,
+        num_other_channels: int,
+    ) -> int:
+        """Create a task that samples inputs of all kinds."""
+        _refuse_other(num_other_channels)
+        if samples_in_buffer < 1:
+            raise HILError(f"A task needs a buffer of at least one sample; it was given {samples_in_buffer}.")
+        task = _Task(
+            analog=self._channels(analog_channels, num_analog_channels, _ANALOG_INPUTS, "analog input"),
+            encoders=self._channels(encoder_channels, num_encoder_channels, _ENCODERS, "encoder"),
+            digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital"),
+        )
+        handle = self._next_task
+        self._next_task += 1
+        self._tasks[handle] = task
+        return handle
+
+    def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
+        """Choose what happens to samples that nobody fetched in time."""
+        self._task(task).overflow = BufferOverflowMode(mode)
+
+    def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
+        """Start sampling; the first sample is taken now."""
+        chosen = self._task(task)
+        if clock != Clock.HARDWARE_CLOCK_0:
+            raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
+        if not frequency > 0 or num_samples < 1:
+            raise HILError(f"A task cannot take {num_samples} samples at {frequency} Hz.")
+        chosen.period = 1.0 / frequency
+        chosen.due = self.clock.now()
+        chosen.remaining = num_samples
+
+    def task_read_encoder(self, task: int, num_samples: int, buffer: NDArray) -> int:
+        """Wait for samples of encoders, and return how many came."""
+        return self.task_read(task, num_samples, None, buffer, None, None)
+
+    def task_read(
+        self,
+        task: int,
+        num_samples: int,
+        analog_buffer: NDArray | None,
+        encoder_buffer: NDArray | None,
+        digital_buffer: NDArray | None,
+        other_buffer: NDArray | None,
+    ) -> int:
+        """Wait for samples of all kinds, and return how many came (fewer only at the end of the task)."""
+        chosen = self._task(task)
+        if math.isnan(chosen.due):
+            raise HILError(f"Task {task} has not been started.")
+        _check_buffer(analog_buffer, num_samples * len(chosen.analog), "analog")
+        _check_buffer(encoder_buffer, num_samples * len(chosen.encoders), "encoder")
+        _check_buffer(digital_buffer, num_samples * len(chosen.digital), "digital")
+        count = min(num_samples, chosen.remaining)
+        for sample in range(count):
+            self.clock.wait_until(chosen.due)
+            late = (self.clock.now() - chosen.due) / chosen.period
+            if late >= 1:
+                self._overflow(task, chosen, int(late))
+            self._catch_up(chosen.due)
+            self._fetch(
+                (chosen.analog, analog_buffer),
+                (chosen.encoders, encoder_buffer),
+                (chosen.digital, digital_buffer),
+                sample,
+            )
+            chosen.due += chosen.period
+            chosen.remaining -= 1
+        return count
+
+    @staticmethod
+    def _overflow(handle: int, task: _Task, missed: int) -> None:
+        """Nobody fetched ``missed`` samples in time."""
+        if task.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
+            raise HILError(f"Task {handle} lost {missed} samples: they were not fetched in time.")
+        if task.overflow is BufferOverflowMode.OVERWRITE_ON_OVERFLOW:
+            task.due += missed * task.period
+
+    def task_flush(self, task: int) -> None:
+        """Throw away samples that are waiting."""
+        chosen = self._task(task)
+        waiting = (self.clock.now() - chosen.due) / chosen.period
+        if waiting >= 0:
+            chosen.due += (math.floor(waiting) + 1) * chosen.period
+
+    def task_stop(self, task: int) -> None:
+        """Stop sampling."""
+        self._task(task).due = math.nan
+
+    def task_delete(self, task: int) -> None:
+        """Delete the task."""
+        self._task(task)
+        del self._tasks[task]
+
+    # --- watchdog -------------------------------------------------------------------------------------------------
+
+    def watchdog_set_analog_expiration_state(self, channels: NDArray, num_channels: int, voltages: NDArray) -> None:
+        """Choose the analog outputs (V) that an expired watchdog sets."""
+        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        _check_buffer(voltages, num_channels, "analog")
+        self._watchdog.states = dict(zip(chosen, voltages.tolist(), strict=False))
+
+    def watchdog_start(self, timeout: float) -> None:
+        """Start the watchdog."""
+        self._check_open()
+        if not timeout > 0:
+            raise HILError(f"A watchdog needs a positive time-out; it was given {timeout} s.")
+        self._watchdog.timeout = timeout
+        self._watchdog.deadline = self.clock.now() + timeout
+
+    def watchdog_reload(self) -> None:
+        """Show that the program is alive."""
+        self._catch_up(self.clock.now())
+        if not self._watchdog.expired:
+            self._watchdog.deadline = self.clock.now() + self._watchdog.timeout
+
+    def watchdog_is_expired(self) -> bool:
+        """Whether the watchdog has expired."""
+        self._catch_up(self.clock.now())
+        return self._watchdog.expired
+
+    def watchdog_clear(self) -> None:
+        """Let outputs be written again."""
+        self._watchdog.expired = False
+
+    def watchdog_stop(self) -> None:
+        """Stop the watchdog."""
+        self._watchdog.timeout = self._watchdog.deadline = math.inf
+
+    # --- checks ---------------------------------------------------------------------------------------------------
+
+    def _check_open(self) -> None:
+        if not self._open:
+            raise HILError("The board is closed.")
+
+    def _task(self, handle: int) -> _Task:
+        self._check_open()
+        if handle not in self._tasks:
+            raise HILError(f"There is no task {handle}.")
+        return self._tasks[handle]
+
+    def _channels(self, channels: NDArray | None, count: int, available: int, kind: str) -> list[int]:
+        """The first ``count`` channel numbers, checked."""
+        self._check_open()
+        if count == 0:
+            return []
+        if not isinstance(channels, np.ndarray) or channels.dtype != _DTYPES["channels"]:
+            raise HILError(f"The {kind} channels must be a numpy array of uint32; they are {channels!r}.")
+        chosen = channels[:count].tolist()
+        if len(chosen) != count or any(channel >= available for channel in chosen):
+            raise HILError(
+                f"There are {available} {kind} channels, from 0; {count} were asked for: {channels.tolist()}."
+            )
+        return chosen
+
+
+def _check_buffer(buffer: NDArray | None, size: int, kind: str) -> None:
+    if size == 0:
+        return
+    dtype = _DTYPES[kind]
+    if not isinstance(buffer, np.ndarray) or buffer.dtype != dtype or buffer.ndim != 1 or buffer.size < size:
+        raise HILError(f"The {kind} buffer must be a one-dimensional numpy array of {size} {np.dtype(dtype).name}.")
+
+
+def _refuse_other(count: int) -> None:
+    if count:
+        raise HILError("The virtual board has no other channels.")
