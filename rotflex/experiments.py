@@ -1,0 +1,234 @@
+"""The laboratory's experiments: a bench in, a recording out.
+
+Each runs on an open bench, real or virtual, waits until the arm hangs still, counts the angles from where it stands,
+and leaves the motor at 0 V::
+
+    with lab.bench() as bench:
+        recording = experiments.sweep(bench)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+
+from rotflex.config import one_of
+from rotflex.errors import BenchError, DesignError
+from rotflex.hil.bench import Bench
+from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
+from rotflex.hil.loop import run
+from rotflex.recording import Channel, Recording
+from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
+from rotflex.units import DEG
+
+SAMPLE_TIME = 0.002  #: s, of every experiment
+_STILL_FOR = 0.5  # s without a count, after which the arm is at rest
+_PATIENCE = 20.0  # s to wait for it
+
+
+def sweep(
+    bench: Bench,
+    f_start: float = 1.0,
+    f_stop: float = 5.0,
+    duration: float = 15.0,
+    amplitude: float | None = None,
+    drive: str = "position",
+    progress: bool = True,
+) -> Recording:
+    """Sine sweep for the natural frequency of the link (Section 2.3.1).
+
+    The servo follows the sweep in a stiff position loop, so that the link is shaken by a base that moves as commanded:
+    then its deflection is largest near sqrt(K_s/J_l). With ``drive="voltage"`` the sweep is the motor voltage; the
+    servo then gives way to the link, and the deflection is largest elsewhere.
+
+    Parameters
+    ----------
+    bench : an open bench
+    f_start, f_stop : Hz
+    duration : s
+    amplitude : rad for ``drive="position"`` (4 deg unless given), V for ``drive="voltage"`` (0.8 V unless given)
+    drive : "position" or "voltage"
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta, alpha, vm, and theta_ref if the servo follows the sweep.
+    """
+    one_of("drive", drive, ("position", "voltage"))
+    t = time_axis(duration, SAMPLE_TIME)
+    settings = {"experiment": "sweep", "drive": drive, "f_start": f_start, "f_stop": f_stop}
+    if drive == "voltage":
+        volts = chirp(t, f_start, f_stop, 0.8 if amplitude is None else amplitude)
+        return _run(bench, OpenLoop(), volts, settings, progress)
+    theta_ref = chirp(t, f_start, f_stop, 4 * DEG if amplitude is None else amplitude)
+    return _run(bench, PositionServo(sample_time=SAMPLE_TIME), theta_ref, settings, progress, theta_ref=theta_ref)
+
+
+def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0, progress: bool = True) -> Recording:
+    """The link swings freely after the servo has jumped and is held where it is (Section 2.1.5).
+
+    The servo is held by a stiff position loop, which gives way by a little: the link swings about one per cent slower,
+    and its swing dies down sooner, than if the servo were clamped.
+
+    Parameters
+    ----------
+    bench : an open bench
+    amplitude : of the servo's jump, rad; the link swings by about as much
+    duration : s
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta_ref, theta, alpha, vm, from the jump on.
+    """
+    theta_ref = step(time_axis(duration, SAMPLE_TIME), amplitude)
+    holding = PositionServo(K_p=300.0, K_d=8.0, sample_time=SAMPLE_TIME)
+    return _run(bench, holding, theta_ref, {"experiment": "free decay"}, progress, theta_ref=theta_ref)
+
+
+def validation(
+    bench: Bench,
+    A: ArrayLike,
+    B: ArrayLike,
+    signal: str = "square",
+    amplitude: float | None = None,
+    duration: float | None = None,
+    progress: bool = True,
+) -> Recording:
+    """The same voltage on the bench and on a linear model, side by side (Section 2.3.2).
+
+    Parameters
+    ----------
+    bench : an open bench
+    A, B : (4, 4) and (4,) or (4, 1), the student's model for voltage input, states theta, alpha and their rates
+    signal : "square" (0.5 Hz) or "step" (at 0.5 s; the servo turns on and on, so it is short)
+    amplitude : V; 1.5 V for the square wave and 0.8 V for the step unless given
+    duration : s; 10 s for the square wave and 2.5 s for the step unless given
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta, alpha, vm, theta_model, alpha_model.
+
+    Raises
+    ------
+    DesignError
+        If A or B has the wrong shape, or the model's response is not finite.
+    """
+    one_of("signal", signal, ("square", "step"))
+    model = _discrete_model(A, B)
+    if signal == "square":
+        t = time_axis(duration or 10.0, SAMPLE_TIME)
+        volts = square_wave(t, 0.5, 1.5 if amplitude is None else amplitude)
+    else:
+        t = time_axis(duration or 2.5, SAMPLE_TIME)
+        volts = step(t, 0.8 if amplitude is None else amplitude, at=0.5)
+    measured = _run(bench, OpenLoop(), volts, {"experiment": "validation", "signal": signal}, progress)
+    theta_model, alpha_model = _simulate(*model, measured["vm"])
+    simulated = {"theta_model": Channel(theta_model, "rad"), "alpha_model": Channel(alpha_model, "rad")}
+    return Recording(measured.time, {**measured.channels, **simulated}, measured.metadata)
+
+
+def tracking(
+    bench: Bench,
+    K: ArrayLike,
+    feedback: str = "full",
+    amplitude: float = 20 * DEG,
+    frequency: float = 0.33,
+    rate: float = 100.0,
+    duration: float = 10.0,
+    progress: bool = True,
+) -> Recording:
+    """State feedback along a smoothed square wave (Sections 3.4.3 and 3.4.4).
+
+    Parameters
+    ----------
+    bench : an open bench
+    K : (4,) or (1, 4), gain on theta, alpha (V/rad) and their rates (V/(rad/s))
+    feedback : "full", or "partial" (the servo's angle and rate only)
+    amplitude : rad
+    frequency : Hz
+    rate : limit on the slope of the unit square wave, 1/s
+    duration : s
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta_ref, theta, alpha, vm.
+    """
+    controller = StateFeedback(K, feedback, SAMPLE_TIME)
+    theta_ref = smooth_square_wave(time_axis(duration, SAMPLE_TIME), frequency, amplitude, rate)
+    settings = {"experiment": "tracking", "feedback": feedback, "K": np.asarray(K, dtype=float).ravel().tolist()}
+    return _run(bench, controller, theta_ref, settings, progress, theta_ref=theta_ref)
+
+
+def rest(bench: Bench) -> None:
+    """Wait at 0 V until neither encoder has counted for half a second.
+
+    Raises
+    ------
+    BenchError
+        If the arm does not come to rest.
+    """
+    still_samples, still = round(_STILL_FOR / SAMPLE_TIME), 0
+    bench.start(SAMPLE_TIME, zero=False)
+    try:
+        last = bench.read()
+        for _ in range(round(_PATIENCE / SAMPLE_TIME)):
+            bench.write(0.0)
+            measured = bench.read()
+            still = still + 1 if measured[1:] == last[1:] else 0
+            last = measured
+            if still >= still_samples:
+                return
+    finally:
+        bench.stop()
+    raise BenchError(f"The arm has not come to rest in {_PATIENCE:g} s. Hold it still, or look for a loose encoder.")
+
+
+def _run(
+    bench: Bench,
+    controller: PositionServo | StateFeedback | OpenLoop,
+    reference: NDArray[np.float64],
+    settings: dict[str, Any],
+    progress: bool,
+    **channels: NDArray[np.float64],
+) -> Recording:
+    """Bring the arm to rest, run, and keep the reference with what was measured."""
+    rest(bench)
+    measured = run(bench, controller, reference, SAMPLE_TIME, settings, progress)
+    kept = {name: Channel(values, "rad") for name, values in channels.items()}
+    return Recording(measured.time, {**kept, **measured.channels}, measured.metadata)
+
+
+def _discrete_model(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The model from one sample to the next, its input held."""
+    a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float).reshape(-1, 1)
+    if a.shape != (4, 4) or b.shape != (4, 1):
+        raise DesignError(f"The model needs A of 4 by 4 and B of 4 by 1; they are {np.shape(A)} and {np.shape(B)}.")
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise DesignError("A or B holds a value that is not finite.")
+    step_matrix = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
+    return step_matrix[:4, :4], step_matrix[:4, 4]
+
+
+def _simulate(
+    a: NDArray[np.float64], b: NDArray[np.float64], volts: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angles (rad) of the discrete model from rest under the voltages."""
+    state = np.zeros(4)
+    angles = np.empty((2, volts.size))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for index, voltage in enumerate(volts):
+            angles[:, index] = state[:2]
+            state = a @ state + b * voltage
+    if not np.isfinite(angles).all():
+        raise DesignError("The model's response grows without bound: look at the signs in A.")
+    return angles[0], angles[1]
