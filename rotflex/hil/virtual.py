@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,12 @@ SERVO_ENCODER, LINK_ENCODER = 0, 1
 POTENTIOMETER, TACHOMETER = 0, 1
 _ENCODERS, _ANALOG_INPUTS, _ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 2, 2, 8
 _TRACK = 352 * DEG  # of the potentiometer; the remaining 8 deg are the gap
-_DTYPES = {"channels": np.uint32, "encoder": np.int32, "analog": np.float64, "digital": np.int8}
+_CHANNEL = np.dtype(np.uint32)
+_DTYPES: dict[str, np.dtype[Any]] = {
+    "encoder": np.dtype(np.int32),
+    "analog": np.dtype(np.float64),
+    "digital": np.dtype(np.int8),
+}
 
 
 @dataclass
@@ -82,6 +88,7 @@ class VirtualBoard:
         self._tasks: dict[int, _Task] = {}
         self._next_task = 1
         self._watchdog = _Watchdog()
+        self._known_channels: dict[tuple[bytes, int, str], tuple[int, ...]] = {}
 
     # --- the plant ------------------------------------------------------------------------------------------------
 
@@ -125,8 +132,8 @@ class VirtualBoard:
         sources = ((analog, self._analog), (encoders, self._counts), (digital, self._digital.__getitem__))
         for (channels, buffer), source in sources:
             if channels and buffer is not None:
-                for offset, channel in enumerate(channels, start=at * len(channels)):
-                    buffer[offset] = source(channel)
+                start = at * len(channels)
+                buffer[start : start + len(channels)] = [source(channel) for channel in channels]
 
     # --- immediate input and output -------------------------------------------------------------------------------
 
@@ -363,18 +370,22 @@ class VirtualBoard:
             raise HILError(f"There is no task {handle}.")
         return self._tasks[handle]
 
-    def _channels(self, channels: NDArray | None, count: int, available: int, kind: str) -> list[int]:
+    def _channels(self, channels: NDArray | None, count: int, available: int, kind: str) -> tuple[int, ...]:
         """The first ``count`` channel numbers, checked."""
         self._check_open()
         if count == 0:
-            return []
-        if not isinstance(channels, np.ndarray) or channels.dtype != _DTYPES["channels"]:
+            return ()
+        if not isinstance(channels, np.ndarray) or channels.dtype != _CHANNEL:
             raise HILError(f"The {kind} channels must be a numpy array of uint32; they are {channels!r}.")
-        chosen = channels[:count].tolist()
-        if len(chosen) != count or any(channel >= available for channel in chosen):
-            raise HILError(
-                f"There are {available} {kind} channels, from 0; {count} were asked for: {channels.tolist()}."
-            )
+        key = (channels.tobytes(), count, kind)
+        chosen = self._known_channels.get(key)  # the same few lists come every sample
+        if chosen is None:
+            chosen = tuple(channels[:count].tolist())
+            if len(chosen) != count or any(channel >= available for channel in chosen):
+                raise HILError(
+                    f"There are {available} {kind} channels, from 0; {count} were asked for: {channels.tolist()}."
+                )
+            self._known_channels[key] = chosen
         return chosen
 
 
@@ -383,7 +394,7 @@ def _check_buffer(buffer: NDArray | None, size: int, kind: str) -> None:
         return
     dtype = _DTYPES[kind]
     if not isinstance(buffer, np.ndarray) or buffer.dtype != dtype or buffer.ndim != 1 or buffer.size < size:
-        raise HILError(f"The {kind} buffer must be a one-dimensional numpy array of {size} {np.dtype(dtype).name}.")
+        raise HILError(f"The {kind} buffer must be a one-dimensional numpy array of {size} {dtype.name}.")
 
 
 def _refuse_other(count: int) -> None:
