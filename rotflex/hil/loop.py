@@ -12,9 +12,8 @@ from rotflex import __version__
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import Controller
+from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
-
-PROGRESS_AFTER = 1.0  #: s; what takes longer than this shows a progress bar
 
 
 def run(
@@ -53,7 +52,7 @@ def run(
     controller.reset()
     bench.start(sample_time)
     try:
-        for index, target in enumerate(_with_progress(targets.tolist(), progress)):
+        for index, target in enumerate(with_progress(targets.tolist(), "experiment", "sample", progress)):
             _, theta[index], alpha[index] = measured = bench.read()
             vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
     finally:
@@ -66,12 +65,3 @@ def run(
         **(metadata or {}),
     }
     return Recording.of(np.arange(targets.size) * sample_time, described, theta=theta, alpha=alpha, vm=vm)
-
-
-def _with_progress(targets: list[float], progress: bool) -> Any:
-    if not progress:
-        return targets
-    from tqdm.auto import tqdm
-
-    # ``delay`` keeps quick runs, and so the notebooks' stored outputs, free of a bar.
-    return tqdm(targets, desc="experiment", unit="sample", delay=PROGRESS_AFTER, leave=False)

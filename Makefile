@@ -1,0 +1,43 @@
+# make lab    open JupyterLab on the course, in the folder work/
+# make test   install what tests need and run everything
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+ARGS ?=
+
+.PHONY: lab test notebooks solutions data bench clean
+
+$(VENV)/.lab: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable ".[instructor]"
+	touch $@
+
+$(VENV)/.test: pyproject.toml $(VENV)/.lab
+	$(BIN)/python -m pip install --quiet --editable ".[test]"
+	touch $@
+
+lab: $(VENV)/.lab
+	$(BIN)/rotflex lab work $(ARGS)
+
+test: $(VENV)/.test
+	sh tools/system_packages.sh
+	$(BIN)/python tools/run_tests.py $(ARGS)
+
+# After a change in solutions/: run them, and derive the student notebooks.
+solutions: $(VENV)/.test
+	$(BIN)/python tools/run_solutions.py
+	$(BIN)/rotflex notebooks
+
+notebooks: $(VENV)/.lab
+	$(BIN)/rotflex notebooks
+
+data: $(VENV)/.lab
+	$(BIN)/python tools/make_data.py
+
+bench: $(VENV)/.test
+	$(BIN)/python benchmarks/run.py
+
+clean:
+	rm -rf $(VENV) build dist work release

@@ -1,0 +1,21 @@
+"""A progress bar for what takes longer than a second."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterable
+from typing import TypeVar
+
+T = TypeVar("T")
+
+AFTER = 1.0  #: s; what is done sooner shows no bar
+SWITCH = "ROTFLEX_PROGRESS"  #: environment variable; "off" shows none ever, as where outputs are compared
+
+
+def progress(items: Collection[T], what: str, unit: str, show: bool = True) -> Iterable[T]:
+    """Go through items, with a progress bar if that takes longer than a second."""
+    if not show or os.environ.get(SWITCH) == "off":
+        return items
+    from tqdm.auto import tqdm
+
+    return tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False)

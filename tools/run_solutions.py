@@ -1,0 +1,57 @@
+"""Run the solution notebooks and store their outputs, which CI compares with (nbval).
+
+    python tools/run_solutions.py [NOTEBOOK ...]
+
+All of solutions/ by default, in order, starting from no answers. Say `rotflex notebooks` afterwards, so that the
+student notebooks follow.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+
+SOLUTIONS = Path(__file__).resolve().parents[1] / "solutions"
+
+
+def run(path: Path) -> None:
+    """Run one notebook in its folder and write it back with its outputs."""
+    notebook = nbformat.read(path, as_version=4)
+    NotebookClient(
+        notebook,
+        timeout=120,
+        kernel_name="python3",
+        record_timing=False,
+        resources={"metadata": {"path": str(path.parent)}},
+    ).execute()
+    # What differs from one machine to the next does not belong into the repository.
+    notebook.metadata = {
+        "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
+        "language_info": {"name": "python"},
+    }
+    for cell in notebook.cells:
+        cell.metadata.pop("execution", None)
+    scratch = path.with_suffix(".tmp")
+    nbformat.write(notebook, scratch)
+    scratch.replace(path)
+
+
+def main(names: list[str]) -> None:
+    """Run the named notebooks, or all."""
+    os.environ["ROTFLEX_PROGRESS"] = "off"  # a progress bar comes or not, as the machine is slow or quick
+    paths = [Path(name) for name in names] or sorted(SOLUTIONS.glob("*.ipynb"))
+    if not names:
+        (SOLUTIONS / "answers.json").unlink(missing_ok=True)
+    for path in paths:
+        started = time.perf_counter()
+        run(path)
+        print(f"{path.name}: {time.perf_counter() - started:.1f} s, {path.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
