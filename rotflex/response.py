@@ -1,0 +1,334 @@
+"""Measure the response to a square wave, and hold it against the specifications (Section 3.1).
+
+Conventions, which the workbook leaves open; figures can only be compared when they share them:
+
+* A step begins at the first sample at which the *command* moves; with a rate limiter, at the start of the ramp.
+* The settling band is ±4 % of the **final value**: ±0.8 deg for the ±20 deg wave, which is 2 % of its 40 deg step. For
+  a step that ends nearer to zero than it began, 20 → 0 deg for example, it is 4 % of the value it came from.
+* The final value is the commanded one, so that a servo that sticks outside the band has not settled.
+  ``final="measured"`` takes the angle at which the servo comes to rest: the workbook's words read literally.
+* The settling time runs to the first sample from which on the angle stays inside the band.
+* The overshoot is per cent **of the step** (40 deg; of 20 deg when the wave starts from 0), beyond the final value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.config import one_of
+from rotflex.errors import ConfigurationError, IdentificationError
+from rotflex.recording import Recording
+from rotflex.units import DEG
+
+_REST = 1e-6  # of the wave's height: slower changes from sample to sample are rounding, not movement
+_STEADY_PART = 0.2  # the last part of a step in which the angle is taken to be at rest
+_SHORTEST_PART = 0.75  # of the usual time between steps: with less of it, a last step is not measured
+_START_UP = 0.1  # of the wave's height: a servo that begins so far from the first commanded level is on its way there
+_ON_COMMAND = 0.01  # of the wave's height: an angle so near is where its command is
+_FOLLOWED = 0.5  # of the step: with less, the servo has not followed the command at all
+_FULL_SIZE = 0.99  # of the largest step
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """One step of the command, and what the servo, the link and the motor did until the next.
+
+    Attributes
+    ----------
+    start : time at which the command begins to move, s
+    before, after : commanded angle before and after, rad
+    settling_time : from ``start``, s; ``math.inf`` if the angle is not in the band for good
+        by the last fifth of the time until the next step
+    peak_time : from ``start`` to the angle's largest value in the step's direction, s
+    overshoot : per cent of the step; 0 without any
+    steady_state_error : commanded minus measured angle at rest, rad
+    max_alpha, max_vm : largest magnitude of the link's deflection, rad, and of the motor voltage, V
+    remark : in words, what kept a figure from being measured; empty when all is well
+
+    A figure that cannot be measured is ``None``, and ``remark`` says why.
+    """
+
+    start: float
+    before: float
+    after: float
+    settling_time: float | None = None
+    peak_time: float | None = None
+    overshoot: float | None = None
+    steady_state_error: float | None = None
+    max_alpha: float | None = None
+    max_vm: float | None = None
+    remark: str = ""
+
+    @property
+    def size(self) -> float:
+        """Height of the commanded step, rad, positive."""
+        return abs(self.after - self.before)
+
+    @property
+    def direction(self) -> int:
+        """1 for a step up, -1 for a step down."""
+        return 1 if self.after > self.before else -1
+
+    @property
+    def measurable(self) -> bool:
+        """Whether the record is long enough after the step to measure it."""
+        return self.steady_state_error is not None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The worst of several steps: what the specifications are about.
+
+    Attributes
+    ----------
+    settling_time, overshoot, steady_state_error, max_alpha, max_vm :
+        the largest magnitude of each, in the units of :class:`StepResponse`; ``None`` where it was not measured
+    steps : how many steps this is the worst of
+    left_out : how many were left out: smaller ones (the first, from 0) and those that could not be measured
+    remarks : what was said about the steps, each with its time
+    """
+
+    settling_time: float | None
+    overshoot: float | None
+    steady_state_error: float | None
+    max_alpha: float | None
+    max_vm: float | None
+    steps: int
+    left_out: int
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Specification:
+    """A limit: ``quantity``, an attribute of :class:`Summary`, must not exceed ``limit``, in ``unit``."""
+
+    number: int
+    name: str
+    quantity: str
+    limit: float
+    unit: str
+
+
+#: Section 3.1, for a ±20 deg square wave.
+SPECIFICATIONS = (
+    Specification(1, "servo angle 4 % settling time", "settling_time", 0.5, "s"),
+    Specification(2, "servo angle overshoot", "overshoot", 5.0, "%"),
+    Specification(3, "largest link deflection", "max_alpha", 12.5 * DEG, "rad"),
+    Specification(4, "largest motor voltage", "max_vm", 10.0, "V"),
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Whether one specification is met (``None``: it was not measured), and the same in words."""
+
+    specification: Specification
+    value: float | None
+    met: bool | None
+    words: str
+
+
+def measure(recording: Recording, band: float = 0.04, final: str = "commanded") -> list[StepResponse]:
+    """Find the steps of the command and measure the response to each.
+
+    Every step of ``theta_ref`` is listed, measurable or not. A recording that opens with the servo on its way to the
+    command (a wave that starts at 20 deg, a servo at 0) opens with a step from where the servo was.
+
+    Parameters
+    ----------
+    recording : with theta_ref and theta; alpha and vm are measured where they are there. For arrays:
+        ``Recording.of(t, theta_ref=..., theta=..., alpha=..., vm=...)``, in rad and V
+    band : half width of the settling band, as a fraction of the final value
+    final : "commanded" or "measured", the final value that settling and overshoot refer to; see the module
+
+    Raises
+    ------
+    RecordingError
+        If the recording lacks theta_ref or theta.
+    IdentificationError
+        If the command has no steps: it is constant, or is no square wave.
+    ConfigurationError
+        If ``band`` is not between 0 and 1, or ``final`` is not one of the two.
+    """
+    one_of("final", final, ("commanded", "measured"))
+    if not 0 < band < 1:
+        raise ConfigurationError(f"band is {band!r}; it is a fraction of the final value, 0.04 for 4 %.")
+    moves = _find_moves(recording["theta_ref"], recording["theta"])
+    starts = [move.start for move in moves]
+    usual = float(np.median(np.diff(starts))) if len(starts) > 1 else 0.0
+    responses = []
+    for move, stop in zip(moves, [*starts[1:], len(recording)], strict=True):
+        step = StepResponse(float(recording.time[move.start]), move.before, move.after)
+        if stop == len(recording) and (move.at_rest >= stop or stop - move.start < _SHORTEST_PART * usual):
+            held = (stop - move.start) * recording.sample_time
+            responses.append(_with(step, remark=f"not measurable: the recording ends {held:.3g} s after this step"))
+        else:
+            responses.append(_measure_step(recording, slice(move.start, stop), step, band, final))
+    return responses
+
+
+def worst(steps: Sequence[StepResponse]) -> Summary:
+    """The worst of the measurable steps of full size.
+
+    The first step of a wave that starts from 0 is half as large and would flatter: it does not count beside full ones.
+
+    Raises
+    ------
+    IdentificationError
+        If none of the steps could be measured.
+    """
+    measurable = [step for step in steps if step.measurable]
+    if not measurable:
+        said = "; ".join(_at(step) for step in steps) or "there are no steps"
+        raise IdentificationError(f"Nothing could be measured: {said}. Record for longer.")
+    largest = max(step.size for step in measurable)
+    full = [step for step in measurable if step.size >= _FULL_SIZE * largest]
+
+    def largest_of(quantity: str) -> float | None:
+        values = [getattr(step, quantity) for step in full]
+        return None if None in values else max(abs(value) for value in values)
+
+    return Summary(
+        settling_time=largest_of("settling_time"),
+        overshoot=largest_of("overshoot"),
+        steady_state_error=largest_of("steady_state_error"),
+        max_alpha=largest_of("max_alpha"),
+        max_vm=largest_of("max_vm"),
+        steps=len(full),
+        left_out=len(steps) - len(full),
+        remarks=tuple(_at(step) for step in steps if step.remark),
+    )
+
+
+def verdict(summary: Summary, specifications: Sequence[Specification] = SPECIFICATIONS) -> list[Finding]:
+    """Hold a summary against specifications, one finding each."""
+    return [_judge(summary, specification) for specification in specifications]
+
+
+# --- finding the steps -----------------------------------------------------------------------------------------------
+
+
+class _Move(NamedTuple):
+    """A move of the command: it begins at sample ``start`` and rests from ``at_rest``; its value before and after."""
+
+    start: int
+    at_rest: int
+    before: float
+    after: float
+
+
+def _find_moves(reference: NDArray[np.float64], theta: NDArray[np.float64]) -> list[_Move]:
+    """The moves of the command. One that still goes on when the record ends rests at ``reference.size``."""
+    height = float(np.ptp(reference))
+    if height == 0:
+        raise IdentificationError(
+            f"The command is constant, {reference[0] / DEG:.4g} deg: there is no step to measure the response to."
+        )
+    change = np.diff(reference)
+    heading = np.where(np.abs(change) > _REST * height, np.sign(change), 0.0)
+    if np.count_nonzero(heading) > 0.5 * heading.size:
+        raise IdentificationError(
+            "The command moves most of the time: it is not a square wave. Step responses can be measured on a square "
+            "wave, rate-limited or not; for a sweep see rotflex.identification."
+        )
+    turns = (np.flatnonzero(np.diff(heading)) + 1).tolist()
+    moves = []
+    for first, stop in zip([0, *turns], [*turns, heading.size], strict=True):
+        if heading[first]:
+            at_rest = stop if stop < heading.size else reference.size
+            moves.append(_Move(first + 1, at_rest, float(reference[first]), float(reference[stop])))
+    return _with_start_up(moves, reference, theta, height)
+
+
+def _with_start_up(
+    moves: list[_Move], reference: NDArray[np.float64], theta: NDArray[np.float64], height: float
+) -> list[_Move]:
+    """Put the servo's way to the first commanded level before the moves, where the record opens with one."""
+    ramp_is_running = moves[0].start == 1  # from the first sample on, which may hold its first stair
+    if ramp_is_running and abs(theta[0] - reference[0]) <= _ON_COMMAND * height:
+        return moves
+    at_rest, level = (moves[0].at_rest, moves[0].after) if ramp_is_running else (0, float(reference[0]))
+    if abs(theta[0] - level) <= _START_UP * height:
+        return moves
+    return [_Move(0, at_rest, float(theta[0]), level), *(moves[1:] if ramp_is_running else moves)]
+
+
+# --- measuring one ---------------------------------------------------------------------------------------------------
+
+
+def _measure_step(recording: Recording, part: slice, step: StepResponse, band: float, final: str) -> StepResponse:
+    theta = recording["theta"][part]
+    rest = float(np.mean(theta[-max(1, round(_STEADY_PART * theta.size)) :]))
+    measured: dict[str, Any] = {"steady_state_error": step.after - rest}
+    for name in ("alpha", "vm"):
+        if name in recording:
+            measured[f"max_{name}"] = float(np.abs(recording[name][part]).max())
+    moved = (rest - theta[0]) * step.direction
+    if moved < _FOLLOWED * step.size:
+        seconds = theta.size * recording.sample_time
+        return _with(step, **measured, settling_time=math.inf, remark=_did_not_follow(moved, seconds, step))
+
+    final_value = step.after if final == "commanded" else rest
+    beyond = (theta - final_value) * step.direction
+    peak = int(np.argmax(beyond))
+    half_width = band * max(abs(step.before), abs(step.after))
+    outside = np.flatnonzero(np.abs(beyond) > half_width)
+    settled = int(outside[-1]) + 1 if outside.size else 0
+    measured["peak_time"] = peak * recording.sample_time
+    measured["overshoot"] = 100 * max(0.0, float(beyond[peak])) / step.size
+    if settled > (1 - _STEADY_PART) * theta.size:
+        error = abs(step.after - rest) / DEG
+        seen = (1 - _STEADY_PART) * theta.size * recording.sample_time
+        words = f"not settled within ±{half_width / DEG:.3g} deg of {final_value / DEG:.4g} deg after {seen:.3g} s"
+        if abs(final_value - rest) > half_width:
+            words += f": it comes to rest {error:.3g} deg from the command"
+        return _with(step, **measured, settling_time=math.inf, remark=words)
+    return _with(step, **measured, settling_time=settled * recording.sample_time)
+
+
+def _with(step: StepResponse, **figures: Any) -> StepResponse:
+    return StepResponse(step.start, step.before, step.after, **figures)
+
+
+def _did_not_follow(moved: float, seconds: float, step: StepResponse) -> str:
+    if moved < -(1 - _FOLLOWED) * step.size:
+        return (
+            f"the servo moved {-moved / DEG:.3g} deg against the command: "
+            "look at the sign of the angle, of the voltage and of the gain"
+        )
+    moved_deg = moved / DEG + 0.0  # no "-0"
+    return f"the servo did not follow: it moved {moved_deg:.3g} deg of {step.size / DEG:.3g} deg in {seconds:.3g} s"
+
+
+def _at(step: StepResponse) -> str:
+    return f"step at {step.start:.4g} s, {step.before / DEG:.4g} to {step.after / DEG:.4g} deg: {step.remark}"
+
+
+# --- the specifications ----------------------------------------------------------------------------------------------
+
+
+def _judge(summary: Summary, specification: Specification) -> Finding:
+    value = getattr(summary, specification.quantity)
+    limit = specification.limit
+    title = f"Specification {specification.number}, {specification.name}"
+    allowed = f"at most {_shown(limit, specification.unit)}"
+    if value is None:
+        return Finding(specification, None, None, f"{title}: not measured ({allowed}).")
+    if math.isinf(value):
+        return Finding(specification, value, False, f"{title}: not met, the angle does not settle; {allowed}.")
+    met = bool(value <= limit * (1 + 1e-9))
+    words = f"{title}: {'met' if met else 'not met'}, {_shown(value, specification.unit)}; {allowed}."
+    if specification.quantity == "max_vm" and math.isclose(value, limit):
+        words += " The voltage was at its limit: the controller may have asked for more."
+    return Finding(specification, value, met, words)
+
+
+def _shown(value: float, unit: str) -> str:
+    """A value for people: angles in degrees."""
+    return f"{value / DEG:.3g} deg" if unit == "rad" else f"{value:.3g} {unit}"

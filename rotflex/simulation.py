@@ -1,0 +1,258 @@
+"""The closed loop, simulated with the student's own matrices and gain (Section 3.4.2).
+
+The states are x = [theta, alpha, theta_dot, alpha_dot] and the control law is u = K (x_d - x), with
+x_d = [theta_d, 0, 0, 0] (Equations 3.13 and 3.14). Two fidelities are worth having:
+
+``exact``
+    The plant and the feedback in continuous time, integrated with matrix exponentials: what the design promises.
+``workbook``
+    The arithmetic of the laboratory's real-time model: everything stepped by forward Euler, and velocities from the
+    band-limited derivatives w_c s/(s + w_c) of the angles. At 2 ms and a rate limit of 100 /s this gives the workbook's
+    0.38 s, 3.4 % and 10.9 deg; the exact solution settles in 0.40 s with 10.3 deg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex import __version__
+from rotflex.config import DAC_LIMIT, one_of
+from rotflex.errors import ConfigurationError, DesignError, RecordingError
+from rotflex.recording import Recording
+from rotflex.units import HZ
+
+DERIVATIVE_CUTOFF = 33 * HZ  #: w_c of the real-time model's derivative filters, rad/s
+STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
+_RUNAWAY = 1e2  # rad: no servo on a cable turns 16 times
+_FINEST = 16  # a sample time is halved at most so many times: 2 ms to 30 ns
+
+Vector = NDArray[np.float64]
+Advance = Callable[[Vector, float], Vector]  # (state, reference held) -> state one sample time later
+
+
+def closed_loop(
+    A: Any,
+    B: Any,
+    K: Any,
+    reference: Any,
+    sample_time: float = 0.002,
+    feedback: str = "full",
+    fidelity: str = "exact",
+    saturation: float | None = DAC_LIMIT,
+    x0: Any = (0.0, 0.0, 0.0, 0.0),
+) -> Recording:
+    """Simulate the state feedback that tracks a servo angle.
+
+    Parameters
+    ----------
+    A : (4, 4) state matrix, with the motor voltage as input
+    B : (4,) or (4, 1) input matrix
+    K : (4,) or (1, 4) gain: V/rad for the angles, V/(rad/s) for the velocities
+    reference : (n,) commanded servo angle, rad, held from each sample to the next
+    sample_time : s, of ``reference`` and of the result; in the ``workbook`` fidelity also the integration step
+    feedback : "full", or "partial": alpha and alpha_dot are not fed back (Section 3.4.4)
+    fidelity : "exact" or "workbook", see the module
+    saturation : the largest voltage, V; ``None`` for a plant that takes whatever the controller asks for
+    x0 : (4,) initial state, rad and rad/s
+
+    Returns
+    -------
+    Recording
+        Channels theta_ref, theta, alpha (rad) and vm (V): the voltage that reaches the motor, just after the command
+        was updated. With a saturation it can never break Specification 4: simulate with ``saturation=None`` to
+        see what the controller asks for (an unlimited step of 40 deg asks for 12.7 V with the workbook's gain). The
+        command is a staircase; its stairs on a ramp cost up to 0.3 V, and smooth out with a finer ``sample_time``.
+
+    Raises
+    ------
+    DesignError
+        If a matrix has the wrong shape or a value that is not finite, or if the loop runs away.
+    RecordingError
+        If ``reference`` is not a vector of two or more finite numbers.
+    ConfigurationError
+        If a choice does not exist, or ``sample_time`` or ``saturation`` is not positive.
+    """
+    A, B = _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4)
+    K, state = _matrix("K", K, [(4,), (1, 4)]).reshape(4), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
+    theta_ref = _reference(reference)
+    one_of("feedback", feedback, ("full", "partial"))
+    one_of("fidelity", fidelity, ("exact", "workbook"))
+    limit = np.inf if saturation is None else float(saturation)
+    if not 0 < sample_time < np.inf:
+        raise ConfigurationError(f"sample_time is {sample_time!r}; it must be a positive number of seconds.")
+    if not limit > 0:
+        raise ConfigurationError(f"saturation is {saturation!r}; it must be a positive voltage, or None.")
+    if feedback == "partial":
+        K = K * [1.0, 0.0, 1.0, 0.0]
+
+    gain_d = float(K[0])  # of theta_d, since x_d = [theta_d, 0, 0, 0]
+    theta, alpha, vm = (np.empty(theta_ref.size) for _ in range(3))
+    with np.errstate(over="ignore", invalid="ignore"):  # a loop that runs away is reported below
+        if fidelity == "exact":
+            advance = _exact(A, B, K, sample_time, limit)
+        else:
+            A, B, K, state = _with_derivative_filters(A, B, K, state)
+            advance = _euler(A, B, K, gain_d, sample_time, limit)
+        for k, theta_d in enumerate(theta_ref.tolist()):
+            theta[k], alpha[k] = state[0], state[1]
+            vm[k] = min(max(gain_d * theta_d - float(K @ state), -limit), limit)
+            # Written so that a NaN counts as run away, too.
+            if not abs(theta[k]) + abs(alpha[k]) < _RUNAWAY:
+                raise DesignError(_why_it_ran_away(A, B, K, sample_time, fidelity, k))
+            state = advance(state, theta_d)
+
+    metadata = {
+        "source": "simulation",
+        "experiment": "closed_loop",
+        "fidelity": fidelity,
+        "feedback": feedback,
+        "saturation": saturation,
+        "sample_time": sample_time,
+        "software": f"rotflex {__version__}",
+    }
+    time = np.arange(theta_ref.size) * sample_time
+    return Recording.of(time, metadata, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
+
+
+# --- exact -----------------------------------------------------------------------------------------------------------
+
+
+def _exact(A: Vector, B: Vector, K: Vector, sample_time: float, limit: float) -> Advance:
+    """One sample time of the continuous-time loop, with the saturation entered and left at the right instants.
+
+    The loop is linear as long as it stays in one regime: u = K (x_d - x), u = +limit, or u = -limit. A stride
+    that would end in another regime is halved, down to 30 ns, and so finds the instant of the change. So is one in
+    which u turns round, lest it pass the limit and come back unseen within the stride.
+    """
+    A_closed = A - np.outer(B, K)
+    if not np.isfinite(limit):
+        Phi, Gamma = _strides(A_closed, B * K[0], sample_time)[0]
+        return lambda state, theta_d: Phi @ state + Gamma * theta_d
+
+    feedback, saturated = _strides(A_closed, B * K[0], sample_time), _strides(A, B * limit, sample_time)
+    gain_d, K_and_KA, KB = float(K[0]), np.vstack([K, K @ A]), float(K @ B)
+    at_rest = 1e-9 * limit / sample_time  # V/s
+
+    def regime(state: Vector, theta_d: float) -> tuple[int, int]:
+        """Where u is (-1 and 1: beyond the limit), and which way it goes."""
+        Kx, KAx = (K_and_KA @ state).tolist()
+        u = gain_d * theta_d - Kx
+        slope = -KAx - KB * min(max(u, -limit), limit)
+        return (u > limit) - (u < -limit), (slope > at_rest) - (slope < -at_rest)
+
+    def advance(state: Vector, theta_d: float) -> Vector:
+        remaining, level, now = 2**_FINEST, 0, regime(state, theta_d)
+        while remaining:
+            stride = 2**_FINEST >> level
+            if stride > remaining:
+                level += 1
+                continue
+            Phi, Gamma = saturated[level] if now[0] else feedback[level]
+            ahead = Phi @ state + Gamma * (now[0] or theta_d)
+            after = regime(ahead, theta_d)
+            if after != now:
+                if level < _FINEST:
+                    level += 1
+                    continue
+                level = 0
+            state, now, remaining = ahead, after, remaining - stride
+        return state
+
+    return advance
+
+
+def _strides(A: Vector, B: Vector, sample_time: float) -> list[tuple[Vector, Vector]]:
+    """Phi (4, 4) and Gamma (4,) of x(t + h) = Phi x(t) + Gamma u, for an input that is held.
+
+    One pair for each stride h = sample_time / 2**level. They are parts of exp(M h), M = [[A, B], [0, 0]], which is
+    found by its series at a tiny h and by doubling: exp(2 M h) - I = 2 X + X² with X = exp(M h) - I. That keeps all
+    digits, and is far quicker than a matrix exponential for each stride.
+    """
+    I, M = np.eye(5), np.zeros((5, 5))
+    M[:4, :4], M[:4, 4] = A, B
+    doublings = _FINEST + max(0, int(np.ceil(np.log2(np.linalg.norm(M, 1) * sample_time + 1e-300))))
+    tiny = M * (sample_time / 2**doublings)  # of a norm of 2**-16 at most: four terms are exact
+    X = tiny @ (I + tiny / 2 @ (I + tiny / 3 @ (I + tiny / 4)))
+    exponentials = [I + X]
+    for _ in range(doublings):
+        X = 2 * X + X @ X
+        exponentials.append(I + X)
+    return [(E[:4, :4], E[:4, 4]) for E in reversed(exponentials[-_FINEST - 1 :])]
+
+
+# --- workbook --------------------------------------------------------------------------------------------------------
+
+
+def _with_derivative_filters(A: Vector, B: Vector, K: Vector, state: Vector) -> tuple[Vector, Vector, Vector, Vector]:
+    """Plant and gain with two more states f, the angles behind the low-pass filter w_c/(s + w_c).
+
+    The controller's velocities are w_c (angle - f), which is w_c s/(s + w_c) of the angle. The filters start at rest.
+    """
+    w_c, I, O = DERIVATIVE_CUTOFF, np.eye(2), np.zeros((2, 2))
+    A_filters = np.hstack([w_c * I, O, -w_c * I])
+    A_all = np.vstack([np.hstack([A, np.zeros((4, 2))]), A_filters])
+    K_angles, K_velocities = K[:2], K[2:]
+    K_all = np.concatenate([K_angles + w_c * K_velocities, [0.0, 0.0], -w_c * K_velocities])
+    return A_all, np.concatenate([B, [0.0, 0.0]]), K_all, np.concatenate([state, state[:2]])
+
+
+def _euler(A: Vector, B: Vector, K: Vector, gain_d: float, sample_time: float, limit: float) -> Advance:
+    """One step of forward Euler, x + T_s (A x + B u)."""
+    Phi, Gamma = np.eye(A.shape[0]) + sample_time * A, sample_time * B
+
+    def advance(state: Vector, theta_d: float) -> Vector:
+        u = min(max(gain_d * theta_d - float(K @ state), -limit), limit)
+        return Phi @ state + Gamma * u
+
+    return advance
+
+
+# --- what can be wrong -----------------------------------------------------------------------------------------------
+
+
+def _matrix(name: str, value: Any, shapes: list[tuple[int, ...]]) -> Vector:
+    wanted = " or ".join(str(shape) for shape in shapes)
+    try:
+        matrix = np.real_if_close(np.array(value))  # pole placement may leave imaginary parts of 1e-17
+        matrix = matrix if np.iscomplexobj(matrix) else matrix.astype(np.float64)
+    except (TypeError, ValueError):
+        raise DesignError(f"{name} must be an array of numbers of shape {wanted}; it is {value!r}.") from None
+    if np.iscomplexobj(matrix):
+        raise DesignError(f"{name} is complex: {value!r}. Poles that are complex must come in conjugate pairs.")
+    if matrix.shape not in shapes:
+        raise DesignError(f"{name} must have the shape {wanted}; its shape is {matrix.shape}. States: {STATES}.")
+    if not np.isfinite(matrix).all():
+        raise DesignError(f"{name} has a value that is not finite: {matrix.tolist()}.")
+    return matrix
+
+
+def _reference(value: Any) -> Vector:
+    try:
+        reference = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise RecordingError("The reference must be an array of numbers: angles in rad, one per sample.") from None
+    if reference.ndim != 1 or reference.size < 2 or not np.isfinite(reference).all():
+        raise RecordingError(
+            "The reference must be a vector of two or more finite angles in rad, one per sample; "
+            f"its shape is {reference.shape}."
+        )
+    return reference
+
+
+def _why_it_ran_away(A: Vector, B: Vector, K: Vector, sample_time: float, fidelity: str, sample: int) -> str:
+    poles = np.linalg.eigvals(A - np.outer(B, K))
+    worst = poles[np.argmax(poles.real)]
+    text = f"The simulation ran away: at t = {sample * sample_time:.3g} s an angle had left ±{_RUNAWAY:g} rad. "
+    if worst.real > 0:
+        loop = "closed loop" if fidelity == "exact" else "closed loop with its derivative filters"
+        text += f"The {loop} has an unstable pole at {worst:.3g} rad/s"
+        return text + ": look at the signs and the size of K, and at A and B."
+    if fidelity == "workbook" and np.abs(1 + sample_time * poles).max() > 1:
+        fastest = poles[np.argmax(np.abs(1 + sample_time * poles))]
+        text += f"The closed loop is stable, but its pole at {fastest:.3g} rad/s is too fast for Euler steps "
+        return text + f"of {sample_time:g} s: use a shorter sample_time or fidelity='exact'."
+    return text + "Its poles are stable: look at the reference (is it in rad?) and at x0."

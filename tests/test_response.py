@@ -1,0 +1,439 @@
+"""Measurements against analytic second-order responses, python-control, and a log of a real bench."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+import control
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from rotflex import response, signals
+from rotflex.errors import ConfigurationError, IdentificationError, RecordingError
+from rotflex.recording import Recording
+from rotflex.units import DEG
+
+SAMPLE_TIME = 0.002
+COUNT = 360 / 4096  # deg
+REFERENCE = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
+RECORDINGS = Path(os.environ.get("ROTFLEX_RECORDINGS", REFERENCE))
+
+
+def unit_step(t, zeta, omega_n):
+    """Response of omega_n²/(s² + 2 zeta omega_n s + omega_n²) to a unit step at 0."""
+    omega_d = omega_n * math.sqrt(1 - zeta**2)
+    after = np.maximum(t, 0)
+    ringing = np.cos(omega_d * after) + zeta * omega_n / omega_d * np.sin(omega_d * after)
+    return np.where(t < 0, 0.0, 1 - np.exp(-zeta * omega_n * after) * ringing)
+
+
+def wave(levels, zeta=0.6, omega_n=20.0, hold=0.75, start=0.0, last=None, amplitude_deg=20.0):
+    """A second-order servo that follows ``levels``, in amplitudes, each held for ``hold`` s, the last for ``last``."""
+    held = round(hold / SAMPLE_TIME)
+    counts = [held] * (len(levels) - 1) + [held if last is None else round(last / SAMPLE_TIME)]
+    reference = np.repeat(np.array(levels, dtype=float), counts)
+    t = np.arange(reference.size) * SAMPLE_TIME
+    edges = np.concatenate([[0], np.cumsum(counts)[:-1]]) * SAMPLE_TIME
+    theta = start + sum(
+        size * unit_step(t - edge + 1e-12, zeta, omega_n)
+        for edge, size in zip(edges, np.diff(levels, prepend=start), strict=True)
+    )
+    scale = amplitude_deg * DEG
+    return Recording.of(t, theta_ref=scale * reference, theta=scale * theta, alpha=0.1 * theta, vm=3 * theta)
+
+
+def changed(recording, **channels):
+    values = {name: recording[name] for name in recording.channels} | channels
+    return Recording.of(recording.time, recording.metadata, **values)
+
+
+# --- right figures ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("zeta", "omega_n"), [(0.6, 20), (0.4, 25), (0.8, 30)])
+def test_overshoot_and_peak_time_are_those_of_the_formulas(zeta, omega_n):
+    steps = response.measure(wave([-1, 1, -1], zeta, omega_n, hold=1.5, start=-1))
+    assert [step.direction for step in steps] == [1, -1]
+    for step in steps:
+        root = math.sqrt(1 - zeta**2)
+        assert step.overshoot == pytest.approx(100 * math.exp(-math.pi * zeta / root), abs=0.01)
+        assert step.peak_time == pytest.approx(math.pi / (omega_n * root), abs=SAMPLE_TIME)
+        assert step.size == pytest.approx(40 * DEG)
+        assert step.steady_state_error == pytest.approx(0, abs=1e-3 * DEG)
+
+
+@pytest.mark.parametrize(("zeta", "omega_n"), [(0.6, 20), (0.35, 25), (0.9, 30), (0.7, 12)])
+def test_settling_time_is_that_of_python_control_for_two_per_cent_of_the_step(zeta, omega_n):
+    """4 % of the final value is 2 % of a step from -20 to 20 deg."""
+    t = np.arange(0, 1.5, SAMPLE_TIME)
+    servo = control.tf([omega_n**2], [1, 2 * zeta * omega_n, omega_n**2])
+    expected = control.step_info(servo, T=t, SettlingTimeThreshold=0.02, yfinal=1)
+    (step,) = response.measure(wave([-1, 1], zeta, omega_n, hold=1.5, start=-1))
+    assert step.settling_time == pytest.approx(expected["SettlingTime"], abs=SAMPLE_TIME)
+    assert step.overshoot == pytest.approx(expected["Overshoot"], abs=0.02)
+    assert step.peak_time == pytest.approx(expected["PeakTime"], abs=SAMPLE_TIME)
+
+
+def test_settling_time_runs_to_the_first_sample_that_stays_in_the_band():
+    t = np.arange(1000) * SAMPLE_TIME
+    theta = np.full(1000, 20.0)
+    theta[:200] = -20
+    theta[300] = 20.81  # the last sample outside ±0.8 deg
+    theta[310] = 20.79
+    reference = np.where(np.arange(1000) < 100, -20.0, 20.0)
+    (step,) = response.measure(Recording.of(t, theta_ref=reference * DEG, theta=theta * DEG))
+    assert step.start == pytest.approx(100 * SAMPLE_TIME)
+    assert step.settling_time == pytest.approx(201 * SAMPLE_TIME)
+    assert step.overshoot == pytest.approx(100 * 0.81 / 40)
+    assert step.peak_time == pytest.approx(200 * SAMPLE_TIME)
+
+
+def test_a_rate_limited_step_counts_from_the_start_of_its_ramp():
+    t = signals.time_axis(2.9, SAMPLE_TIME)
+    sharp = signals.square_wave(t - 1, 0.5, 20 * DEG)
+    ramped = 20 * DEG * signals.rate_limit(signals.square_wave(t - 1, 0.5), 25, SAMPLE_TIME, initial=-1)
+    theta = 20 * DEG * (2 * unit_step(t - 1, 0.7, 25) - 2 * unit_step(t - 2, 0.7, 25) - 1)
+    at_once = response.measure(Recording.of(t, theta_ref=sharp, theta=theta))
+    slowly = response.measure(Recording.of(t, theta_ref=ramped, theta=theta))
+    assert [step.start for step in slowly] == pytest.approx([1, 2])
+    for one, other in zip(at_once, slowly, strict=True):
+        assert other.settling_time == one.settling_time
+        assert other.overshoot == pytest.approx(one.overshoot)
+        assert (other.before, other.after) == (one.before, one.after)
+
+
+def test_largest_deflection_and_voltage_belong_to_their_own_step():
+    recording = wave([-1, 1, -1], start=-1)
+    alpha, vm = np.zeros(len(recording)), np.zeros(len(recording))
+    half = len(recording) // 3
+    alpha[half + 50], vm[half + 5] = -0.15, 8.0
+    alpha[2 * half + 50], vm[2 * half + 5] = 0.12, -9.0
+    first, second = response.measure(changed(recording, alpha=alpha, vm=vm))
+    assert (first.max_alpha, first.max_vm) == (0.15, 8.0)
+    assert (second.max_alpha, second.max_vm) == (0.12, 9.0)
+    summary = response.worst([first, second])
+    assert (summary.max_alpha, summary.max_vm) == (0.15, 9.0)
+
+
+def test_a_recording_of_the_servo_alone_is_measured_without_deflection_and_voltage():
+    whole = wave([-1, 1, -1], start=-1)
+    summary = response.worst(
+        response.measure(Recording.of(whole.time, theta_ref=whole["theta_ref"], theta=whole["theta"]))
+    )
+    assert summary.settling_time == response.worst(response.measure(whole)).settling_time
+    findings = response.verdict(summary)
+    assert [finding.met for finding in findings[2:]] == [None, None]
+    assert "not measured" in findings[3].words
+
+
+# --- conventions -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ramped", [False, True])
+def test_the_first_step_from_zero_has_the_same_band_and_its_own_height(ramped):
+    recording = wave([1, -1, 1], 0.6, 20, hold=1.5)
+    reference = recording["theta_ref"]
+    if ramped:
+        reference = 20 * DEG * signals.rate_limit(reference / (20 * DEG), 100, SAMPLE_TIME)
+    first, second, third = response.measure(changed(recording, theta_ref=reference))
+    assert (first.start, first.before, first.after) == (0, 0, pytest.approx(20 * DEG))
+    assert (second.before, second.after) == (pytest.approx(20 * DEG), pytest.approx(-20 * DEG))
+    assert first.overshoot == pytest.approx(second.overshoot, abs=1e-3)  # each of its own step
+    # ±0.8 deg is 4 % of the first step and 2 % of the others.
+    t = np.arange(0, 1.5, SAMPLE_TIME)
+    for step, share in ((first, 0.04), (third, 0.02)):
+        outside = np.flatnonzero(np.abs(unit_step(t, 0.6, 20) - 1) > share)
+        assert step.settling_time == pytest.approx(t[outside[-1] + 1], abs=1e-9)
+
+
+def test_the_first_step_does_not_flatter_the_summary():
+    steps = response.measure(wave([1, -1, 1], start=0))
+    summary = response.worst(steps)
+    assert (summary.steps, summary.left_out) == (2, 1)
+    assert summary.settling_time == steps[1].settling_time > steps[0].settling_time
+
+
+def test_a_wave_that_opens_at_its_first_level_has_no_step_there():
+    assert [step.direction for step in response.measure(wave([1, -1, 1], start=1))] == [-1, 1]
+
+
+def test_the_step_back_to_zero_has_the_band_of_the_value_it_came_from():
+    up, down = response.measure(wave([0, 1, 0], hold=1.5))
+    assert down.settling_time == pytest.approx(up.settling_time, abs=1e-9)
+
+
+def sticking(error_deg):
+    """A servo that rests ``error_deg`` short of 20 deg after the step up, and on its command after the step down."""
+    recording = wave([-1, 1, -1], hold=1.5, start=-1)
+    share = 1 - error_deg / 40
+    held = len(recording) // 3
+    theta = recording["theta"].copy()
+    theta[held : 2 * held] = -20 * DEG + share * (theta[held : 2 * held] + 20 * DEG)
+    return changed(recording, theta=theta)
+
+
+def test_steady_state_error_is_command_minus_angle():
+    up, down = response.measure(sticking(0.5))
+    assert up.steady_state_error == pytest.approx(0.5 * DEG, rel=1e-3)
+    assert down.steady_state_error == pytest.approx(0, abs=1e-3 * DEG)
+    assert up.overshoot < down.overshoot
+    assert response.worst([up, down]).steady_state_error == pytest.approx(0.5 * DEG, rel=1e-3)
+
+
+def test_a_servo_that_sticks_outside_the_band_settles_only_about_its_own_rest():
+    up, _ = response.measure(sticking(1.0))
+    assert up.settling_time == math.inf
+    assert "comes to rest 1 deg from the command" in up.remark
+    literally, _ = response.measure(sticking(1.0), final="measured")
+    assert literally.settling_time < 0.5
+    assert literally.overshoot == pytest.approx(9.478 * 39 / 40, abs=0.02)  # 9.478 % for zeta = 0.6
+    assert literally.steady_state_error == up.steady_state_error
+
+
+# --- awkward data ----------------------------------------------------------------------------------------------------
+
+
+def test_quantised_angles_are_measured_to_a_count():
+    recording = wave([-1, 1, -1, 1], hold=1.5, start=-1)
+    quantised = changed(recording, theta=np.round(recording["theta"] / (COUNT * DEG)) * COUNT * DEG)
+    for clean, coarse in zip(response.measure(recording), response.measure(quantised), strict=True):
+        assert coarse.overshoot == pytest.approx(clean.overshoot, abs=100 * COUNT / 40)
+        assert coarse.settling_time == pytest.approx(clean.settling_time, abs=0.02)
+        assert abs(coarse.steady_state_error) <= COUNT / 2 * DEG + 1e-9
+        assert coarse.remark == ""
+
+
+def test_noise_that_stays_inside_the_band_moves_the_figures_by_no_more_than_itself():
+    recording = wave([-1, 1, -1, 1], zeta=0.7, hold=1.5, start=-1)
+    noise = np.random.default_rng(3).uniform(-0.15, 0.15, len(recording)) * DEG
+    for clean, noisy in zip(
+        response.measure(recording), response.measure(changed(recording, theta=recording["theta"] + noise)), strict=True
+    ):
+        assert noisy.overshoot == pytest.approx(clean.overshoot, abs=100 * 0.3 / 40)
+        assert noisy.settling_time == pytest.approx(clean.settling_time, abs=0.03)
+        assert noisy.steady_state_error == pytest.approx(0, abs=0.03 * DEG)
+
+
+@pytest.mark.parametrize("last", [SAMPLE_TIME, 0.3, 1.0])
+def test_a_last_step_that_is_cut_off_is_listed_as_not_measurable(last):
+    steps = response.measure(wave([-1, 1, -1], hold=1.5, start=-1, last=last))
+    assert len(steps) == 2
+    assert not steps[1].measurable
+    assert steps[1].settling_time is steps[1].overshoot is steps[1].max_vm is None
+    assert f"ends {last:.3g} s after" in steps[1].remark
+    summary = response.worst(steps)
+    assert (summary.steps, summary.left_out) == (1, 1)
+    assert "step at 3 s, 20 to -20 deg: not measurable" in summary.remarks[0]
+
+
+def test_a_ramp_that_the_recording_cuts_off_is_not_measurable():
+    recording = wave([-1, 1, -1], hold=1.0, start=-1, last=0.02)
+    reference = 20 * DEG * signals.rate_limit(recording["theta_ref"] / (20 * DEG), 25, SAMPLE_TIME, initial=-1)
+    _, last = response.measure(changed(recording, theta_ref=reference))
+    assert not last.measurable
+
+
+def test_nothing_measurable_is_an_error_that_says_why():
+    t = np.arange(200) * SAMPLE_TIME
+    reference = np.where(np.arange(200) < 199, -0.3, 0.3)
+    steps = response.measure(Recording.of(t, theta_ref=reference, theta=np.full(200, -0.3)))
+    with pytest.raises(IdentificationError, match=r"the recording ends 0\.002 s after"):
+        response.worst(steps)
+    with pytest.raises(IdentificationError, match="no steps"):
+        response.worst([])
+
+
+@pytest.mark.parametrize("frequency", [2.3, 5.0, 31.0])
+def test_an_angle_that_keeps_ringing_never_settles(frequency):
+    recording = wave([-1, 1, -1], hold=1.5, start=-1)
+    ringing = 1.5 * DEG * np.sin(2 * np.pi * frequency * recording.time)
+    steps = response.measure(changed(recording, theta=recording["theta"] + ringing))
+    for step in steps:
+        assert step.settling_time == math.inf
+        assert "not settled within ±0.8 deg of" in step.remark
+    finding = response.verdict(response.worst(steps))[0]
+    assert finding.met is False
+    assert "does not settle" in finding.words
+
+
+def test_an_angle_of_the_wrong_sign_is_found_out():
+    recording = wave([1, -1, 1], hold=1.5)
+    steps = response.measure(changed(recording, theta=-recording["theta"]))
+    for final in ("commanded", "measured"):
+        steps = response.measure(changed(recording, theta=-recording["theta"]), final=final)
+        for step in steps:
+            assert step.settling_time == math.inf
+            assert step.overshoot is None
+            assert "against the command" in step.remark
+            assert "sign" in step.remark
+    assert [finding.met for finding in response.verdict(response.worst(steps))[:2]] == [False, None]
+
+
+def test_a_servo_that_does_not_move_is_found_out():
+    recording = wave([1, -1, 1], hold=1.5)
+    steps = response.measure(changed(recording, theta=np.zeros(len(recording))))
+    assert all("did not follow: it moved 0 deg of" in step.remark for step in steps)
+    assert response.worst(steps).settling_time == math.inf
+
+
+def test_a_constant_command_is_an_error():
+    t = signals.time_axis(1, SAMPLE_TIME)
+    with pytest.raises(IdentificationError, match="constant, 20 deg"):
+        response.measure(Recording.of(t, theta_ref=np.full(t.size, 20 * DEG), theta=np.zeros(t.size)))
+
+
+def test_a_sweep_is_no_square_wave():
+    t = signals.time_axis(5, SAMPLE_TIME)
+    sweep = signals.chirp(t, 1, 5, 0.3)
+    with pytest.raises(IdentificationError, match="not a square wave"):
+        response.measure(Recording.of(t, theta_ref=sweep, theta=sweep))
+
+
+def test_values_that_are_not_finite_never_get_so_far():
+    recording = wave([-1, 1, -1], start=-1)
+    theta = recording["theta"].copy()
+    theta[700] = np.nan
+    with pytest.raises(RecordingError, match=r"theta.* not finite at sample 700"):
+        response.measure(changed(recording, theta=theta))
+
+
+def test_a_recording_without_a_command_is_refused():
+    recording = wave([-1, 1, -1], start=-1)
+    with pytest.raises(RecordingError, match="theta_ref"):
+        response.measure(Recording.of(recording.time, theta=recording["theta"]))
+
+
+@pytest.mark.parametrize("choice", [{"band": 4}, {"band": 0}, {"band": math.nan}, {"final": "20 deg"}])
+def test_an_impossible_convention_is_refused(choice):
+    with pytest.raises(ConfigurationError):
+        response.measure(wave([-1, 1, -1], start=-1), **choice)
+
+
+# --- properties ------------------------------------------------------------------------------------------------------
+
+servos = {"zeta": st.floats(0.3, 0.9), "omega_n": st.floats(12, 40)}
+
+
+def figures(step):
+    return (step.settling_time, step.peak_time, step.overshoot)
+
+
+@settings(max_examples=40, deadline=None)
+@given(**servos, amplitude_deg=st.floats(0.5, 90))
+def test_settling_time_and_overshoot_do_not_depend_on_the_amplitude(zeta, omega_n, amplitude_deg):
+    one = response.measure(wave([1, -1, 1], zeta, omega_n))
+    other = response.measure(wave([1, -1, 1], zeta, omega_n, amplitude_deg=amplitude_deg))
+    for a, b in zip(one, other, strict=True):
+        assert figures(a) == pytest.approx(figures(b), abs=1e-6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(**servos)
+def test_up_and_down_measure_alike(zeta, omega_n):
+    up = response.measure(wave([1, -1, 1], zeta, omega_n))
+    down = response.measure(wave([-1, 1, -1], zeta, omega_n))
+    for a, b in zip(up, down, strict=True):
+        assert figures(a) == pytest.approx(figures(b), abs=1e-6)
+        assert a.direction == -b.direction
+        assert a.steady_state_error == pytest.approx(-b.steady_state_error, abs=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(**servos, delay=st.integers(2, 300))
+def test_a_later_start_shifts_the_steps_and_changes_no_figure(zeta, omega_n, delay):
+    recording = wave([0, 1, 0, 1], zeta, omega_n)
+    padded = {name: np.concatenate([np.zeros(delay), recording[name]]) for name in recording.channels}
+    later = Recording.of(np.arange(len(recording) + delay) * SAMPLE_TIME, None, **padded)
+    for a, b in zip(response.measure(recording), response.measure(later), strict=True):
+        assert b.start == pytest.approx(a.start + delay * SAMPLE_TIME)
+        assert figures(a) == pytest.approx(figures(b), abs=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(**servos, narrow=st.floats(0.01, 0.1), wide=st.floats(0.01, 0.1))
+def test_a_wider_band_is_never_reached_later(zeta, omega_n, narrow, wide):
+    assume(narrow < wide)
+    recording = wave([-1, 1], zeta, omega_n, hold=1.5, start=-1)
+    (late,), (early,) = response.measure(recording, band=narrow), response.measure(recording, band=wide)
+    assert early.settling_time <= late.settling_time
+
+
+# --- the specifications ----------------------------------------------------------------------------------------------
+
+
+def summary(**values):
+    plain = {
+        "settling_time": 0.4,
+        "overshoot": 3.4,
+        "steady_state_error": 0.0,
+        "max_alpha": 10.9 * DEG,
+        "max_vm": 8.6,
+    }
+    return response.Summary(**(plain | values), steps=4, left_out=1, remarks=())
+
+
+def test_the_specifications_are_the_four_of_the_workbook():
+    stated = [(s.number, s.limit / DEG if s.unit == "rad" else s.limit, s.unit) for s in response.SPECIFICATIONS]
+    assert stated == [(1, 0.5, "s"), (2, 5.0, "%"), (3, pytest.approx(12.5), "rad"), (4, 10.0, "V")]
+
+
+def test_the_printed_simulation_meets_all_four():
+    findings = response.verdict(summary())
+    assert all(finding.met is True for finding in findings)
+    assert findings[2].words == "Specification 3, largest link deflection: met, 10.9 deg; at most 12.5 deg."
+
+
+@pytest.mark.parametrize(
+    ("quantity", "limit"), [("settling_time", 0.5), ("overshoot", 5.0), ("max_alpha", 12.5 * DEG), ("max_vm", 10.0)]
+)
+def test_a_limit_is_met_up_to_itself_and_broken_beyond(quantity, limit):
+    for value, met in ((limit, True), (1.001 * limit, False)):
+        broken = {f.specification.quantity: f.met for f in response.verdict(summary(**{quantity: value}))}
+        assert broken.pop(quantity) is met
+        assert all(broken.values())
+
+
+def test_a_voltage_at_its_limit_is_said_to_be_so():
+    words = response.verdict(summary(max_vm=10.0))[3].words
+    assert "may have asked for more" in words
+    assert "may have asked" not in response.verdict(summary())[3].words
+
+
+# --- the real bench --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def real_log():
+    path = RECORDINGS / "real_bench_lqr.mat"
+    if not path.exists():
+        pytest.skip(f"The log of a real bench is not at {path}; set ROTFLEX_RECORDINGS to its folder.")
+    return Recording.load(path)
+
+
+def test_the_real_bench_measures_as_was_checked(real_log):
+    steps = response.measure(real_log)
+    assert len(steps) == 5
+    full = [step for step in steps if step.size > 59 * DEG]
+    assert len(full) == 4
+    times = [step.settling_time for step in full]
+    assert round(min(times), 2) == 0.52
+    assert round(max(times), 2) == 0.54
+    for step in full:
+        expected = 0.03 if step.direction > 0 else -0.56
+        assert step.steady_state_error / DEG == pytest.approx(expected, abs=0.005)
+        assert step.overshoot == 0
+    worst = response.worst(steps)
+    assert worst.max_alpha / DEG == pytest.approx(9.7, abs=0.06)
+    assert worst.max_vm == pytest.approx(8.4, abs=0.05)
+    assert [finding.met for finding in response.verdict(worst)] == [False, True, True, True]
+
+
+def test_about_its_own_rest_the_real_bench_settles_sooner(real_log):
+    sooner = [step.settling_time for step in response.measure(real_log, final="measured")[1:]]
+    later = [step.settling_time for step in response.measure(real_log)[1:]]
+    assert all(a <= b for a, b in zip(sooner, later, strict=True))
+    assert max(sooner) == pytest.approx(0.52, abs=0.001)

@@ -1,0 +1,163 @@
+"""Signals against their definitions, at the samples where rounding would show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rotflex import signals
+from rotflex.errors import ConfigurationError
+
+
+def test_ten_seconds_at_two_milliseconds_are_5001_samples_with_both_ends():
+    t = signals.time_axis(10, 0.002)
+    assert t.size == 5001
+    assert t[0] == 0
+    assert t[-1] == pytest.approx(10, abs=1e-12)
+
+
+@given(st.integers(1, 20000), st.sampled_from([0.001, 0.002, 0.005, 0.1, 1 / 3, 0.7e-3]))
+def test_a_whole_number_of_sample_times_gives_that_many_intervals(intervals, sample_time):
+    assert signals.time_axis(intervals * sample_time, sample_time).size == intervals + 1
+
+
+@pytest.mark.parametrize(
+    ("duration", "sample_time"), [(1, 0), (1, -0.002), (0, 0.002), (0.001, 0.002), (np.nan, 0.002)]
+)
+def test_time_axis_refuses_what_is_no_duration(duration, sample_time):
+    with pytest.raises(ConfigurationError):
+        signals.time_axis(duration, sample_time)
+
+
+# --- chirp -----------------------------------------------------------------------------------------------------------
+
+
+def test_chirp_is_the_sine_of_the_integral_of_a_frequency_that_rises_linearly():
+    t = signals.time_axis(15, 0.0005)
+    frequency = np.interp(t, [0, 15], [1, 5])
+    phase = 2 * np.pi * np.concatenate([[0], np.cumsum((frequency[1:] + frequency[:-1]) / 2 * np.diff(t))])
+    np.testing.assert_allclose(signals.chirp(t, 1, 5, 0.3), 0.3 * np.sin(phase), atol=1e-9)
+
+
+def test_chirp_agrees_with_scipy():
+    from scipy.signal import chirp
+
+    t = signals.time_axis(15, 0.002)
+    expected = 2.0 * chirp(t, f0=1, t1=t[-1], f1=5, method="linear", phi=-90)
+    np.testing.assert_allclose(signals.chirp(t, 1, 5, 2.0), expected, atol=1e-10)
+
+
+def test_chirp_counts_from_its_first_sample_and_may_fall():
+    t = signals.time_axis(3, 0.002)
+    np.testing.assert_allclose(signals.chirp(t + 7, 5, 1), signals.chirp(t, 5, 1), atol=1e-9)
+    crossings = np.flatnonzero(np.diff(np.sign(signals.chirp(t, 5, 1)[1:])))
+    assert np.all(np.diff(crossings, 2) >= -1)  # the half periods get longer, to within a sample
+    assert np.diff(crossings)[-1] > 2 * np.diff(crossings)[0]
+
+
+def test_chirp_refuses_a_frequency_that_the_samples_cannot_carry():
+    with pytest.raises(ConfigurationError, match="below 250 Hz"):
+        signals.chirp(signals.time_axis(1, 0.002), 1, 260)
+
+
+# --- square wave and step --------------------------------------------------------------------------------------------
+
+
+@given(
+    half_period=st.integers(1, 1000),
+    sample_time=st.sampled_from([0.001, 0.002, 0.004, 0.01, 0.1, 1 / 3, 0.7e-3]),
+    built=st.sampled_from(["product", "sum", "linspace"]),
+)
+def test_square_wave_turns_exactly_on_the_sample_of_its_edge(half_period, sample_time, built):
+    n = 10 * half_period + 1
+    t = {
+        "product": lambda: np.arange(n) * sample_time,
+        "sum": lambda: np.concatenate([[0.0], np.cumsum(np.full(n - 1, sample_time))]),
+        "linspace": lambda: np.linspace(0, (n - 1) * sample_time, n),
+    }[built]()
+    wave = signals.square_wave(t, 1 / (2 * half_period * sample_time), 3.0)
+    expected = np.where(np.arange(n) // half_period % 2 == 0, 3.0, -3.0)
+    np.testing.assert_array_equal(wave, expected)
+
+
+def test_the_workbooks_square_wave_starts_positive_and_turns_after_one_and_a_half_seconds():
+    t = signals.time_axis(10, 0.002)
+    wave = signals.square_wave(t, 0.33, 20.0)
+    assert wave[0] == 20
+    edges = t[np.flatnonzero(np.diff(wave)) + 1]
+    expected = np.arange(1, 7) / 0.66
+    assert np.all((edges >= expected) & (edges < expected + 0.002))
+
+
+def test_step_has_its_new_value_on_the_sample_of_the_step():
+    t = signals.time_axis(1, 0.1)
+    assert signals.step(t, 5.0, at=0.3).tolist() == [0, 0, 0, 5, 5, 5, 5, 5, 5, 5, 5]
+    assert signals.step(t, 5.0).tolist() == [5.0] * 11
+    assert signals.step(t, 5.0, at=0.25).tolist() == [0, 0, 0, 5, 5, 5, 5, 5, 5, 5, 5]
+
+
+# --- rate limit ------------------------------------------------------------------------------------------------------
+
+
+@given(
+    x=st.lists(st.floats(-50, 50), min_size=1, max_size=60),
+    rate=st.floats(0.1, 1e4),
+    sample_time=st.floats(1e-3, 1.0),
+    initial=st.floats(-50, 50),
+)
+def test_rate_limit_never_moves_faster_never_overshoots_and_heads_for_its_input(x, rate, sample_time, initial):
+    y = signals.rate_limit(x, rate, sample_time, initial)
+    before = np.concatenate([[initial], y[:-1]])
+    x = np.array(x)
+    assert np.all(np.abs(y - before) <= rate * sample_time * (1 + 1e-6) + 1e-12)
+    assert np.all((y - before) * (x - before) >= 0)
+    assert np.all(np.abs(x - y) <= np.abs(x - before))
+    limited = y != x
+    np.testing.assert_allclose(np.abs(y - before)[limited], rate * sample_time, rtol=1e-9, atol=1e-12)
+
+
+@given(x=st.lists(st.floats(-50, 50), min_size=1, max_size=60))
+def test_rate_limit_lets_a_slow_signal_pass_unchanged(x):
+    assert signals.rate_limit(x, 101.0, 1.0).tolist() == x
+
+
+@pytest.mark.parametrize(("rate", "samples"), [(100, 10), (50, 20), (25, 40)])
+def test_smooth_square_wave_crosses_from_peak_to_peak_in_two_over_its_rate(rate, samples):
+    t = signals.time_axis(5, 0.002)
+    wave = signals.smooth_square_wave(t, 0.33, 20.0, rate)
+    edge = int(np.ceil(1 / 0.66 / 0.002))
+    assert wave[edge - 1] == 20
+    assert wave[edge] == pytest.approx(20 - 20 * rate * 0.002)
+    assert wave[edge + samples - 2] > -20
+    assert np.all(wave[edge + samples - 1 : 2 * edge - 2] == -20)
+    assert np.all(np.diff(wave[edge - 1 : edge + samples]) < 0)
+
+
+def test_smooth_square_wave_starts_from_zero():
+    wave = signals.smooth_square_wave(signals.time_axis(1, 0.002), 0.33, 20.0, 100)
+    np.testing.assert_allclose(wave[:6], [4, 8, 12, 16, 20, 20])
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda t: signals.square_wave(t, 0),
+        lambda t: signals.square_wave(t, -1),
+        lambda t: signals.square_wave(t, np.inf),
+        lambda t: signals.chirp(t, 0, 5),
+        lambda t: signals.chirp(t[:1], 1, 5),
+        lambda t: signals.rate_limit(t, 0, 0.002),
+        lambda t: signals.rate_limit(t, 100, 0),
+        lambda t: signals.rate_limit([0.0, np.nan], 100, 0.002),
+        lambda t: signals.rate_limit(["on", "off"], 100, 0.002),
+        lambda t: signals.smooth_square_wave(t, 0.33, 1, -100),
+        lambda t: signals.smooth_square_wave(t[::-1], 0.33, 1, 100),
+        lambda t: signals.smooth_square_wave(t**2, 0.33, 1, 100),
+        lambda t: signals.square_wave(t.reshape(-1, 1), 0.33),
+    ],
+)
+def test_signals_refuse_impossible_arguments(call):
+    with pytest.raises(ConfigurationError):
+        call(signals.time_axis(1, 0.002))
