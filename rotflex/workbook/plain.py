@@ -1,0 +1,147 @@
+"""Plain data: how answers are rounded and thinned out, and how they are read back from a stranger's file."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.errors import AnswerError
+
+
+class FormError(AnswerError):
+    """What was given does not have the form that was asked for; the message is a hint for the student."""
+
+
+class NotAnswered(AnswerError):
+    """Nothing has been given yet: the preset is still there."""
+
+
+#: What no file or database should have to bear in a text: control characters, halves of surrogate pairs.
+_UNWRITABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def significant(value: float, digits: int = 6) -> float:
+    """``value`` rounded to so many significant digits."""
+    return float(f"{value:.{digits}g}")
+
+
+def rounded(values: NDArray[np.float64]) -> list[float]:
+    """The values (n,) of an array, each to 6 significant digits."""
+    return [significant(value) for value in values.tolist()]
+
+
+def thin(size: int, limit: int) -> NDArray[np.intp]:
+    """Indices of at most ``limit`` of ``size`` samples: evenly spread, the first and the last among them.
+
+    All of them where ``size`` is within the limit; else ``round(i (size − 1)/(limit − 1))`` for i = 0 … limit − 1.
+    """
+    if size <= limit:
+        return np.arange(size)
+    return np.round(np.linspace(0, size - 1, limit)).astype(np.intp)
+
+
+def clean(text: str) -> str:
+    """Text without control characters, its lines ending in a line feed."""
+    return _UNWRITABLE.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))
+
+
+def plural(count: int, noun: str) -> str:
+    """As in "1 curve", "2 curves"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def show_number(value: float) -> str:
+    """A number to 3 significant digits, for people."""
+    return f"{value:.3g}" if value else "0"
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def read_number(what: str, value: Any) -> float:
+    """A finite number from JSON.
+
+    Raises
+    ------
+    AnswerError
+        If it is anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise AnswerError(f"{what} should be a number.")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise AnswerError(f"{what} should be finite.")
+    return number
+
+
+def read_text(what: str, value: Any, longest: int) -> str:
+    """Text of at most ``longest`` characters from JSON.
+
+    Raises
+    ------
+    AnswerError
+        If it is anything else.
+    """
+    if not isinstance(value, str) or len(value) > longest or _UNWRITABLE.search(value):
+        raise AnswerError(f"{what} should be printable text of at most {longest} characters.")
+    return value
+
+
+def read_list(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> list[Any]:
+    """A list with so many items from JSON.
+
+    Raises
+    ------
+    AnswerError
+        If it is anything else.
+    """
+    if not isinstance(value, list) or not shortest <= len(value) <= longest:
+        wanted = str(shortest) if shortest == longest else f"{shortest} to {longest}"
+        raise AnswerError(f"{what} should be a list of {wanted} items.")
+    return value
+
+
+def read_dict(what: str, value: Any, keys: set[str]) -> dict[str, Any]:
+    """An object with exactly these keys from JSON.
+
+    Raises
+    ------
+    AnswerError
+        If it is anything else.
+    """
+    if not isinstance(value, dict) or value.keys() != keys:
+        raise AnswerError(f"{what} should be an object with {', '.join(sorted(keys))}.")
+    return value
+
+
+def read_vector(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> NDArray[np.float64]:
+    """An array (n,) of finite numbers from JSON.
+
+    Raises
+    ------
+    AnswerError
+        If it is anything else.
+    """
+    return np.array([read_number(what, item) for item in read_list(what, value, shortest, longest)], dtype=np.float64)
+
+
+def read_matrix(what: str, value: Any, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """An array of finite numbers of this shape from JSON (a list of rows).
+
+    Raises
+    ------
+    AnswerError
+        If it is anything else.
+    """
+    rows = read_list(what, value, shape[0], shape[0])
+    return np.array([read_vector(what, row, shape[1], shape[1]) for row in rows], dtype=np.float64).reshape(shape)

@@ -1,0 +1,267 @@
+"""The laboratory as a notebook sees it, on the virtual bench."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import sympy
+
+import rotflex.lab
+from rotflex.errors import AnswerError, BenchError, ConfigurationError
+from rotflex.hil.draw import student_bench, student_seed
+from rotflex.workbook.probes import inputs
+from rotflex.workbook.questions import QUESTIONS, find
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ROTFLEX_PROBE_SEED", raising=False)
+    return tmp_path
+
+
+def quiet(student="ada", **more):
+    return rotflex.lab.start(student, quiet=True, **more)
+
+
+def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder):
+    rotflex.lab.start("ada")
+    position = student_bench(student_seed("ada")).arm_position
+    assert capsys.readouterr().out == (
+        f"Student   ada\nBench     virtual: arm in position {position}, encoders of type E\nAnswers   answers.json\n"
+    )
+
+
+def test_without_an_id_the_student_is_the_courses_or_demo(capsys, folder):
+    assert rotflex.lab.start().student == "demo"
+    assert 'write your id in student = "..."' in capsys.readouterr().out
+    (folder / "course.json").write_text(json.dumps({"student": "ada"}))
+    assert rotflex.lab.start().student == "ada"
+    assert "write your id" not in capsys.readouterr().out
+    assert rotflex.lab.start("grace").student == "grace"
+
+
+def test_a_broken_course_file_is_told(folder):
+    for broken in ("{", "[]", "{}", '{"student": 3}'):
+        (folder / "course.json").write_text(broken)
+        with pytest.raises(ConfigurationError):
+            rotflex.lab.start()
+
+
+@pytest.mark.parametrize("student", [3, " ", "a\nb", "x" * 100, None.__class__])
+def test_an_unusable_id_is_told(student):
+    with pytest.raises(ConfigurationError, match="id should be text"):
+        rotflex.lab.start(student)
+
+
+def test_the_parts_and_the_bench_are_the_students_own():
+    lab = quiet("ada")
+    spec = student_bench(student_seed("ada"))
+    assert lab.joint.arm_position == spec.arm_position
+    assert lab.servo.K_enc == pytest.approx(2 * np.pi / 4096)
+    with lab.bench() as bench:
+        assert bench.identity["seed"] == student_seed("ada")
+    assert quiet("ada", bench="virtual:?arm_position=3").joint.arm_position == 3
+    with pytest.raises(BenchError):
+        quiet(bench="nowhere")
+
+
+def test_answers_are_acknowledged_and_carried_to_the_next_notebook(capsys):
+    lab = quiet()
+    lab.answer("2.12", J_l=3.6e-3, K_s=np.float64(1.3))
+    assert capsys.readouterr().out == "2.12  J_l = 0.0036 kg·m²  recorded\n2.12  K_s = 1.3 N·m/rad  recorded\n"
+    assert quiet().value("2.12", "K_s") == 1.3
+
+
+def test_each_kind_that_is_carried_forward_comes_back_fit_for_use():
+    lab = quiet()
+    alpha, K_s = sympy.symbols("alpha K_s")
+    lab.answer("2.1", V=K_s * alpha**2 / 2)
+    lab.answer("2.14", A=np.eye(4), B=[0, 0, 1, -1])
+    lab.answer("3.8", K=np.array([18.2, -17.2, 1.59, 0.63]))
+    lab.answer("3.9", poles=[-40, -30, -12 + 16j, -12 - 16j])
+    lab.answer("3.1", stability="unstable", explanation="Because.")
+    assert lab.value("2.1", "V").subs({"K_s": 2, "alpha": 3}) == 9
+    A, B, K = lab.value("2.14", "A"), lab.value("2.14", "B"), lab.value("3.8", "K")
+    assert (A - B @ K).shape == (4, 4)
+    assert np.poly(lab.value("3.9", "poles")) == pytest.approx([1, 94, 3280, 56800, 480000])
+    assert lab.value("3.1", "stability") == "unstable"
+    assert lab.value("3.1", "explanation") == "Because."
+
+
+def test_a_value_that_is_not_there_yet_names_the_notebook_that_asks_for_it(capsys):
+    lab = quiet()
+    with pytest.raises(AnswerError, match=r"K_s  not answered yet: notebook 02_finding_stiffness asks for it"):
+        lab.value("2.12", "K_s")
+    assert lab.value("2.12", "K_s", default=None) is None
+    assert "notebook 02_finding_stiffness" in capsys.readouterr().out
+    with pytest.raises(AnswerError, match="no part"):
+        lab.value("2.12", "k_s", default=None)
+
+
+def test_a_value_answered_in_another_notebook_meanwhile_is_found():
+    here, there = quiet(), quiet()
+    there.answer("2.12", K_s=1.3)
+    assert here.value("2.12", "K_s") == 1.3
+
+
+def test_a_value_edited_by_hand_is_told(folder):
+    quiet().answer("2.12", K_s=1.3)
+    (folder / "answers.json").write_text((folder / "answers.json").read_text().replace("1.3", "[]"))
+    with pytest.raises(AnswerError, match=r"2\.12  K_s  cannot be read: .* Answer it again"):
+        quiet().value("2.12", "K_s")
+
+
+def test_an_unknown_question_or_part_names_those_that_exist():
+    lab = quiet()
+    with pytest.raises(AnswerError, match=r"2\.1 to 2\.18"):
+        lab.answer("2.19", x=1)
+    with pytest.raises(AnswerError, match="it has J_l, K_s"):
+        lab.answer("2.12", stiffness=1)
+    with pytest.raises(AnswerError, match="nothing was given"):
+        lab.answer("2.12")
+
+
+def test_every_question_can_be_left_empty(capsys):
+    lab = quiet()
+    for question in lab.questions.values():
+        lab.answer(question.number, **dict.fromkeys(question.names))
+    out = capsys.readouterr().out.splitlines()
+    assert len(out) == sum(len(question.parts) for question in lab.questions.values())
+    assert all(line.endswith("not answered yet") for line in out)
+
+
+def test_progress_and_summary_tell_what_is_missing(capsys):
+    lab = quiet()
+    lab.answer("2.12", J_l=3.6e-3, K_s=1.3)
+    lab.answer("2.11", omega_n=19.9)
+    capsys.readouterr()
+    lab.progress("02_finding_stiffness")
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) == 4
+    assert "Natural frequency: missing: explanation" in out
+    assert "Stiffness of the joint: answered" in out
+    lab.summary()
+    assert "02_finding_stiffness        1 of 4 questions answered" in capsys.readouterr().out
+    lab.progress()
+    assert len(capsys.readouterr().out.splitlines()) == len(lab.questions)
+    with pytest.raises(AnswerError, match="01_modeling_prelab"):
+        lab.progress("01")
+
+
+def test_tables_are_shown_by_number():
+    lab = quiet()
+    lab.answer("Table 2", omega_n=19.9)
+    assert "19.9" in str(lab.table("Table 2"))
+    with pytest.raises(AnswerError, match="Table 2, Table 3"):
+        lab.table("Table 4")
+
+
+def test_a_broken_file_is_told_even_in_a_quiet_session(capsys, folder):
+    (folder / "answers.json").write_text("{")
+    quiet()
+    assert "put aside as answers.broken.json" in capsys.readouterr().out
+
+
+def test_answers_go_into_the_given_folder(tmp_path):
+    place = tmp_path / "elsewhere"
+    place.mkdir()
+    quiet(folder=place).answer("2.12", K_s=1.3)
+    assert (place / "answers.json").exists()
+    assert not (tmp_path / "answers.json").exists()
+
+
+def test_functions_are_tried_on_inputs_of_the_students_seed_or_of_the_environments(monkeypatch, folder):
+    seen = []
+
+    def spectrum(x, dt):
+        seen.append(x)
+        return np.fft.rfftfreq(len(x), dt), np.abs(np.fft.rfft(x))
+
+    quiet().answer("2.10", spectrum=spectrum)
+    assert np.array_equal(seen[0], inputs("compound sines", student_seed("ada"))[0][0])
+    monkeypatch.setenv("ROTFLEX_PROBE_SEED", "987654321")
+    seen.clear()
+    quiet().answer("2.10", spectrum=spectrum)
+    assert np.array_equal(seen[0], inputs("compound sines", 987654321)[0][0])
+    assert json.loads((folder / "answers.json").read_text())["probe_seed"] == 987654321
+    monkeypatch.setenv("ROTFLEX_PROBE_SEED", "-1")
+    with pytest.raises(AnswerError, match="probe seed"):
+        quiet()
+
+
+def test_a_recording_of_the_virtual_bench_is_an_answer(capsys):
+    from rotflex import experiments
+
+    lab = quiet()
+    with lab.bench() as bench:
+        sweep = experiments.sweep(bench, duration=1.0, progress=False)
+    lab.answer("2.9", sweep=sweep)
+    assert capsys.readouterr().out == "2.9  sweep: 1 s, 4 channels  recorded\n"
+    kept = lab.value("2.9", "sweep")
+    assert kept["metadata"]["bench"]["seed"] == student_seed("ada")
+    assert kept["channels"]["alpha"]["values"].max() == pytest.approx(sweep["alpha"].max(), rel=0.05)
+
+
+def test_the_experiments_call_themselves_what_the_catalogue_expects():
+    from rotflex import experiments, simulation
+
+    lab = quiet()
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 671.7, -35.0, 0], [0, -1098.8, 35.0, 0]])
+    B = np.array([0, 0, 61.6, -61.6])
+    K = [18.24, -17.15, 1.59, 0.63]
+    with lab.bench() as bench:
+        runs = {
+            "2.9": experiments.sweep(bench, duration=0.5, progress=False),
+            "2.15": experiments.validation(bench, A, B, duration=0.5, progress=False),
+            "3.13": experiments.tracking(bench, K, duration=0.5, progress=False),
+            "3.15": experiments.tracking(bench, K, feedback="partial", duration=0.5, progress=False),
+        }
+    runs["3.11"] = simulation.closed_loop(A, B, K, np.zeros(500))
+    for number, recording in runs.items():
+        question = find(number)
+        (reply,) = lab.book.answer(question, {question.names[0]: recording})
+        assert reply.recorded, str(reply)
+        assert reply.hints == (), str(reply)
+
+
+def test_a_whole_course_of_answers_stays_within_the_size_of_the_file(folder):
+    from matplotlib.figure import Figure
+
+    from rotflex.recording import Recording
+    from rotflex.workbook.answers import MAX_BYTES
+
+    rng = np.random.default_rng(2)
+    figure = Figure()
+    for ax in figure.subplots(3, 1):
+        ax.plot(rng.normal(size=(5000, 3)))
+    names = ("theta_ref", "theta", "alpha", "vm", "theta_model", "alpha_model")
+    recording = Recording.of(np.arange(5000) * 0.002, **{name: rng.normal(size=5000) for name in names})
+    samples = {"figure": figure, "recording": recording, "prose": "word " * 999, "matrix": None, "number": 1 / 3}
+    lab = quiet()
+    for question in QUESTIONS.values():
+        lab.answer(question.number, **{part.name: samples.get(part.kind) for part in question.parts})
+    answered = json.loads((folder / "answers.json").read_text())["answers"]
+    assert sum(len(parts) for parts in answered.values()) >= 40
+    assert (folder / "answers.json").stat().st_size < 0.8 * MAX_BYTES
+
+
+def test_importing_the_laboratory_leaves_the_heavy_libraries_alone():
+    heavy = ["sympy", "matplotlib", "scipy.signal", "scipy.optimize", "scipy.io", "control", "ipywidgets", "tqdm"]
+    code = f"import sys, rotflex.lab; print([name for name in {heavy} if name in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[]"
+
+
+def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
+    code = (
+        "import sys, rotflex.lab; lab = rotflex.lab.start('ada');"
+        "lab.answer('2.12', K_s=1.3); lab.value('2.12', 'K_s');"
+        "lab.answer('2.14', A=[[0.0] * 4] * 4); lab.progress();"
+        "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
