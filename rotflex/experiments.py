@@ -49,7 +49,7 @@ def sweep(
     bench : an open bench
     f_start, f_stop : Hz
     duration : s
-    amplitude : rad for ``drive="position"`` (4 deg unless given), V for ``drive="voltage"`` (0.8 V unless given)
+    amplitude : rad for ``drive="position"`` (3 deg unless given), V for ``drive="voltage"`` (0.8 V unless given)
     drive : "position" or "voltage"
     progress : show a progress bar when it takes longer than a second
 
@@ -64,7 +64,7 @@ def sweep(
     if drive == "voltage":
         volts = chirp(t, f_start, f_stop, 0.8 if amplitude is None else amplitude)
         return _run(bench, OpenLoop(), volts, settings, progress)
-    theta_ref = chirp(t, f_start, f_stop, 4 * DEG if amplitude is None else amplitude)
+    theta_ref = chirp(t, f_start, f_stop, 3 * DEG if amplitude is None else amplitude)
     return _run(bench, PositionServo(sample_time=SAMPLE_TIME), theta_ref, settings, progress, theta_ref=theta_ref)
 
 

@@ -1,0 +1,151 @@
+"""The experiments, on virtual benches whose truth is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+from rotflex import experiments, hil
+from rotflex.config import joint, srv02
+from rotflex.errors import ConfigurationError, DesignError, LimitExceeded
+from rotflex.hil.draw import student_bench
+from rotflex.units import DEG, HZ
+
+
+def true_frequency(seed: int) -> float:
+    """The link's natural frequency (rad/s) on the bench of a seed, from its drawn parameters."""
+    parameters = student_bench(seed).parameters
+    return np.sqrt(parameters.K_s / parameters.J_l)
+
+
+def spectrum_peak(x: np.ndarray, dt: float) -> float:
+    """Frequency (rad/s) of the largest Fourier coefficient between 1 and 5 Hz, with fine zero-padding."""
+    padded = 1 << 17
+    f = np.fft.rfftfreq(padded, dt)
+    swept = (f > 1) & (f < 5)
+    return HZ * f[swept][np.abs(np.fft.rfft(x, padded))[swept].argmax()]
+
+
+def linear_model(K_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """A and B for voltage input, written out here from the equations of motion (nominal parts, arm position 1)."""
+    servo, J_l = srv02(), joint(1).J_l
+    damping = servo.B_eq + servo.back_emf_damping
+    A = np.zeros((4, 4))
+    A[0, 2] = A[1, 3] = 1
+    A[2, 1:3] = K_s / servo.J_eq, -damping / servo.J_eq
+    A[3, 1:3] = -K_s * (1 / servo.J_eq + 1 / J_l), damping / servo.J_eq
+    return A, np.array([0, 0, 1, -1]) * servo.torque_per_volt / servo.J_eq
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_position_driven_sweep_peaks_at_the_natural_frequency(seed):
+    with hil.open(seed=seed) as bench:
+        recording = experiments.sweep(bench, progress=False)
+    assert spectrum_peak(recording["alpha"], 0.002) == pytest.approx(true_frequency(seed), rel=0.025)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_voltage_driven_sweep_peaks_well_above_it(seed):
+    with hil.open(seed=seed) as bench:
+        recording = experiments.sweep(bench, drive="voltage", progress=False)
+    assert spectrum_peak(recording["alpha"], 0.002) > 1.12 * true_frequency(seed)
+
+
+def test_sweep_follows_the_chirp_and_keeps_its_reference():
+    with hil.open(seed=1) as bench:
+        recording = experiments.sweep(bench, progress=False)
+    t = recording.time
+    expected = 3 * DEG * np.sin(2 * np.pi * (t + (5 - 1) / (2 * 15) * t**2))
+    np.testing.assert_allclose(recording["theta_ref"], expected, atol=1e-12)
+    assert t[-1] == pytest.approx(15)
+    error = recording["theta"] - recording["theta_ref"]
+    assert np.sqrt(np.mean(error**2)) < 0.5 * np.sqrt(np.mean(recording["theta_ref"] ** 2))
+
+
+def test_free_decay_swings_at_the_natural_frequency_and_dies_down():
+    with hil.open(seed=3) as bench:
+        decay = experiments.free_decay(bench, progress=False)
+    after = decay.between(0.35, 2.0)
+    assert spectrum_peak(after["alpha"] - after["alpha"].mean(), 0.002) == pytest.approx(true_frequency(3), rel=0.03)
+    assert np.abs(decay["alpha"][-500:]).max() < 0.3 * np.abs(decay["alpha"]).max()
+
+
+@pytest.mark.parametrize("signal", ["square", "step"])
+def test_validation_runs_the_model_beside_the_bench(signal):
+    A, B = linear_model(1.4)
+    with hil.open("virtual:?preset=workbook") as bench:
+        recording = experiments.validation(bench, A, B, signal, progress=False)
+    _, _, states = lsim((A, B[:, None], np.eye(4), np.zeros((4, 1))), recording["vm"], recording.time, interp=False)
+    np.testing.assert_allclose(recording["theta_model"], states[:, 0], atol=1e-9)
+    np.testing.assert_allclose(recording["alpha_model"], states[:, 1], atol=1e-9)
+    # That preset has no friction: but for the encoder's half count, bench and model are one.
+    count = bench.servo.K_enc
+    np.testing.assert_allclose(recording["theta"], recording["theta_model"], atol=0.51 * count)
+    np.testing.assert_allclose(recording["alpha"], recording["alpha_model"], atol=0.51 * count)
+
+
+def test_tracking_meets_the_specifications_on_the_workbook_bench():
+    gain = [18.2356, -17.1547, 1.5893, 0.6327]
+    with hil.open("virtual:?preset=workbook") as bench:
+        full = experiments.tracking(bench, gain, progress=False)
+        partial = experiments.tracking(bench, gain, "partial", progress=False)
+    assert full.degrees("theta_ref").max() == pytest.approx(20)
+    assert np.abs(full.degrees("alpha")).max() < 12.5
+    assert np.abs(full["vm"]).max() < 10
+    # Without the link in the feedback it swings on: in the second half second after a turn there is far more of it.
+    late = (full.time > 2.0) & (full.time < 2.5)
+    assert np.abs(partial["alpha"][late]).max() > 5 * np.abs(full["alpha"][late]).max()
+
+
+def test_every_experiment_starts_at_rest_counted_from_there_and_ends_at_0_volts():
+    with hil.open(seed=5) as bench:
+        for _ in range(2):
+            recording = experiments.sweep(bench, duration=2.0, progress=False)
+            assert recording["theta"][0] == 0 == recording["alpha"][0]
+            assert bench.board._outputs[0] == 0.0
+        experiments.rest(bench)
+        state = bench.board.plant.state
+        assert abs(state.theta_dot) < 0.01
+        assert abs(state.alpha_dot) < 0.01
+
+
+def test_the_same_bench_gives_the_same_recording():
+    def once() -> np.ndarray:
+        with hil.open(seed=11) as bench:
+            return experiments.sweep(bench, duration=3.0, progress=False)["alpha"]
+
+    np.testing.assert_array_equal(once(), once())
+
+
+def test_recording_says_where_it_is_from():
+    with hil.open("virtual:?seed=7&arm_position=2") as bench:
+        metadata = experiments.sweep(bench, duration=2.0, progress=False).metadata
+    assert metadata["source"] == "virtual bench"
+    assert metadata["experiment"] == "sweep"
+    assert metadata["bench"]["seed"] == 7
+    assert metadata["bench"]["arm_position"] == 2
+
+
+def test_a_sweep_that_is_too_wild_stops_at_0_volts_and_says_why():
+    with hil.open(seed=1) as bench:
+        with pytest.raises(LimitExceeded, match=r"deflection.*smaller amplitude"):
+            experiments.sweep(bench, amplitude=25 * DEG, progress=False)
+        assert bench.board._outputs[0] == 0.0
+
+
+def test_unknown_choices_name_the_known_ones():
+    with hil.open(seed=1) as bench:
+        with pytest.raises(ConfigurationError, match="'position', 'voltage'"):
+            experiments.sweep(bench, drive="torque")
+        with pytest.raises(ConfigurationError, match="'square', 'step'"):
+            experiments.validation(bench, *linear_model(1.4), signal="chirp")
+
+
+def test_a_model_of_the_wrong_shape_or_that_runs_away_is_refused():
+    A, B = linear_model(1.4)
+    with hil.open(seed=1) as bench:
+        with pytest.raises(DesignError, match="4 by 4"):
+            experiments.validation(bench, A[:3], B)
+        with pytest.raises(DesignError, match="signs"):
+            experiments.validation(bench, -1e3 * A, B, progress=False)

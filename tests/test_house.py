@@ -1,0 +1,84 @@
+"""The house's own rules: who imports whom, what loads when, what a student may see."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "rotflex"
+
+#: From the ground up (docs/architecture.md); a room may import from its own floor and from those below.
+FLOORS = (
+    {"errors", "units", "progress"},
+    {"config"},
+    {"plant"},
+    {"recording", "signals"},
+    {"simulation", "response", "identification", "greybox"},
+    {"figures", "hil"},
+    {"experiments"},
+    {"workbook"},
+    {"lab"},
+)
+INSTRUCTOR = {"model", "design", "symbolic", "stiffness"}
+FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imported_rooms(path: Path) -> set[str]:
+    """Rooms of the package that a module imports, anywhere in it."""
+    rooms = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            if node.module == "rotflex":
+                rooms |= {alias.name for alias in node.names}
+            elif node.module.startswith("rotflex."):
+                rooms.add(node.module.split(".")[1])
+        elif isinstance(node, ast.Import):
+            rooms |= {alias.name.split(".")[1] for alias in node.names if alias.name.startswith("rotflex.")}
+    return rooms - {"__version__"}
+
+
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_go_one_way(path):
+    room, imported = room_of(path), imported_rooms(path)
+    imported.discard(room)
+    assert "cli" not in imported
+    if room in FLOOR_OF:
+        too_high = {other for other in imported if FLOOR_OF.get(other, len(FLOORS)) > FLOOR_OF[room]}
+        assert not too_high, f"{room} imports {too_high}"
+    elif room in INSTRUCTOR:
+        # response and identification lend them an estimate; nothing that touches a bench.
+        allowed = INSTRUCTOR | {"errors", "units", "config", "identification"}
+        assert imported <= allowed, f"{room} imports {imported - allowed}"
+    else:
+        assert room in {"cli", "grading"}, f"{room} has no floor"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_rooms_keep_to_a_readable_size(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+@pytest.mark.parametrize("room", ["rotflex", "rotflex.lab", "rotflex.experiments"])
+def test_heavy_libraries_load_only_where_they_are_used(room):
+    heavy = ["sympy", "matplotlib", "ipywidgets", "papermill", "sqlalchemy", "dask", "control", "tqdm", "typer"]
+    heavy += ["scipy.signal", "scipy.optimize"]
+    code = f"import sys, {room}; print([name for name in {heavy!r} if name in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
+    assert loaded == "[]"
+
+
+def test_importing_rotflex_alone_loads_nothing_of_it():
+    code = "import sys, rotflex; print(sorted(name for name in sys.modules if name.startswith('rotflex.')))"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "[]\n"
