@@ -1,0 +1,58 @@
+"""The workbook's figures: diagrams of the mechanism and of the loops, and plots of what is measured.
+
+Every function returns a matplotlib figure that carries its own description for those who cannot see it;
+:func:`show` puts it into a notebook.
+
+================  ===========================================================
+figure            drawn by
+================  ===========================================================
+2.1, 2.2          ``joint_angles``, ``lumped_model``
+2.3               ``compound_sine_spectrum``
+2.4, 2.6          ``sweep_experiment``, ``validation_experiment``
+2.5, Ans.2.1      ``sweep_response``
+Ans.2.2           ``spectrum_plot``
+2.7, 2.8          ``validation``
+3.1               ``desired_poles`` in symbols, ``pole_map`` in numbers
+3.2, 3.3, 3.5     ``state_feedback``, ``simulation_loop``, ``implementation_loop``
+3.4, 3.6, 3.7     ``tracking``
+beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``
+================  ===========================================================
+"""
+
+from rotflex.figures.diagrams import (
+    implementation_loop,
+    simulation_loop,
+    state_feedback,
+    sweep_experiment,
+    validation_experiment,
+)
+from rotflex.figures.mechanism import desired_poles, joint_angles, lumped_model
+from rotflex.figures.poles import pole_map
+from rotflex.figures.spectra import compound_sine_spectrum, frequency_response, naive_against_true, spectrum_plot
+from rotflex.figures.style import ROLES, Picture, new_picture, show, style
+from rotflex.figures.traces import free_decay, sweep_response, tracking, validation
+
+__all__ = [
+    "ROLES",
+    "Picture",
+    "compound_sine_spectrum",
+    "desired_poles",
+    "free_decay",
+    "frequency_response",
+    "implementation_loop",
+    "joint_angles",
+    "lumped_model",
+    "naive_against_true",
+    "new_picture",
+    "pole_map",
+    "show",
+    "simulation_loop",
+    "spectrum_plot",
+    "state_feedback",
+    "style",
+    "sweep_experiment",
+    "sweep_response",
+    "tracking",
+    "validation",
+    "validation_experiment",
+]

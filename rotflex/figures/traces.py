@@ -1,0 +1,162 @@
+"""Plots of recordings against time: the sweep, a free decay, the validation, and tracking."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.response import SPECIFICATIONS
+from rotflex.units import DEG
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from rotflex.recording import Recording
+
+SETTLING_BAND = 0.04  #: of the final angle, Section 3.1 of the workbook
+_LIMITS = {specification.quantity: specification.limit for specification in SPECIFICATIONS}
+
+
+def sweep_response(recording: Recording) -> Picture:
+    """Servo angle and deflection during the sine sweep, in degrees against time (Figure 2.5).
+
+    Parameters
+    ----------
+    recording : with channels ``theta`` and ``alpha``; ``theta_ref`` is drawn if it is there
+    """
+    with style():
+        figure, (upper, lower) = _stack(2)
+        if "theta_ref" in recording:
+            _angle(upper, recording, "theta_ref", "reference", "reference")
+        _angle(upper, recording, "theta", "measured", "measured")
+        _angle(lower, recording, "alpha", "measured", "measured")
+        _name_axes(upper, r"$\theta$ (deg)")
+        _name_axes(lower, r"$\alpha$ (deg)")
+        _legend(upper)
+    alpha = np.abs(recording.degrees("alpha"))
+    figure.alt_text = (
+        f"Two plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta swings ever faster. The "
+        "deflection alpha swings with it, and most of all "
+        f"near {recording.time[alpha.argmax()]:.0f} s, by about {alpha.max():.0f} deg."
+    )
+    return figure
+
+
+def free_decay(recording: Recording, peaks: ArrayLike | None = None) -> Picture:
+    """Deflection after a release with the servo held, in degrees against time.
+
+    Parameters
+    ----------
+    recording : with channel ``alpha``
+    peaks : (n,) times of the peaks to mark, s
+    """
+    with style():
+        figure, (axes,) = _stack(1)
+        _angle(axes, recording, "alpha", "measured", "measured")
+        if peaks is not None:
+            times = np.asarray(peaks, dtype=float)
+            heights = np.interp(times, recording.time, recording.degrees("alpha"))
+            marks = {"color": ROLES["highlight"]["color"], "linestyle": "none", "markeredgecolor": "black"}
+            axes.plot(times, heights, marker="o", label="peaks", zorder=4, **marks)
+            _legend(axes)
+        _name_axes(axes, r"$\alpha$ (deg)")
+    figure.alt_text = (
+        f"The deflection alpha against time, 0 to {recording.time[-1]:.2g} s: it swings back and forth and dies away."
+        + ("" if peaks is None else f" Peaks marked: {times.size}.")
+    )
+    return figure
+
+
+def validation(recording: Recording) -> Picture:
+    """Measured and modelled response to the same voltage: theta above, alpha below (Figures 2.7 and 2.8).
+
+    Parameters
+    ----------
+    recording : with channels ``theta``, ``theta_model``, ``alpha`` and ``alpha_model``
+    """
+    with style():
+        figure, panels = _stack(2)
+        for axes, angle in zip(panels, ("theta", "alpha"), strict=True):
+            _angle(axes, recording, angle, "measured", "measured")
+            _angle(axes, recording, f"{angle}_model", "model", "model")
+            _name_axes(axes, rf"$\{angle}$ (deg)")
+        _legend(panels[0])
+    figure.alt_text = (
+        f"Two plots against time, 0 to {recording.time[-1]:.2g} s: the servo angle theta and the deflection alpha, "
+        "each as measured (solid) and as the model has it (dash-dotted)."
+    )
+    return figure
+
+
+def tracking(recording: Recording, specifications: bool = True) -> Picture:
+    """The closed loop following its reference: theta, alpha and the voltage (Figures 3.4, 3.6 and 3.7).
+
+    Parameters
+    ----------
+    recording : with channels ``theta_ref``, ``theta``, ``alpha`` and ``vm``
+    specifications : whether to draw the settling band and the limits of Section 3.1
+    """
+    with style():
+        figure, (upper, middle, lower) = _stack(3)
+        _angle(upper, recording, "theta", "measured", r"$\theta$")
+        _angle(upper, recording, "theta_ref", "reference", "reference")
+        _angle(middle, recording, "alpha", "measured", r"$\alpha$")
+        lower.plot(recording.time, recording["vm"], label="$V_m$", **ROLES["voltage"])
+        if specifications:
+            _settling_bands(upper, recording.degrees("theta_ref"))
+            _limits(middle, _LIMITS["max_alpha"] / DEG, "deg")
+            _limits(lower, _LIMITS["max_vm"], "V")
+        for axes, name in ((upper, r"$\theta$ (deg)"), (middle, r"$\alpha$ (deg)"), (lower, "$V_m$ (V)")):
+            _name_axes(axes, name)
+            _legend(axes)
+    reference, alpha, vm = recording.degrees("theta_ref"), recording.degrees("alpha"), recording["vm"]
+    figure.alt_text = (
+        f"Three plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta follows a reference between "
+        f"{reference.min():.0f} and {reference.max():.0f} deg; the deflection alpha goes up to about "
+        f"{np.abs(alpha).max():.0f} deg and the voltage to about {np.abs(vm).max():.0f} V."
+        + (" The settling band, the limits of alpha and of the voltage are drawn in." if specifications else "")
+    )
+    return figure
+
+
+def _stack(rows: int) -> tuple[Picture, Any]:
+    """A picture with ``rows`` plots above each other, which share the time axis."""
+    figure = new_picture(WIDTH, 0.9 + 1.75 * rows if rows > 1 else 3.0)
+    panels = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+    panels[-1].set_xlabel("time (s)")
+    return figure, panels
+
+
+def _angle(axes: Axes, recording: Recording, channel: str, role: str, label: str) -> None:
+    axes.plot(recording.time, recording.degrees(channel), label=label, **ROLES[role])
+    axes.set_xlim(recording.time[0], recording.time[-1])
+
+
+def _name_axes(axes: Axes, quantity: str) -> None:
+    axes.set_ylabel(quantity)
+    axes.margins(y=0.08)
+
+
+def _legend(axes: Axes) -> None:
+    """A legend above the plot, where it hides nothing."""
+    count = len(axes.get_legend_handles_labels()[0])
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=count, borderaxespad=0.0)
+
+
+def _settling_bands(axes: Axes, reference_deg: Any) -> None:
+    """The band that the servo must settle in, about each of the two angles that the reference goes between."""
+    label = f"settling band, ±{100 * SETTLING_BAND:g} %"
+    for level in sorted({float(reference_deg.min()), float(reference_deg.max())} - {0.0}):
+        half = SETTLING_BAND * abs(level)
+        axes.axhspan(
+            level - half, level + half, facecolor=ROLES["highlight"]["color"], alpha=0.45, label=label, zorder=1
+        )
+        label = "_the same"
+
+
+def _limits(axes: Axes, limit: float, unit: str) -> None:
+    axes.axhline(limit, label=f"limit ±{limit:g} {unit}", **ROLES["highlight"])
+    axes.axhline(-limit, **ROLES["highlight"])

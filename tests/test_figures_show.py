@@ -1,0 +1,104 @@
+"""The figures: how a notebook gets them."""
+
+from __future__ import annotations
+
+import base64
+import re
+import subprocess
+import sys
+
+import matplotlib as mpl
+import pytest
+
+from rotflex import figures
+from rotflex.errors import RotflexError
+
+
+@pytest.fixture
+def shell():
+    """An interactive shell, as in a notebook, for as long as the test runs."""
+    from IPython.core.interactiveshell import InteractiveShell
+
+    yield InteractiveShell.instance()
+    InteractiveShell.clear_instance()
+
+
+def test_show_publishes_image_alt_text_and_caption(shell):
+    from IPython.utils.capture import capture_output
+
+    figure = figures.state_feedback()
+    with capture_output() as captured:
+        assert figures.show(figure, caption="**Figure 3.2.** The loop.") is None
+    image, words = captured.outputs
+    assert base64.b64decode(image.data["image/png"]).startswith(b"\x89PNG")
+    assert image.metadata["image/png"]["alt"] == figure.alt_text
+    assert words.data["text/markdown"].startswith("**Figure 3.2.** The loop.\n\n<details>")
+
+
+def test_show_prefers_the_alt_text_it_is_given(shell):
+    from IPython.utils.capture import capture_output
+
+    with capture_output() as captured:
+        figures.show(figures.state_feedback(), alt="My loop.")
+    assert captured.outputs[0].metadata["image/png"]["alt"] == "My loop."
+
+
+def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
+    import matplotlib.pyplot as plt
+    from IPython.utils.capture import capture_output
+
+    figure, axes = plt.subplots()
+    axes.plot([0, 1])
+    with capture_output() as captured:
+        figures.show(figure, alt="A line.")
+    assert plt.get_fignums() == []
+    assert sum("image/png" in output.data for output in captured.outputs) == 1
+
+
+def test_show_asks_for_a_description():
+    with pytest.raises(RotflexError, match="description"):
+        figures.show(mpl.figure.Figure())
+
+
+def test_a_picture_left_at_the_end_of_a_cell_brings_its_alt_text(shell):
+    figure = figures.state_feedback()
+    data, metadata = shell.display_formatter.format(figure)
+    assert base64.b64decode(data["image/png"]).startswith(b"\x89PNG")
+    assert metadata["image/png"]["alt"] == figure.alt_text
+
+
+@pytest.mark.parametrize(
+    ("template", "where"),
+    [
+        ("classic", r'<img[^>]*alt="Block diagram of state'),
+        ("lab", r"<summary>[^<]*</summary>\s*Block diagram of state"),
+    ],
+)
+def test_web_page_made_of_a_notebook_carries_the_description(shell, template, where):
+    import nbformat
+    from IPython.utils.capture import capture_output
+    from nbconvert import HTMLExporter
+
+    with capture_output() as captured:
+        figures.show(figures.state_feedback(), caption="The loop.")
+    outputs = [
+        nbformat.v4.new_output("display_data", data=each.data, metadata=each.metadata) for each in captured.outputs
+    ]
+    cell = nbformat.v4.new_code_cell("show()", outputs=outputs)
+    page, _ = HTMLExporter(template_name=template).from_notebook_node(nbformat.v4.new_notebook(cells=[cell]))
+    assert re.search(where, page)
+
+
+def test_show_works_without_a_notebook_and_prints_nothing(capsys):
+    assert figures.show(figures.state_feedback(), caption="The loop.") is None
+    assert capsys.readouterr() == ("", "")
+
+
+def test_figures_load_neither_pyplot_nor_an_instructor_room():
+    code = "import sys, rotflex.figures; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert "rotflex.figures.traces" in loaded
+    unwanted = {"matplotlib.pyplot"} | {
+        f"rotflex.{room}" for room in ("model", "design", "symbolic", "stiffness", "grading")
+    }
+    assert not unwanted & set(loaded)
