@@ -47,7 +47,7 @@ AMPLIFIERS = {
         Amplifier("VoltPAQ-X1", 24.0, 4.16),
         Amplifier("UPM_2405", 24.0, 5.0),
         Amplifier("UPM_1503", 15.0, 3.0),
-        Amplifier("Q3", 4.16, 1.6),
+        Amplifier("Q3", 4.16, 1.6),  # as tabulated; the table writes 4.16 A, so look at the one you have
     )
 }
 CABLE_GAINS = (1, 3, 5)

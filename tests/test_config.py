@@ -1,0 +1,221 @@
+"""Units against scipy's constants, and the parameters of the parts against data sheets and the workbook."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import constants
+
+from rotflex import config, units
+from rotflex.config import joint, srv02
+from rotflex.errors import ConfigurationError, RotflexError
+
+# --- units -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("unit", "in_si"),
+    [
+        (units.DEG, constants.degree),
+        (units.REV, 360 * constants.degree),
+        (units.RPM, 2 * constants.pi / constants.minute),
+        (units.HZ, 2 * constants.pi),
+        (units.INCH, constants.inch),
+        (units.GRAM, constants.gram),
+        (units.OUNCE_FORCE, constants.lbf / 16),
+        (units.OZ_IN, constants.lbf / 16 * constants.inch),
+    ],
+)
+def test_units_are_those_of_scipy(unit, in_si):
+    assert unit == pytest.approx(in_si, rel=1e-12)
+
+
+# --- the servo -------------------------------------------------------------------------------------------------------
+
+
+def test_motor_is_that_of_the_data_sheet():
+    servo = srv02()
+    assert servo.R_m == 2.6
+    assert servo.k_t == pytest.approx(7.68297e-3, rel=1e-6)
+    assert servo.k_m == pytest.approx(7.67763e-3, rel=1e-6)
+    assert (servo.eta_g, servo.eta_m) == (0.90, 0.69)
+
+
+@pytest.mark.parametrize(("gear", "ratio"), [("high", 70), ("low", 14)])
+def test_gear_ratio(gear, ratio):
+    assert srv02(gear=gear).K_g == ratio
+
+
+@pytest.mark.parametrize(
+    ("gear", "load", "J_eq", "rel"),
+    [
+        ("high", "none", 2.08418e-3, 3e-6),
+        ("high", "disc", 2.13418e-3, 3e-6),
+        ("high", "bar", 2.28346e-3, 3e-6),
+        ("low", "none", 9.76e-5, 5e-4),
+    ],
+)
+def test_equivalent_inertia_of_gear_and_load(gear, load, J_eq, rel):
+    assert srv02(gear=gear, load=load).J_eq == pytest.approx(J_eq, rel=rel)
+
+
+def test_equivalent_inertia_is_the_one_behind_the_printed_matrices():
+    # The printed digits come from slightly rounded conversion factors: 2e-7 of the value.
+    assert srv02().J_eq == pytest.approx(2.0841792e-3, rel=3e-7)
+    assert 1 / srv02().J_eq == pytest.approx(479.8052, abs=1e-4)
+
+
+@pytest.mark.parametrize("gear", ["high", "low"])
+def test_without_a_tachometer_its_rotor_is_missing(gear):
+    with_rotor, without = srv02(gear=gear), srv02(gear=gear, tachometer=False)
+    rotor = 1.0e-5 * constants.lbf / 16 * constants.inch
+    assert with_rotor.J_eq - without.J_eq == pytest.approx(0.9 * with_rotor.K_g**2 * rotor, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("gear", "load", "B_eq"),
+    [("high", "none", 0.004), ("high", "disc", 0.015), ("low", "none", 1.5e-4), ("low", "disc", 1.5e-4)],
+)
+def test_viscous_damping(gear, load, B_eq):
+    assert srv02(gear=gear, load=load).B_eq == B_eq
+
+
+def test_torque_per_volt_and_damping_with_back_emf():
+    servo = srv02()
+    assert servo.torque_per_volt == pytest.approx(0.128453, abs=5e-7)
+    assert servo.back_emf_damping + servo.B_eq == pytest.approx(0.073035, abs=5e-7)
+
+
+def test_at_the_no_load_speed_the_motor_gives_no_torque():
+    servo = srv02()
+    no_load_speed = 6.0 / (servo.K_g * servo.k_m)
+    assert servo.torque_per_volt * 6.0 - servo.back_emf_damping * no_load_speed == pytest.approx(0, abs=1e-14)
+
+
+# --- sensors and amplifiers ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("encoder", "counts"), [("E", 4096), ("EHR", 8192)])
+def test_encoder_counts_four_edges_a_line(encoder, counts):
+    assert srv02(encoder=encoder).K_enc * counts == pytest.approx(2 * math.pi, rel=1e-15)
+
+
+def test_one_count_of_the_standard_encoder_in_degrees():
+    assert math.degrees(srv02().K_enc) == pytest.approx(0.08789, abs=5e-6)
+
+
+def test_potentiometer_and_tachometer():
+    assert math.degrees(srv02().K_pot) == pytest.approx(-35.2, rel=1e-12)
+    assert srv02().K_tach == pytest.approx(-0.99733, abs=5e-6)
+
+
+@pytest.mark.parametrize(("name", "V", "I"), [("VoltPAQ-X1", 24, 4.16), ("UPM_2405", 24, 5), ("UPM_1503", 15, 3)])
+def test_limits_of_the_amplifiers(name, V, I):
+    amplifier = srv02(amplifier=name).amplifier
+    assert (amplifier.name, amplifier.V_max, amplifier.I_max) == (name, V, I)
+
+
+@pytest.mark.parametrize(
+    ("amplifier", "cable_gain", "V_max"),
+    [
+        ("VoltPAQ-X1", 1, 10),  # the board's output
+        ("VoltPAQ-X1", 3, 24),  # 30 V asked of an amplifier that has 24
+        ("UPM_1503", 1, 10),
+        ("UPM_1503", 3, 15),
+        ("UPM_2405", 5, 24),
+    ],
+)
+def test_motor_voltage_is_limited_by_board_and_cable_or_by_the_amplifier(amplifier, cable_gain, V_max):
+    assert srv02(amplifier=amplifier, cable_gain=cable_gain).V_max == V_max
+
+
+# --- the joint -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("position", "inches", "J_l"), [(1, 8.25, 3.278e-3), (2, 9.25, 3.617e-3), (3, 10.25, 3.994e-3)]
+)
+def test_inertia_of_the_link_from_the_anchors_in_inches(position, inches, J_l):
+    arm = joint(position)
+    assert arm.arm_position == position
+    assert arm.d_12 == pytest.approx(inches * 0.0254, rel=1e-12)
+    assert arm.J_l == pytest.approx(J_l, abs=5e-7)
+
+
+@pytest.mark.parametrize(
+    ("position", "d_12", "J_l"), [(1, 0.210, 3.278e-3), (2, 0.235, 3.612e-3), (3, 0.260, 3.983e-3)]
+)
+def test_inertia_of_the_link_from_lengths_rounded_to_millimetres(position, d_12, J_l):
+    arm = config.Joint(arm_position=position, d_12=d_12, m_1=0.064, L_1=0.298, m_2=0.030, L_2=0.156)
+    assert arm.J_l == pytest.approx(J_l, abs=5e-7)
+
+
+@pytest.mark.parametrize(("position", "printed"), [(1, 3.28e-3), (2, 3.62e-3), (3, 3.99e-3)])
+def test_inertia_of_the_link_rounds_to_what_is_printed(position, printed):
+    assert joint(position).J_l == pytest.approx(printed, abs=5e-6)
+
+
+def test_arm_is_that_of_the_workbook_to_the_millimetre():
+    arm = joint()
+    assert (arm.m_1, arm.m_2, arm.B_l) == (0.064, 0.030, 0.0)
+    assert round(arm.L_1, 3) == 0.298
+    assert round(arm.L_2, 3) == 0.156
+
+
+@settings(deadline=None)
+@given(st.floats(0.05, 0.3), st.floats(0.01, 0.1))
+def test_moving_the_top_arm_out_by_x_adds_what_the_parallel_axis_theorem_says(d, x):
+    near, far = config.Joint(arm_position=1, d_12=d), config.Joint(arm_position=1, d_12=d + x)
+    assert far.J_l - near.J_l == pytest.approx(0.030 * (2 * d * x + x**2), rel=1e-9)
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "allowed"),
+    [
+        ("gear", "HIGH", "'high', 'low'"),
+        ("load", "disk", "'none', 'disc', 'bar'"),
+        ("encoder", "e", "'E', 'EHR'"),
+        ("tachometer", "yes", "True, False"),
+        ("amplifier", "VoltPAQ", "'VoltPAQ-X1', 'UPM_2405', 'UPM_1503', 'Q3'"),
+        ("cable_gain", 2, "1, 3, 5"),
+    ],
+)
+def test_servo_that_does_not_exist_is_refused_with_those_that_do(argument, value, allowed):
+    with pytest.raises(ConfigurationError) as caught:
+        srv02(**{argument: value})
+    assert str(caught.value) == f"{argument} is {value!r}; allowed: {allowed}."
+
+
+@pytest.mark.parametrize("position", [0, 4, 1.5, "1", None])
+def test_anchor_that_does_not_exist_is_refused_with_those_that_do(position):
+    with pytest.raises(ConfigurationError, match=r"^arm_position is .*; allowed: 1, 2, 3\.$"):
+        joint(position)
+
+
+def test_configuration_error_is_a_value_error_and_one_of_ours():
+    with pytest.raises(ValueError, match="gear"):
+        srv02(gear="middle")
+    assert issubclass(ConfigurationError, RotflexError)
+
+
+def test_joint_is_mounted_on_the_bare_servo_in_high_gear_only():
+    servo = srv02()
+    assert config.check_mounted(servo) is servo
+    with pytest.raises(ConfigurationError, match=r"gear.* 'low'; allowed: 'high'"):
+        config.check_mounted(srv02(gear="low"))
+    with pytest.raises(ConfigurationError, match=r"load.* 'disc'; allowed: 'none'"):
+        config.check_mounted(srv02(load="disc"))
+
+
+@pytest.mark.parametrize("part", [srv02(), joint(), srv02().amplifier], ids=["servo", "joint", "amplifier"])
+def test_parts_are_frozen(part):
+    for field in dataclasses.fields(part):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(part, field.name, 0)
