@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex import __version__
-from rotflex.config import DAC_LIMIT, one_of
+from rotflex.config import DAC_LIMIT, Servo, one_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.recording import Recording
 from rotflex.units import HZ
@@ -116,6 +116,31 @@ def closed_loop(
     }
     time = np.arange(theta_ref.size) * sample_time
     return Recording.of(time, metadata, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
+
+
+def with_actuator(A: Any, B: Any, servo: Servo) -> tuple[Vector, Vector]:
+    """The model driven by the motor voltage, from the model driven by the torque (Equation 2.8).
+
+    The motor's torque is tau = torque_per_volt * V_m - back_emf_damping * theta_dot: a gain in B, and, in A, a
+    feedback of theta_dot through B.
+
+    Parameters
+    ----------
+    A : (4, 4) state matrix, B : (4,) or (4, 1) input matrix, with the torque at the load gear as input
+    servo : whose motor it is
+
+    Returns
+    -------
+    A : (4, 4), B : (4, 1), with the motor voltage as input
+
+    Raises
+    ------
+    DesignError
+        If a matrix has the wrong shape or a value that is not finite.
+    """
+    A, B = _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4, 1)
+    back_emf = np.array([[0.0, 0.0, servo.back_emf_damping, 0.0]])
+    return A - B @ back_emf, B * servo.torque_per_volt
 
 
 # --- exact -----------------------------------------------------------------------------------------------------------

@@ -42,6 +42,13 @@ VALIDATION = Recording.of(
 TRACKING = Recording.of(
     T, theta_ref=SQUARE, theta=0.97 * SQUARE, alpha=0.1 * np.sin(9 * T), vm=6 * np.cos(9 * T) * np.exp(-T)
 )
+SWINGING = Recording.of(
+    T,
+    theta_ref=SQUARE,
+    theta=0.95 * SQUARE,
+    alpha=0.2 * np.sin(2 * np.pi * T),
+    vm=5 * np.cos(9 * T) * np.exp(-T),
+)
 F = np.linspace(0, 20, 401)
 HUMP = 1 / (0.01 + (F - 3.17) ** 2)
 OPEN_LOOP = [0, -18.86, -8.092 + 26.984j, -8.092 - 26.984j]
@@ -63,6 +70,7 @@ PLOTS = {
     "free_decay": lambda: figures.free_decay(DECAY, peaks=[0.314, 0.628, 0.942]),
     "validation": lambda: figures.validation(VALIDATION),
     "tracking": lambda: figures.tracking(TRACKING),
+    "compare_tracking": lambda: figures.compare_tracking(TRACKING, SWINGING),
     "spectrum_plot": lambda: figures.spectrum_plot(F, HUMP, peak=3.17),
     "frequency_response": lambda: figures.frequency_response(F, HUMP, coherence=np.ones_like(F), peak=3.17),
     "naive_against_true": lambda: figures.naive_against_true((F, np.roll(HUMP, 20)), (F, HUMP), (F, 9 * HUMP), 3.17),
@@ -252,6 +260,28 @@ def test_tracking_without_specifications_draws_the_signals_only():
 def test_tracking_of_a_recording_without_voltage_says_what_is_missing():
     with pytest.raises(RecordingError, match="'vm'"):
         figures.tracking(Recording.of(T, theta_ref=SQUARE, theta=SQUARE, alpha=SQUARE))
+
+
+def test_compare_tracking_draws_both_recordings():
+    theta, alpha, vm = figures.compare_tracking(TRACKING, SWINGING).axes
+    np.testing.assert_allclose(labelled(theta)["reference"].get_ydata(), SQUARE * PER_RADIAN)
+    for name, recording in (("full", TRACKING), ("partial", SWINGING)):
+        np.testing.assert_allclose(labelled(theta)[name].get_ydata(), recording["theta"] * PER_RADIAN)
+        np.testing.assert_allclose(labelled(alpha)[name].get_ydata(), recording["alpha"] * PER_RADIAN)
+        np.testing.assert_array_equal(labelled(vm)[name].get_ydata(), recording["vm"])
+
+
+def test_compare_tracking_tells_in_words_which_one_swings_more():
+    # Whole periods of a sine of 0.2 rad, 11.5 deg: its root mean square is 8.1 deg.
+    words = figures.compare_tracking(TRACKING, SWINGING).alt_text
+    assert "8.1 deg with partial" in words
+    assert "8.1 deg with full" in figures.compare_tracking(SWINGING, TRACKING).alt_text
+
+
+def test_compare_tracking_takes_recordings_of_different_length():
+    theta, *_ = figures.compare_tracking(TRACKING, SWINGING.between(0, 4)).axes
+    assert labelled(theta)["partial"].get_xdata()[-1] < 4
+    assert theta.get_xlim() == (T[0], T[-1])
 
 
 def test_free_decay_marks_the_peaks_on_the_curve():

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from rotflex import response, signals
+from rotflex.config import srv02
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
-from rotflex.simulation import closed_loop
+from rotflex.simulation import closed_loop, with_actuator
 from rotflex.units import DEG
 
 # The plant of the printed design: K_s = 1.400 N·m/rad, in SI units.
@@ -44,6 +45,48 @@ def tracking(rate=None, sample_time=0.002, duration=6.2, **choices):
 
 def test_the_gain_used_here_is_the_one_of_the_checked_figures():
     np.testing.assert_allclose(K, [18.2356, -17.1547, 1.5893, 0.6327], atol=2e-3)
+
+
+# --- the motor -------------------------------------------------------------------------------------------------------
+
+
+def torque_model(B_eq):
+    """The printed model before its motor is added: A and B for the torque as input."""
+    A_torque = A.copy()
+    A_torque[2:, 2] = [-B_eq / J_EQ, B_eq / J_EQ]
+    return A_torque, np.array([0, 0, 1 / J_EQ, -1 / J_EQ])
+
+
+@pytest.mark.parametrize("shape", [(4,), (4, 1)])
+def test_the_motor_turns_the_torque_model_into_the_printed_voltage_model(shape):
+    A_torque, B_torque = torque_model(B_eq=0.004)
+    given = A_torque.copy(), B_torque.copy()
+    with_motor, B_with_motor = with_actuator(A_torque, B_torque.reshape(shape), srv02())
+    np.testing.assert_allclose(with_motor, A, rtol=1e-5)
+    np.testing.assert_allclose(B_with_motor, B.reshape(4, 1), rtol=1e-5)
+    np.testing.assert_array_equal(A_torque, given[0])
+    np.testing.assert_array_equal(B_torque, given[1])
+
+
+@given(volts=st.floats(-10, 10), x=st.lists(st.floats(-20, 20), min_size=4, max_size=4))
+def test_the_voltage_acts_through_the_torque_of_equation_2_8(volts, x):
+    servo = srv02()
+    A_torque, B_torque = torque_model(B_eq=0.004)
+    current = (volts - servo.K_g * servo.k_m * x[2]) / servo.R_m
+    tau = servo.eta_g * servo.K_g * servo.eta_m * servo.k_t * current
+    with_motor, B_with_motor = with_actuator(A_torque, B_torque, servo)
+    np.testing.assert_allclose(
+        with_motor @ x + B_with_motor[:, 0] * volts, A_torque @ x + B_torque * tau, rtol=1e-9, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"), [({"A": np.eye(2)}, "A must have the shape"), ({"B": [1, 2]}, "B must have the shape")]
+)
+def test_the_motor_needs_the_four_states_of_the_bench(changed, named):
+    given_matrices = {"A": A, "B": B} | changed
+    with pytest.raises(DesignError, match=named):
+        with_actuator(**given_matrices, servo=srv02())
 
 
 # --- the table of checked figures ------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ Ans.2.2           ``spectrum_plot``
 3.1               ``desired_poles`` in symbols, ``pole_map`` in numbers
 3.2, 3.3, 3.5     ``state_feedback``, ``simulation_loop``, ``implementation_loop``
 3.4, 3.6, 3.7     ``tracking``
-beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``
+beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``, ``compare_tracking``
 ================  ===========================================================
 """
 
@@ -30,11 +30,12 @@ from rotflex.figures.mechanism import desired_poles, joint_angles, lumped_model
 from rotflex.figures.poles import pole_map
 from rotflex.figures.spectra import compound_sine_spectrum, frequency_response, naive_against_true, spectrum_plot
 from rotflex.figures.style import ROLES, Picture, new_picture, show, style
-from rotflex.figures.traces import free_decay, sweep_response, tracking, validation
+from rotflex.figures.traces import compare_tracking, free_decay, sweep_response, tracking, validation
 
 __all__ = [
     "ROLES",
     "Picture",
+    "compare_tracking",
     "compound_sine_spectrum",
     "desired_poles",
     "free_decay",

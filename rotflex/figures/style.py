@@ -85,6 +85,9 @@ def new_picture(width: float, height: float, layout: Literal["constrained"] | No
 def png(figure: Figure) -> bytes:
     """The figure as an opaque PNG image, of 128 colours: a third of the size, and none is missed in a plot."""
     drawn, packed = io.BytesIO(), io.BytesIO()
+    if figure.get_layout_engine() is None and any(axes.get_subplotspec() for axes in figure.axes):
+        # Else a label may be cut off.
+        figure.set_layout_engine("constrained")
     with style():
         figure.savefig(drawn, format="png", dpi=DOTS_PER_INCH, facecolor="white")
     Image.open(drawn).convert("RGB").quantize(128, Image.Quantize.FASTOCTREE).save(packed, format="PNG", optimize=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.figures.style import BLUE, ROLES, WIDTH, Picture, new_picture, style
 from rotflex.response import SPECIFICATIONS
 from rotflex.units import DEG
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rotflex.recording import Recording
 
 SETTLING_BAND = 0.04  #: of the final angle, Section 3.1 of the workbook
+_PARTIAL: dict[str, Any] = {"color": BLUE, "linestyle": (0, (4, 1.5)), "linewidth": 1.5}
 _LIMITS = {specification.quantity: specification.limit for specification in SPECIFICATIONS}
 
 
@@ -118,6 +119,37 @@ def tracking(recording: Recording, specifications: bool = True) -> Picture:
         f"{reference.min():.0f} and {reference.max():.0f} deg; the deflection alpha goes up to about "
         f"{np.abs(alpha).max():.0f} deg and the voltage to about {np.abs(vm).max():.0f} V."
         + (" The settling band, the limits of alpha and of the voltage are drawn in." if specifications else "")
+    )
+    return figure
+
+
+def compare_tracking(full: Recording, partial: Recording) -> Picture:
+    """Full and partial state feedback following the same reference, laid over each other (Section 3.4.4).
+
+    Parameters
+    ----------
+    full, partial : with channels ``theta_ref``, ``theta``, ``alpha`` and ``vm``
+    """
+    runs = (("partial", partial, _PARTIAL), ("full", full, ROLES["measured"]))
+    with style():
+        figure, (upper, middle, lower) = _stack(3)
+        for label, recording, look in runs:
+            upper.plot(recording.time, recording.degrees("theta"), label=label, **look)
+            middle.plot(recording.time, recording.degrees("alpha"), label=label, **look)
+            lower.plot(recording.time, recording["vm"], label=label, **look | {"linewidth": 1.0})
+        _angle(upper, full, "theta_ref", "reference", "reference")
+        _settling_bands(upper, full.degrees("theta_ref"))
+        _limits(middle, _LIMITS["max_alpha"] / DEG, "deg")
+        _limits(lower, _LIMITS["max_vm"], "V")
+        for axes, name in ((upper, r"$\theta$ (deg)"), (middle, r"$\alpha$ (deg)"), (lower, "$V_m$ (V)")):
+            _name_axes(axes, name)
+            _legend(axes)
+    rms = {label: float(np.sqrt(np.mean(recording.degrees("alpha") ** 2))) for label, recording, _ in runs}
+    figure.alt_text = (
+        f"Three plots against time, 0 to {full.time[-1]:.2g} s: the servo angle theta with its reference, the "
+        "deflection alpha, and the voltage, each with full (solid) and with partial state feedback (dashed). The "
+        f"deflection's root mean square is {rms['full']:.1f} deg with full and {rms['partial']:.1f} deg with partial "
+        "feedback. The settling band, the limits of alpha and of the voltage are drawn in."
     )
     return figure
 
