@@ -8,8 +8,7 @@ RotflexError
 ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
 ├── BenchError           anything between us and the bench
 │   ├── HILError         the board refused or failed a call
-│   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
-│   └── DeadlineMissed   the loop could not keep its sample time; the motor is at 0 V
+│   └── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
 └── GradingError         a class that cannot be graded as asked
 """
 
@@ -54,10 +53,6 @@ class HILError(BenchError):
 
 class LimitExceeded(BenchError):
     """A limit of the bench was passed. The motor has been set to 0 V."""
-
-
-class DeadlineMissed(BenchError):
-    """The loop could not keep its sample time. The motor has been set to 0 V."""
 
 
 class GradingError(RotflexError):

@@ -6,7 +6,7 @@ whose first column is the time in seconds and whose angles are in degrees,
 ========================  =====================================================
 ``data_theta``            t, reference, theta (in a validation: t, model, theta)
 ``data_alpha``            t, alpha (in a validation: t, model, alpha)
-``data_theta_l``          t, reference, theta + alpha (read, not needed)
+``data_theta_l``          t, reference, theta + alpha (may be there; not needed)
 ``data_vm``               t, V_m
 ``rotflex_metadata``      JSON text: where the recording comes from
 ========================  =====================================================
@@ -42,7 +42,7 @@ _METADATA = "rotflex_metadata"
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Channel:
     """One signal: ``values`` (n,) in ``unit``."""
 
@@ -50,7 +50,7 @@ class Channel:
     unit: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """Signals sampled together at a fixed rate.
 
@@ -63,7 +63,8 @@ class Recording:
     Raises
     ------
     RecordingError
-        If the time is not evenly increasing, or if lengths differ or values are not finite.
+        If the time is not evenly increasing, if lengths differ, if values are not finite, or if a known channel is not
+        in its unit.
     """
 
     time: NDArray[np.float64]
@@ -87,10 +88,12 @@ class Recording:
             values = _finite_vector(f"channel {name!r}", channel.values)
             if values.size != time.size:
                 raise RecordingError(f"Channel {name!r} has {values.size} samples, the time has {time.size}.")
+            if channel.unit != UNITS.get(name, channel.unit):
+                raise RecordingError(f"Channel {name!r} is in {channel.unit}; inside, it should be in {UNITS[name]}.")
             channels[name] = Channel(values, channel.unit)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "channels", MappingProxyType(channels))
-        object.__setattr__(self, "metadata", MappingProxyType(dict(self.metadata)))
+        object.__setattr__(self, "metadata", dict(self.metadata))
 
     @classmethod
     def of(cls, time: Any, metadata: Mapping[str, Any] | None = None, **channels: Any) -> Recording:
@@ -124,11 +127,15 @@ class Recording:
 
     def degrees(self, name: str) -> NDArray[np.float64]:
         """Samples (n,) of an angle, in degrees, for plots and tables."""
-        return self[name] / DEG
+        values = self[name]
+        if self.channels[name].unit != "rad":
+            raise RecordingError(f"Channel {name!r} is in {self.channels[name].unit}; only angles can be in degrees.")
+        return values / DEG
 
     def between(self, start: float, stop: float) -> Recording:
         """The part with start <= t < stop (s), its time counted from its own beginning."""
-        inside = (self.time >= start) & (self.time < stop)
+        rounding = 1e-6 * self.sample_time  # 7 * 0.1 is a little more than 0.7
+        inside = (self.time >= start - rounding) & (self.time < stop - rounding)
         if inside.sum() < 2:
             raise RecordingError(f"There is nothing between {start:g} s and {stop:g} s in {self!r}.")
         time = self.time[inside]
@@ -144,6 +151,11 @@ class Recording:
         ----------
         path : where to
         variables : for ``.mat``, which of ``data_theta``, ``data_alpha``, ``data_vm`` to write; all by default
+
+        Raises
+        ------
+        RecordingError
+            If the file cannot be written, or would not hold the whole recording as it is.
         """
         target = Path(path)
         writers = {".mat": self._write_mat, ".csv": self._write_csv}
@@ -153,6 +165,8 @@ class Recording:
         try:
             writers[target.suffix.lower()](scratch, variables)
             os.replace(scratch, target)
+        except OSError as error:
+            raise RecordingError(f"{target} cannot be written: {error.strerror or error}.") from None
         finally:
             scratch.unlink(missing_ok=True)
         return target
@@ -177,9 +191,19 @@ class Recording:
         metadata: dict[str, Any] = {}
         for path in map(Path, paths):
             found, described = _read_mat(path)
+            differing = [name for name in found if name in arrays and not np.array_equal(found[name], arrays[name])]
+            for key in ("bench", "experiment"):
+                if key in metadata and described.get(key, metadata[key]) != metadata[key]:
+                    differing.append(key)
+            if differing:
+                raise RecordingError(f"{path.name} is of another experiment than the files before: see {differing[0]}.")
             arrays |= found
             metadata |= described
-        return cls._from_arrays(arrays, metadata, ", ".join(Path(path).name for path in paths))
+        source = ", ".join(Path(path).name for path in paths)
+        try:
+            return cls._from_arrays(arrays, {"source": source, **metadata})
+        except RecordingError as error:
+            raise RecordingError(f"{source}: {error}") from None
 
     # --- the files' layout ---------------------------------------------------------------------------------------
 
@@ -198,16 +222,14 @@ class Recording:
         return arrays
 
     @classmethod
-    def _from_arrays(
-        cls, arrays: Mapping[str, NDArray[np.float64]], metadata: Mapping[str, Any], source: str
-    ) -> Recording:
+    def _from_arrays(cls, arrays: Mapping[str, NDArray[np.float64]], metadata: Mapping[str, Any]) -> Recording:
         time = next(iter(arrays.values()))[:, 0]
         channels: dict[str, Channel] = {}
         validation = all(name in arrays and arrays[name].shape[1] == 3 for name in ("data_theta", "data_alpha"))
         validation = validation or metadata.get("experiment") == "validation"
         for name, array in arrays.items():
-            if array.shape[0] != time.size or np.abs(array[:, 0] - time).max() > 1e-6:
-                raise RecordingError(f"{source}: {name} has another time axis than {next(iter(arrays))}.")
+            if array.shape[0] != time.size or (np.abs(array[:, 0] - time) > 1e-6).any():
+                raise RecordingError(f"{name} has another time axis than {next(iter(arrays))}.")
             if name == "data_vm":
                 channels["vm"] = Channel(array[:, 1], "V")
             elif name in ("data_theta", "data_alpha"):
@@ -216,7 +238,7 @@ class Recording:
                 if array.shape[1] == 3:
                     second = f"{angle}_model" if validation or angle == "alpha" else "theta_ref"
                     channels[second] = Channel(array[:, 1] * DEG, "rad")
-        return cls(time - time[0], channels, {"source": source, **metadata})
+        return cls(time - time[:1], channels, metadata)
 
     def _write_mat(self, path: Path, variables: Iterable[str] | None) -> None:
         from scipy.io import savemat
@@ -227,23 +249,35 @@ class Recording:
         if missing:
             raise RecordingError(f"This recording cannot give {missing[0]}; it can give {', '.join(arrays)}.")
         content: dict[str, Any] = {name: arrays[name] for name in wanted}
-        content[_METADATA] = json.dumps(dict(self.metadata), sort_keys=True)
+        if variables is None:
+            lost = set(self.channels) - set(self._from_arrays(arrays, self.metadata).channels if arrays else ())
+            if lost:
+                raise RecordingError(f"A .mat file has no place here for {', '.join(sorted(lost))}; save as .csv.")
+        content[_METADATA] = self._description()
         savemat(str(path), content, appendmat=False, format="5", do_compression=True)
 
     def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
         if variables is not None:
             raise RecordingError("A .csv file holds all channels; choose variables only with .mat.")
+        unknown = [name for name in self.channels if name not in UNITS]
+        if unknown:
+            raise RecordingError(f"Files know no channel {unknown[0]!r}; they know {', '.join(UNITS)}.")
         with path.open("w", newline="", encoding="utf-8") as file:
-            file.write(f"# {json.dumps(dict(self.metadata), sort_keys=True)}\n")
-            writer = csv.writer(file)
-            written = {"rad": ("deg", 1 / DEG)}
+            file.write(f"# {self._description()}\n")
+            writer = csv.writer(file, lineterminator="\n")
             header, columns = ["t_s"], [self.time]
             for name, channel in self.channels.items():
-                unit, scale = written.get(channel.unit, (channel.unit, 1.0))
-                header.append(f"{name}_{unit}")
-                columns.append(channel.values * scale)
+                header.append(f"{name}_deg" if channel.unit == "rad" else f"{name}_{channel.unit}")
+                columns.append(self.degrees(name) if channel.unit == "rad" else channel.values)
             writer.writerow(header)
             writer.writerows([f"{value:.10g}" for value in row] for row in zip(*columns, strict=True))
+
+    def _description(self) -> str:
+        """The metadata as JSON text."""
+        try:
+            return json.dumps(self.metadata, sort_keys=True)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
 
 
 def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
@@ -263,14 +297,13 @@ def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
 
 def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any]]:
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     columns = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}
     try:
         content = loadmat(str(path), variable_names=[*columns, _METADATA])
     except FileNotFoundError:
         raise RecordingError(f"There is no file {path}.") from None
-    except (MatReadError, ValueError, TypeError, OSError, NotImplementedError) as error:
+    except Exception as error:  # scipy's reader fails on a broken file in many ways
         raise RecordingError(f"{path.name} cannot be read as a .mat file up to version 7: {error}") from None
     arrays = {}
     for name, allowed in columns.items():
@@ -293,12 +326,12 @@ def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any
 
 def _read_csv(path: Path) -> Recording:
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets put a byte order mark first
             first = file.readline()
             metadata = _metadata(first[1:], path.name) if first.startswith("#") else {}
             if not first.startswith("#"):
                 file.seek(0)
-            rows = list(csv.reader(file))
+            rows = [row for row in csv.reader(file) if any(row)]
     except FileNotFoundError:
         raise RecordingError(f"There is no file {path}.") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -307,25 +340,34 @@ def _read_csv(path: Path) -> Recording:
     header = rows[0] if rows else []
     if not header or header[0] != "t_s":
         raise RecordingError(f"{path.name}: the first column should be headed t_s; the header is {header}.")
+    for row in rows[1:]:
+        if len(row) != len(header):
+            raise RecordingError(f"{path.name}: every row needs {len(header)} numbers, as the header; one is {row}.")
     try:
-        table = np.array(rows[1:], dtype=np.float64)
+        table = np.array(rows[1:], dtype=np.float64).reshape(-1, len(header))
     except ValueError as error:
         raise RecordingError(f"{path.name}: every row needs {len(header)} numbers: {error}") from None
-    channels = {}
+    channels: dict[str, Channel] = {}
     for index, heading in enumerate(header[1:], start=1):
         name, _, unit = heading.rpartition("_")
         if unit not in scales or UNITS.get(name) != scales[unit][0]:
             raise RecordingError(
                 f"{path.name}: column {heading!r} is none of {', '.join(UNITS)} with its unit, as in theta_deg."
             )
+        if name in channels:
+            raise RecordingError(f"{path.name}: there are two columns for {name}.")
         channels[name] = Channel(table[:, index] * scales[unit][1], UNITS[name])
-    return Recording(table[:, 0], channels, {"source": path.name, **metadata})
+    time = table[:, 0]
+    try:
+        return Recording(time - time[:1], channels, {"source": path.name, **metadata})
+    except RecordingError as error:
+        raise RecordingError(f"{path.name}: {error}") from None
 
 
 def _metadata(text: str, source: str) -> dict[str, Any]:
     try:
         metadata = json.loads(text)
-    except json.JSONDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{source}: its description is not JSON: {error}") from None
     if not isinstance(metadata, dict):
         raise RecordingError(f"{source}: its description should be a JSON object.")

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType, TracebackType
+from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -83,7 +83,7 @@ class Bench:
     ) -> None:
         self.servo = check_mounted(servo)
         self.joint = joint
-        self.identity = MappingProxyType(dict(identity))
+        self.identity = dict(identity)
         self.limits = limits or Limits()
         self._connect = connect
         self._wiring = wiring or Wiring()
@@ -121,7 +121,7 @@ class Bench:
     def __enter__(self) -> Self:
         if self._board is not None:
             raise BenchError("The bench is open already.")
-        self._board = self._connect()
+        self._board, self._task = self._connect(), None
         try:
             self._board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
             self._board.watchdog_clear()
@@ -148,13 +148,16 @@ class Bench:
             board.close()
 
     def _halt(self, board: Board) -> None:
-        """0 V and no task, even if the watchdog holds the outputs."""
+        """0 V and no task, even if the watchdog holds the outputs.
+
+        The watchdog goes on running until the board has taken the 0 V: should it not take them, the watchdog sets them.
+        """
         try:
-            board.watchdog_stop()
             board.watchdog_clear()
         finally:
             self._volts[0] = 0.0
             board.write_analog(self._motor, 1, self._volts)
+        board.watchdog_stop()
         if self._task is not None:
             task, self._task = self._task, None
             board.task_stop(task)
@@ -169,8 +172,18 @@ class Bench:
         ----------
         sample_time : s
         zero : False goes on counting from where the encoders were zeroed last
+
+        Raises
+        ------
+        BenchError
+            If the bench is not open, or the watchdog would not outlast the sample time.
         """
         board = self.board
+        if not 0 < sample_time < WATCHDOG_TIMEOUT:
+            raise BenchError(
+                f"The sample time is {sample_time!r} s; it must be positive, and shorter than the {WATCHDOG_TIMEOUT} s "
+                "after which the watchdog stops the motor."
+            )
         self.stop()
         if zero:
             board.set_encoder_counts(self._encoders, 2, np.zeros(2, dtype=np.int32))
@@ -194,11 +207,13 @@ class Bench:
         LimitExceeded
             If an angle is past its limit. The motor is at 0 V then.
         HILError
-            If the board gives no sample, or its watchdog has expired.
+            If the board gives no sample.
+        BenchError
+            If the bench is not open, or not sampling.
         """
+        board = self.board
         if self._task is None:
             raise BenchError("The bench is not sampling; call start() first.")
-        board = self.board
         if board.task_read_encoder(self._task, 1, self._counts) != 1:
             raise HILError("The board gave no sample.")
         board.watchdog_reload()
@@ -216,7 +231,9 @@ class Bench:
         Raises
         ------
         BenchError
-            If the voltage is not a number; the motor is at 0 V then.
+            If the voltage is not a finite number; the motor is at 0 V then.
+        HILError
+            If the board refuses it, as when its watchdog has expired.
         """
         applied = min(max(voltage, -self._v_max), self._v_max)
         if applied != voltage and not np.isfinite(voltage):

@@ -8,9 +8,19 @@ analog values float64, digital values int8. Every method raises :class:`~rotflex
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
 from numpy.typing import NDArray
+
+from rotflex.errors import HILError
+
+CHANNEL = np.dtype(np.uint32)
+BUFFERS: dict[str, np.dtype[Any]] = {
+    "encoder": np.dtype(np.int32),
+    "analog": np.dtype(np.float64),
+    "digital": np.dtype(np.int8),
+}
 
 
 class Clock(IntEnum):
@@ -141,3 +151,18 @@ class Board(Protocol):
 
     def watchdog_stop(self) -> None:
         """Stop the watchdog."""
+
+
+def check_buffer(buffer: NDArray | None, size: int, kind: str) -> None:
+    """Check that a buffer can hold ``size`` values of a kind ("encoder", "analog" or "digital").
+
+    Raises
+    ------
+    HILError
+        If it is not a one-dimensional numpy array of that kind's type, or too small.
+    """
+    if size == 0:
+        return
+    dtype = BUFFERS[kind]
+    if not isinstance(buffer, np.ndarray) or buffer.dtype != dtype or buffer.ndim != 1 or buffer.size < size:
+        raise HILError(f"The {kind} buffer must be a one-dimensional numpy array of {size} {dtype.name}.")

@@ -1,9 +1,14 @@
-"""What the virtual board takes for time: simulated, or the computer's own."""
+"""What the virtual board takes for time, simulated or the computer's own, and sampling at a fixed rate in it."""
 
 from __future__ import annotations
 
+import math
 import time
+from dataclasses import dataclass
 from typing import Protocol
+
+from rotflex.errors import HILError
+from rotflex.hil.board import BufferOverflowMode
 
 
 class TimeSource(Protocol):
@@ -46,3 +51,65 @@ class WallClock:
         remaining = instant - self.now()
         if remaining > 0:
             time.sleep(remaining)
+
+
+@dataclass
+class Sampling:
+    """Samples that are taken at a fixed rate, and kept in a buffer until they are fetched.
+
+    Attributes
+    ----------
+    capacity : how many samples the buffer holds
+    overflow : what happens to those that nobody fetched before it was full
+    period : s
+    due : when the next sample to be fetched is, or was, taken, s; not a number before the start
+    remaining : how many samples are still to be fetched
+    """
+
+    capacity: int
+    overflow: BufferOverflowMode = BufferOverflowMode.OVERWRITE_ON_OVERFLOW
+    period: float = math.nan
+    due: float = math.nan
+    remaining: int = 0
+
+    @property
+    def started(self) -> bool:
+        """Whether sampling has been started, and not been stopped."""
+        return not math.isnan(self.due)
+
+    def start(self, now: float, frequency: float, samples: int) -> None:
+        """Take the first sample now."""
+        if not 0 < frequency < math.inf or samples < 1:
+            raise HILError(f"A task cannot take {samples} samples at {frequency} Hz.")
+        self.period, self.due, self.remaining = 1.0 / frequency, now, samples
+
+    def stop(self) -> None:
+        """Take no more samples."""
+        self.due, self.remaining = math.nan, 0
+
+    def waiting(self, now: float) -> int:
+        """How many samples have been taken and not been fetched."""
+        if not self.started:
+            return 0
+        taken = math.floor((now - self.due) / self.period + 1e-9) + 1
+        return min(max(taken, 0), self.remaining)
+
+    def skip(self, samples: int) -> None:
+        """Go on to a later sample."""
+        self.due += samples * self.period
+        self.remaining -= samples
+
+    def make_room(self, now: float) -> None:
+        """Deal with samples for which the buffer had no room.
+
+        Raises
+        ------
+        HILError
+            If there are any and ``overflow`` forbids it.
+        """
+        lost = self.waiting(now) - self.capacity
+        if lost <= 0 or self.overflow is BufferOverflowMode.SYNCHRONIZED:
+            return
+        if self.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
+            raise HILError(f"The task lost {lost} samples: they were not fetched before its buffer was full.")
+        self.skip(lost)

@@ -42,14 +42,16 @@ class BandLimitedDerivative:
     Raises
     ------
     DesignError
-        If the filter would be unstable.
+        If the sample time is not positive, or the filter would be unstable.
     """
 
     def __init__(self, sample_time: float, cutoff: float = DERIVATIVE_CUTOFF) -> None:
+        if not 0 < sample_time < math.inf:
+            raise DesignError(f"The sample time must be a positive number of seconds; it is {sample_time!r}.")
         if not 0 < cutoff * sample_time < 2:
             raise DesignError(
-                f"A derivative filter with cut-off {cutoff:g} rad/s is unstable at a sample time of {sample_time:g} s; "
-                f"keep the cut-off below {2 / sample_time:g} rad/s."
+                f"A derivative filter with cut-off {cutoff:g} rad/s is not stable at a sample time of {sample_time:g} "
+                f"s; keep the cut-off positive and below {2 / sample_time:g} rad/s."
             )
         self._cutoff = cutoff
         self._gain = cutoff * sample_time
@@ -81,7 +83,7 @@ class StateFeedback:
     Raises
     ------
     DesignError
-        If K does not have four finite numbers.
+        If K is not four finite numbers, or as :class:`BandLimitedDerivative` says.
     ConfigurationError
         If the feedback is neither full nor partial.
     """
@@ -94,9 +96,13 @@ class StateFeedback:
         cutoff: float = DERIVATIVE_CUTOFF,
     ) -> None:
         one_of("feedback", feedback, FEEDBACK)
-        gain = np.asarray(K, dtype=float).ravel()
-        if gain.shape != (4,) or not np.isfinite(gain).all():
+        try:
+            gain = np.asarray(K, dtype=float)
+        except (TypeError, ValueError):
+            gain = np.array(math.nan)
+        if gain.shape not in ((4,), (1, 4)) or not np.isfinite(gain).all():
             raise DesignError(f"K must be four finite numbers, for theta, alpha and their rates; it is {K!r}.")
+        gain = gain.ravel()
         if feedback == "partial":
             gain = gain * (1, 0, 1, 0)
         self._gain: tuple[float, ...] = tuple(gain.tolist())

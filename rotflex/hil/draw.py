@@ -32,6 +32,18 @@ def student_seed(student: str) -> int:
 def student_bench(seed: int, arm_position: int | None = None) -> VirtualPlantSpec:
     """Draw the bench of a seed. The same seed gives the same bench, always.
 
+    Everything not in this table is nominal, as :mod:`rotflex.config` has it.
+
+    ==============  ========================================================================
+    arm position    1, 2 or 3
+    K_s             1.15 to 1.65 N·m/rad
+    J_eq            0.97 to 1.03 of nominal
+    B_eq            0.004 to 0.012 N·m/(rad/s)
+    B_l             0.0005 to 0.0025 N·m/(rad/s)
+    servo friction  0.006 to 0.013 N·m, up to 30 % more one way and as much less the other
+    link friction   0.0008 to 0.0032 N·m, up to 20 % more one way and as much less the other
+    ==============  ========================================================================
+
     Parameters
     ----------
     seed : any non-negative integer

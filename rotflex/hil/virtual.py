@@ -5,6 +5,7 @@ counts the other way), analog input 0 the potentiometer, analog input 1 the tach
 
 Time is simulated by default: it passes only while a task waits for its next sample, so that a run is as quick as the
 computer and the same every time. With a :class:`~rotflex.hil.clock.WallClock` it passes as on a real bench.
+Inside, the plant moves in whole ticks of 1/64 ms.
 """
 
 from __future__ import annotations
@@ -12,41 +13,33 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
 from rotflex.errors import HILError
-from rotflex.hil.board import BufferOverflowMode, Clock
-from rotflex.hil.clock import SimulatedClock, TimeSource
-from rotflex.plant import REST, Plant, PlantParameters, State
+from rotflex.hil.board import CHANNEL, BufferOverflowMode, Clock, check_buffer
+from rotflex.hil.clock import Sampling, SimulatedClock, TimeSource
+from rotflex.plant import HALVINGS, REST, SUBSTEP, Plant, PlantParameters, State
 from rotflex.units import DEG
 
 SERVO_ENCODER, LINK_ENCODER = 0, 1
 POTENTIOMETER, TACHOMETER = 0, 1
 _ENCODERS, _ANALOG_INPUTS, _ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 2, 2, 8
+#: s; whole ticks, in powers of two, need few transition matrices of the plant, however irregular the calls are
+TICK = SUBSTEP / 2**HALVINGS
 _TRACK = 352 * DEG  # of the potentiometer; the remaining 8 deg are the gap
-_CHANNEL = np.dtype(np.uint32)
-_DTYPES: dict[str, np.dtype[Any]] = {
-    "encoder": np.dtype(np.int32),
-    "analog": np.dtype(np.float64),
-    "digital": np.dtype(np.int8),
-}
 
 
 @dataclass
 class _Task:
-    """Hardware-timed sampling: the next sample is due at ``due``."""
+    """Hardware-timed sampling of some channels."""
 
     analog: Sequence[int]
     encoders: Sequence[int]
     digital: Sequence[int]
-    period: float = math.nan
-    due: float = math.nan
-    remaining: int = 0
-    overflow: BufferOverflowMode = BufferOverflowMode.OVERWRITE_ON_OVERFLOW
+    sampling: Sampling
 
 
 @dataclass
@@ -81,7 +74,7 @@ class VirtualBoard:
         self.servo = servo or srv02()
         self.clock = clock or SimulatedClock()
         self._open = True
-        self._plant_time = self.clock.now()
+        self._ticks = round(self.clock.now() / TICK)
         self._outputs = [0.0] * _ANALOG_OUTPUTS
         self._digital = [0] * _DIGITAL_LINES
         self._count_offsets = [0] * _ENCODERS
@@ -103,10 +96,12 @@ class VirtualBoard:
         self._move(instant)
 
     def _move(self, instant: float) -> None:
-        duration = instant - self._plant_time
-        if duration > 1e-12:
-            self.plant.advance(self._outputs[0] * self.servo.cable_gain, duration)
-            self._plant_time = instant
+        ticks = round(instant / TICK) - self._ticks
+        while ticks > 0:
+            span = 1 << (ticks.bit_length() - 1)
+            self.plant.advance(self._outputs[0] * self.servo.cable_gain, span * TICK)
+            self._ticks += span
+            ticks -= span
 
     def _counts(self, channel: int) -> int:
         state = self.plant.state
@@ -149,7 +144,7 @@ class VirtualBoard:
     def set_encoder_counts(self, channels: NDArray, num_channels: int, counts: NDArray) -> None:
         """Set what the counters read now."""
         chosen = self._channels(channels, num_channels, _ENCODERS, "encoder")
-        _check_buffer(counts, num_channels, "encoder")
+        check_buffer(counts, num_channels, "encoder")
         self._catch_up(self.clock.now())
         for channel, count in zip(chosen, counts.tolist(), strict=False):
             self._count_offsets[channel] += count - self._counts(channel)
@@ -182,29 +177,25 @@ class VirtualBoard:
         analog = self._channels(analog_channels, num_analog_channels, _ANALOG_INPUTS, "analog input")
         encoders = self._channels(encoder_channels, num_encoder_channels, _ENCODERS, "encoder")
         digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital")
-        _check_buffer(analog_buffer, len(analog), "analog")
-        _check_buffer(encoder_buffer, len(encoders), "encoder")
-        _check_buffer(digital_buffer, len(digital), "digital")
+        check_buffer(analog_buffer, len(analog), "analog")
+        check_buffer(encoder_buffer, len(encoders), "encoder")
+        check_buffer(digital_buffer, len(digital), "digital")
         self._catch_up(self.clock.now())
         self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer))
 
     def write_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
         """Set analog outputs, V, within the converter's ±10 V."""
-        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
-        _check_buffer(buffer, num_channels, "analog")
-        voltages = buffer[:num_channels].tolist()
-        if not all(map(math.isfinite, voltages)):
-            raise HILError(f"An analog output cannot be set to {voltages}: not a finite voltage.")
+        voltages = self._voltages(channels, num_channels, buffer)
         self._catch_up(self.clock.now())
         if self._watchdog.expired:
             raise HILError("The watchdog has expired and holds the outputs; clear it before writing again.")
-        for channel, voltage in zip(chosen, voltages, strict=True):
-            self._outputs[channel] = min(max(voltage, -DAC_LIMIT), DAC_LIMIT)
+        for channel, voltage in voltages.items():
+            self._outputs[channel] = voltage
 
     def write_digital(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
         """Set digital lines."""
         chosen = self._channels(channels, num_channels, _DIGITAL_LINES, "digital")
-        _check_buffer(buffer, num_channels, "digital")
+        check_buffer(buffer, num_channels, "digital")
         self._catch_up(self.clock.now())
         for channel, level in zip(chosen, buffer.tolist(), strict=False):
             self._digital[channel] = level
@@ -241,6 +232,7 @@ class VirtualBoard:
             analog=self._channels(analog_channels, num_analog_channels, _ANALOG_INPUTS, "analog input"),
             encoders=self._channels(encoder_channels, num_encoder_channels, _ENCODERS, "encoder"),
             digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital"),
+            sampling=Sampling(capacity=samples_in_buffer),
         )
         handle = self._next_task
         self._next_task += 1
@@ -248,19 +240,20 @@ class VirtualBoard:
         return handle
 
     def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
-        """Choose what happens to samples that nobody fetched in time."""
-        self._task(task).overflow = BufferOverflowMode(mode)
+        """Choose what happens to samples that nobody fetched before the task's buffer was full."""
+        chosen = self._task(task)
+        try:
+            chosen.sampling.overflow = BufferOverflowMode(mode)
+        except ValueError:
+            listed = ", ".join(f"{mode.value} ({mode.name})" for mode in BufferOverflowMode)
+            raise HILError(f"There is no buffer overflow mode {mode}; there are {listed}.") from None
 
     def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
         """Start sampling; the first sample is taken now."""
         chosen = self._task(task)
         if clock != Clock.HARDWARE_CLOCK_0:
             raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
-        if not frequency > 0 or num_samples < 1:
-            raise HILError(f"A task cannot take {num_samples} samples at {frequency} Hz.")
-        chosen.period = 1.0 / frequency
-        chosen.due = self.clock.now()
-        chosen.remaining = num_samples
+        chosen.sampling.start(self.clock.now(), frequency, num_samples)
 
     def task_read_encoder(self, task: int, num_samples: int, buffer: NDArray) -> int:
         """Wait for samples of encoders, and return how many came."""
@@ -277,46 +270,37 @@ class VirtualBoard:
     ) -> int:
         """Wait for samples of all kinds, and return how many came (fewer only at the end of the task)."""
         chosen = self._task(task)
-        if math.isnan(chosen.due):
+        sampling = chosen.sampling
+        if not sampling.started:
             raise HILError(f"Task {task} has not been started.")
-        _check_buffer(analog_buffer, num_samples * len(chosen.analog), "analog")
-        _check_buffer(encoder_buffer, num_samples * len(chosen.encoders), "encoder")
-        _check_buffer(digital_buffer, num_samples * len(chosen.digital), "digital")
-        count = min(num_samples, chosen.remaining)
-        for sample in range(count):
-            self.clock.wait_until(chosen.due)
-            late = (self.clock.now() - chosen.due) / chosen.period
-            if late >= 1:
-                self._overflow(task, chosen, int(late))
-            self._catch_up(chosen.due)
+        if num_samples < 1:
+            raise HILError(f"A task gives one sample or more at a time; it was asked for {num_samples}.")
+        check_buffer(analog_buffer, num_samples * len(chosen.analog), "analog")
+        check_buffer(encoder_buffer, num_samples * len(chosen.encoders), "encoder")
+        check_buffer(digital_buffer, num_samples * len(chosen.digital), "digital")
+        count = 0
+        while count < num_samples and sampling.remaining:
+            self.clock.wait_until(sampling.due)
+            sampling.make_room(self.clock.now())
+            self._catch_up(sampling.due)
             self._fetch(
                 (chosen.analog, analog_buffer),
                 (chosen.encoders, encoder_buffer),
                 (chosen.digital, digital_buffer),
-                sample,
+                count,
             )
-            chosen.due += chosen.period
-            chosen.remaining -= 1
+            sampling.skip(1)
+            count += 1
         return count
-
-    @staticmethod
-    def _overflow(handle: int, task: _Task, missed: int) -> None:
-        """Nobody fetched ``missed`` samples in time."""
-        if task.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
-            raise HILError(f"Task {handle} lost {missed} samples: they were not fetched in time.")
-        if task.overflow is BufferOverflowMode.OVERWRITE_ON_OVERFLOW:
-            task.due += missed * task.period
 
     def task_flush(self, task: int) -> None:
         """Throw away samples that are waiting."""
-        chosen = self._task(task)
-        waiting = (self.clock.now() - chosen.due) / chosen.period
-        if waiting >= 0:
-            chosen.due += (math.floor(waiting) + 1) * chosen.period
+        sampling = self._task(task).sampling
+        sampling.skip(sampling.waiting(self.clock.now()))
 
     def task_stop(self, task: int) -> None:
         """Stop sampling."""
-        self._task(task).due = math.nan
+        self._task(task).sampling.stop()
 
     def task_delete(self, task: int) -> None:
         """Delete the task."""
@@ -327,36 +311,41 @@ class VirtualBoard:
 
     def watchdog_set_analog_expiration_state(self, channels: NDArray, num_channels: int, voltages: NDArray) -> None:
         """Choose the analog outputs (V) that an expired watchdog sets."""
-        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
-        _check_buffer(voltages, num_channels, "analog")
-        self._watchdog.states = dict(zip(chosen, voltages.tolist(), strict=False))
+        self._watchdog.states = self._voltages(channels, num_channels, voltages)
 
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog."""
-        self._check_open()
+        self._attend()
         if not timeout > 0:
             raise HILError(f"A watchdog needs a positive time-out; it was given {timeout} s.")
         self._watchdog.timeout = timeout
         self._watchdog.deadline = self.clock.now() + timeout
 
     def watchdog_reload(self) -> None:
-        """Show that the program is alive."""
-        self._catch_up(self.clock.now())
+        """Show that the program is alive. A watchdog that has expired stays so."""
+        self._attend()
         if not self._watchdog.expired:
             self._watchdog.deadline = self.clock.now() + self._watchdog.timeout
 
     def watchdog_is_expired(self) -> bool:
         """Whether the watchdog has expired."""
-        self._catch_up(self.clock.now())
+        self._attend()
         return self._watchdog.expired
 
     def watchdog_clear(self) -> None:
         """Let outputs be written again."""
+        self._attend()
         self._watchdog.expired = False
 
     def watchdog_stop(self) -> None:
         """Stop the watchdog."""
+        self._attend()
         self._watchdog.timeout = self._watchdog.deadline = math.inf
+
+    def _attend(self) -> None:
+        """What every call to the watchdog begins with: it may have expired since the last one."""
+        self._check_open()
+        self._catch_up(self.clock.now())
 
     # --- checks ---------------------------------------------------------------------------------------------------
 
@@ -375,8 +364,8 @@ class VirtualBoard:
         self._check_open()
         if count == 0:
             return ()
-        if not isinstance(channels, np.ndarray) or channels.dtype != _CHANNEL:
-            raise HILError(f"The {kind} channels must be a numpy array of uint32; they are {channels!r}.")
+        if not isinstance(channels, np.ndarray) or channels.dtype != CHANNEL or channels.ndim != 1:
+            raise HILError(f"The {kind} channels must be a numpy vector of uint32; they are {channels!r}.")
         key = (channels.tobytes(), count, kind)
         chosen = self._known_channels.get(key)  # the same few lists come every sample
         if chosen is None:
@@ -388,13 +377,16 @@ class VirtualBoard:
             self._known_channels[key] = chosen
         return chosen
 
-
-def _check_buffer(buffer: NDArray | None, size: int, kind: str) -> None:
-    if size == 0:
-        return
-    dtype = _DTYPES[kind]
-    if not isinstance(buffer, np.ndarray) or buffer.dtype != dtype or buffer.ndim != 1 or buffer.size < size:
-        raise HILError(f"The {kind} buffer must be a one-dimensional numpy array of {size} {dtype.name}.")
+    def _voltages(self, channels: NDArray, count: int, buffer: NDArray) -> dict[int, float]:
+        """Voltages by analog output, checked, and cut to what the converter can give."""
+        chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
+        check_buffer(buffer, count, "analog")
+        voltages = buffer[:count].tolist()
+        if not all(map(math.isfinite, voltages)):
+            raise HILError(f"An analog output cannot be set to {voltages}: not a finite voltage.")
+        return {
+            channel: min(max(voltage, -DAC_LIMIT), DAC_LIMIT) for channel, voltage in zip(chosen, voltages, strict=True)
+        }
 
 
 def _refuse_other(count: int) -> None:

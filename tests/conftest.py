@@ -1,0 +1,32 @@
+"""What the tests share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+from rotflex.recording import Recording
+
+# How long an example takes says nothing about whether it is right.
+settings.register_profile("rotflex", deadline=None)
+settings.load_profile("rotflex")
+
+RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
+
+
+@pytest.fixture(scope="session")
+def real_log_path() -> Path:
+    """A log of a real bench, which is not part of the project."""
+    path = Path(os.environ.get("ROTFLEX_RECORDINGS", RECORDINGS)) / "real_bench_lqr.mat"
+    if not path.exists():
+        pytest.skip(f"The log of a real bench is not at {path}; set ROTFLEX_RECORDINGS to its folder.")
+    return path
+
+
+@pytest.fixture(scope="session")
+def real_log(real_log_path: Path) -> Recording:
+    """The log of a real bench as a recording."""
+    return Recording.load(real_log_path)

@@ -1,0 +1,165 @@
+"""Controllers against scipy's digital filters and plain arithmetic."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import cont2discrete, lfilter
+
+from rotflex.errors import ConfigurationError, DesignError
+from rotflex.hil.controllers import (
+    DERIVATIVE_CUTOFF,
+    BandLimitedDerivative,
+    OpenLoop,
+    PositionServo,
+    StateFeedback,
+)
+
+SAMPLE_TIME = 0.002
+GAIN = [18.24, -17.15, 1.59, 0.63]
+
+
+def filtered(signal: np.ndarray, cutoff: float, sample_time: float, method: str = "euler") -> np.ndarray:
+    """w_c s/(s + w_c), discretised by scipy, from rest at the signal's first value."""
+    numerator, denominator, _ = cont2discrete(([cutoff, 0.0], [1.0, cutoff]), sample_time, method=method)
+    return lfilter(np.ravel(numerator), denominator, signal - signal[0])
+
+
+def derivative(signal: np.ndarray, cutoff: float = DERIVATIVE_CUTOFF, sample_time: float = SAMPLE_TIME) -> np.ndarray:
+    follow = BandLimitedDerivative(sample_time, cutoff)
+    return np.array([follow(value) for value in signal.tolist()])
+
+
+# --- the band-limited derivative -------------------------------------------------------------------------------------
+
+
+def test_the_cutoff_is_33_hz():
+    assert pytest.approx(2 * np.pi * 33) == DERIVATIVE_CUTOFF
+
+
+def test_the_derivative_of_a_ramp_is_its_slope():
+    ramp = 3.0 * SAMPLE_TIME * np.arange(500)
+    assert derivative(ramp)[-1] == pytest.approx(3.0, rel=1e-12)
+    assert filtered(ramp, DERIVATIVE_CUTOFF, SAMPLE_TIME, "zoh")[-1] == pytest.approx(3.0 * 1.22, rel=0.01)  # the trap
+
+
+@given(st.lists(st.floats(-100, 100), min_size=2, max_size=60), st.floats(1.0, 990.0), st.sampled_from([1e-3, 2e-3]))
+def test_the_derivative_is_the_euler_form_of_the_transfer_function(values, cutoff, sample_time):
+    signal = np.array(values)
+    expected = filtered(signal, cutoff, sample_time)
+    np.testing.assert_allclose(
+        derivative(signal, cutoff, sample_time), expected, atol=1e-9 * (1 + np.abs(expected).max())
+    )
+
+
+def test_slow_sines_are_differentiated_and_quick_ones_are_held_back():
+    t = np.arange(5000) * SAMPLE_TIME
+    slow, quick = (np.abs(derivative(np.sin(2 * np.pi * f * t))[2500:]).max() for f in (1.0, 200.0))
+    assert slow == pytest.approx(2 * np.pi, rel=0.002)
+    assert quick < 1.5 * DERIVATIVE_CUTOFF < 0.3 * 2 * np.pi * 200.0
+
+
+def test_the_first_value_is_taken_to_have_stood_still():
+    follow = BandLimitedDerivative(SAMPLE_TIME)
+    assert follow(7.0) == 0.0
+    assert follow(7.0) == 0.0
+    assert follow(8.0) > 0.0
+    follow.reset()
+    assert follow(-3.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("sample_time", "cutoff"), [(0.01, DERIVATIVE_CUTOFF), (0.002, 1000.0), (0.002, -1.0), (0.002, math.nan)]
+)
+def test_an_unstable_filter_is_refused(sample_time, cutoff):
+    with pytest.raises(DesignError, match="stable"):
+        BandLimitedDerivative(sample_time, cutoff)
+
+
+@pytest.mark.parametrize("sample_time", [0.0, -0.002, math.nan, math.inf])
+def test_a_sample_time_must_be_positive(sample_time):
+    with pytest.raises(DesignError, match="sample time"):
+        BandLimitedDerivative(sample_time)
+
+
+# --- state feedback --------------------------------------------------------------------------------------------------
+
+angles = st.lists(st.tuples(*[st.floats(-3, 3)] * 3), min_size=1, max_size=30)
+
+
+def respond(controller, samples) -> np.ndarray:
+    controller.reset()
+    return np.array([controller(*sample) for sample in samples])
+
+
+@given(angles, st.lists(st.floats(-50, 50), min_size=4, max_size=4))
+def test_state_feedback_is_its_equation(samples, K):
+    theta_ref, theta, alpha = np.array(samples).T
+    rates = [filtered(angle, DERIVATIVE_CUTOFF, SAMPLE_TIME) for angle in (theta, alpha)]
+    expected = K[0] * (theta_ref - theta) - K[1] * alpha - K[2] * rates[0] - K[3] * rates[1]
+    np.testing.assert_allclose(respond(StateFeedback(K), samples), expected, atol=1e-8, rtol=1e-9)
+
+
+@given(angles, st.lists(st.floats(-3, 3), min_size=30, max_size=30))
+def test_partial_feedback_does_not_see_alpha(samples, others):
+    otherwise = [(reference, theta, other) for (reference, theta, _), other in zip(samples, others, strict=False)]
+    controller = StateFeedback(GAIN, feedback="partial")
+    np.testing.assert_array_equal(respond(controller, samples), respond(controller, otherwise))
+    without = StateFeedback([GAIN[0], 0.0, GAIN[2], 0.0])
+    np.testing.assert_array_equal(respond(controller, samples), respond(without, samples))
+
+
+def test_full_feedback_sees_alpha():
+    assert StateFeedback(GAIN)(0.0, 0.0, 0.1) == pytest.approx(1.715)
+
+
+def test_the_gain_may_be_a_row():
+    samples = [(0.1, 0.2, 0.3), (0.4, 0.0, -0.2)]
+    for K in (np.array(GAIN), [GAIN], np.array([GAIN]), tuple(GAIN)):
+        np.testing.assert_array_equal(respond(StateFeedback(K), samples), respond(StateFeedback(GAIN), samples))
+
+
+@pytest.mark.parametrize(
+    "K",
+    [None, 1.0, [], GAIN[:3], [*GAIN, 1.0], [[18, -17], [1.6, 0.6]], [[k] for k in GAIN], [1, 2, 3, math.nan], "gain"],
+)
+def test_the_gain_is_four_numbers(K):
+    with pytest.raises(DesignError, match="four finite numbers"):
+        StateFeedback(K)
+
+
+def test_feedback_is_full_or_partial():
+    with pytest.raises(ConfigurationError, match="'full', 'partial'"):
+        StateFeedback(GAIN, feedback="some")
+
+
+def test_reset_forgets_the_past():
+    controller = StateFeedback(GAIN)
+    first = respond(controller, [(0.0, 1.0, 0.5), (0.0, 2.0, -0.5)])
+    np.testing.assert_array_equal(respond(controller, [(0.0, 1.0, 0.5), (0.0, 2.0, -0.5)]), first)
+
+
+# --- the others ------------------------------------------------------------------------------------------------------
+
+
+def test_the_position_servo_is_proportional_and_derivative_in_the_error():
+    samples = [(0.1, 0.0, 9.0), (0.3, 0.1, 9.0), (0.3, 0.2, -9.0), (-0.1, 0.25, 0.0)]
+    error = np.array([reference - theta for reference, theta, _ in samples])
+    expected = 18.0 * error + 1.6 * filtered(error, DERIVATIVE_CUTOFF, SAMPLE_TIME)
+    np.testing.assert_allclose(respond(PositionServo(18.0, 1.6), samples), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("gains", [(math.nan, 1.0), (1.0, math.inf)])
+def test_the_position_servos_gains_are_numbers(gains):
+    with pytest.raises(DesignError, match="finite"):
+        PositionServo(*gains)
+
+
+def test_an_open_loop_passes_the_voltage_on():
+    controller = OpenLoop()
+    controller.reset()
+    assert controller(1.25, 3.0, -2.0) == 1.25

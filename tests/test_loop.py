@@ -1,0 +1,157 @@
+"""The control loop: once a sample, recorded as it was, and 0 V in the end."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from rotflex import __version__, hil
+from rotflex.errors import BenchError, LimitExceeded
+from rotflex.hil.controllers import OpenLoop, StateFeedback
+from rotflex.hil.loop import run
+from rotflex.signals import square_wave, time_axis
+from rotflex.units import DEG
+
+GAIN = [18.24, -17.15, 1.59, 0.63]
+
+
+class Scripted:
+    """A controller that notes what it is asked, and may fail at a sample."""
+
+    def __init__(self, voltage: float = 1.0, fail_at: int | None = None, failure: type[BaseException] = ValueError):
+        self.voltage, self.fail_at, self.failure = voltage, fail_at, failure
+        self.resets = 0
+        self.asked: list[tuple[float, float, float]] = []
+
+    def reset(self) -> None:
+        self.resets += 1
+
+    def __call__(self, reference: float, theta: float, alpha: float) -> float:
+        if len(self.asked) == self.fail_at:
+            raise self.failure("scripted")
+        self.asked.append((reference, theta, alpha))
+        return self.voltage
+
+
+@pytest.fixture
+def bench():
+    with hil.open("virtual:?preset=workbook") as opened:
+        yield opened
+
+
+def output(bench: hil.Bench) -> float:
+    """Voltage on the virtual board's output."""
+    return bench.board._outputs[0]
+
+
+def test_each_sample_is_read_decided_and_written(bench):
+    controller = Scripted(voltage=25.0)
+    reference = np.linspace(0.0, 1.0, 20)
+    recording = run(bench, controller, reference, progress=False)
+    assert controller.resets == 1
+    asked = np.array(controller.asked)
+    np.testing.assert_array_equal(asked[:, 0], reference)
+    np.testing.assert_array_equal(asked[:, 1], recording["theta"])
+    np.testing.assert_array_equal(asked[:, 2], recording["alpha"])
+    assert set(recording["vm"]) == {10.0}  # what was set, not what was asked for
+
+
+def test_what_is_recorded_is_what_the_plant_did(bench):
+    t = time_axis(1.0, 0.002)
+    recording = run(bench, OpenLoop(), square_wave(t, 2.0, 1.5), progress=False)
+    np.testing.assert_allclose(recording.time, t, atol=1e-12)
+    assert recording.sample_time == pytest.approx(0.002)
+    np.testing.assert_array_equal(recording["vm"], square_wave(t, 2.0, 1.5))
+    # the first sample is taken before the first voltage is set, and the second sees hardly any of it
+    assert recording["theta"][0] == recording["alpha"][0] == 0.0
+    assert recording["theta"][100] > 0.1
+    counts = recording["theta"] / (2 * np.pi / 4096)
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+
+
+def test_the_sample_time_is_the_one_asked_for(bench):
+    recording = run(bench, OpenLoop(), np.zeros(11), sample_time=0.01, progress=False)
+    assert recording.time[-1] == pytest.approx(0.1)
+    assert bench.board.clock.now() == pytest.approx(0.1)
+
+
+def test_the_recording_says_where_it_comes_from(bench):
+    described = run(bench, OpenLoop(), np.zeros(5), metadata={"experiment": "none"}, progress=False).metadata
+    assert described["source"] == "virtual bench"
+    assert described["bench"] == bench.identity
+    assert described["sample_time"] == 0.002
+    assert described["software"] == f"rotflex {__version__}"
+    assert described["experiment"] == "none"
+    json.dumps(described, allow_nan=False)
+
+
+def test_the_same_bench_gives_the_same_recording():
+    def record():
+        with hil.open("virtual:?seed=4") as bench:
+            t = time_axis(2.0, 0.002)
+            return run(bench, StateFeedback(GAIN), square_wave(t, 1.0, 10 * DEG), progress=False)
+
+    first, second = record(), record()
+    for name in ("theta", "alpha", "vm"):
+        np.testing.assert_array_equal(first[name], second[name])
+
+
+def test_a_controller_is_used_afresh_each_time(bench):
+    """A second run begins with derivatives that know nothing of the first."""
+    controller = StateFeedback([0.0, 0.0, 1.0, 0.0])
+    run(bench, controller, np.zeros(5), progress=False)
+    controller(0.0, 5.0, 0.0)
+    assert set(run(bench, controller, np.zeros(5), progress=False)["vm"]) == {0.0}
+
+
+def test_a_run_leaves_0_V(bench):
+    run(bench, OpenLoop(), np.full(10, 3.0), progress=False)
+    assert output(bench) == 0.0
+
+
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
+def test_a_controller_that_fails_leaves_0_V(bench, failure):
+    with pytest.raises(failure, match="scripted"):
+        run(bench, Scripted(3.0, fail_at=7, failure=failure), np.zeros(20), progress=False)
+    assert output(bench) == 0.0
+    with pytest.raises(BenchError, match="not sampling"):
+        bench.read()
+
+
+def test_a_controller_that_gives_no_number_leaves_0_V(bench):
+    with pytest.raises(BenchError, match="check the gain"):
+        run(bench, Scripted(float("nan")), np.zeros(20), progress=False)
+    assert output(bench) == 0.0
+
+
+def test_a_limit_leaves_0_V_and_the_bench_usable(bench):
+    with pytest.raises(LimitExceeded, match="servo angle"):
+        run(bench, OpenLoop(), np.full(2000, 10.0), progress=False)
+    assert output(bench) == 0.0
+    assert len(run(bench, OpenLoop(), np.zeros(10), progress=False)) == 10
+
+
+@pytest.mark.parametrize("reference", [1.0, [1.0], [[1.0, 2.0]], [0.0, np.nan], [0.0, np.inf]])
+def test_a_reference_is_a_vector_of_numbers(bench, reference):
+    controller = Scripted()
+    with pytest.raises(BenchError, match="reference"):
+        run(bench, controller, reference, progress=False)
+    assert controller.resets == 0
+
+
+def test_a_bench_must_be_open():
+    with pytest.raises(BenchError, match="not open"):
+        run(hil.open("virtual"), OpenLoop(), np.zeros(10), progress=False)
+
+
+def test_a_real_bench_moves_as_its_log_says(real_log):
+    """A log's reference, followed on the virtual bench fitted to it, under the gain of that log."""
+    with hil.open("virtual:?preset=real_bench") as bench:
+        controller = StateFeedback([13.0384, -17.2586, 1.3198, -0.0461])
+        replayed = run(bench, controller, real_log["theta_ref"], progress=False)
+    for name, limit in (("theta", 0.5), ("alpha", 0.25)):
+        rms = np.sqrt(np.mean((replayed.degrees(name) - real_log.degrees(name)) ** 2))
+        assert rms <= limit, f"{name}: {rms:.3f} deg RMS"
+    assert np.abs(replayed["vm"]).max() == pytest.approx(np.abs(real_log["vm"]).max(), rel=0.1)

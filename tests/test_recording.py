@@ -1,0 +1,524 @@
+"""Recordings: what they hold, the files they are kept in, and files that are broken."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.io import loadmat, savemat
+
+from rotflex.errors import RecordingError
+from rotflex.recording import UNITS, Channel, Recording
+from rotflex.units import DEG
+
+T = np.arange(50) * 0.002
+METADATA = {
+    "source": "virtual bench",
+    "experiment": "tracking",
+    "bench": {"uri": "virtual", "seed": 7, "arm_position": 2},
+    "sample_time": 0.002,
+    "software": "rotflex 0.1.0",
+    "note": "λ µ “quoted”, 12 %\n",
+}
+
+
+def tracked(metadata=None, t=T) -> Recording:
+    return Recording.of(t, metadata or METADATA, theta_ref=0 * t + 0.3, theta=np.sin(t), alpha=np.cos(t), vm=2 * t)
+
+
+def validated() -> Recording:
+    return Recording.of(
+        T, {"experiment": "validation"}, theta=np.sin(T), alpha=T, vm=-T, theta_model=np.cos(T), alpha_model=2 * T
+    )
+
+
+def assert_same(read: Recording, written: Recording, tolerance: float = 1e-12) -> None:
+    assert set(read.channels) == set(written.channels)
+    np.testing.assert_allclose(read.time, written.time - written.time[0], atol=1e-9)
+    for name, channel in written.channels.items():
+        assert read.channels[name].unit == channel.unit
+        np.testing.assert_allclose(read[name], channel.values, rtol=tolerance, atol=1e-300)
+
+
+# --- in memory -------------------------------------------------------------------------------------------------------
+
+
+def test_channels_are_read_by_name_in_si_units():
+    recording = tracked()
+    np.testing.assert_array_equal(recording["theta"], np.sin(T))
+    np.testing.assert_allclose(recording.degrees("theta"), np.degrees(np.sin(T)))
+    assert recording.channels["vm"].unit == "V"
+    assert recording.sample_time == pytest.approx(0.002)
+    assert len(recording) == 50
+    assert "alpha" in recording
+    assert "alpha_model" not in recording
+    assert "0.098 s at 2 ms" in repr(recording)
+
+
+def test_a_missing_channel_is_named_with_those_there_are():
+    with pytest.raises(RecordingError, match="no channel 'beta'; it has theta_ref, theta, alpha, vm"):
+        tracked()["beta"]
+    with pytest.raises(RecordingError, match="no channel 'speed'; there are theta_ref"):
+        Recording.of(T, speed=T)
+
+
+def test_arrays_are_copies_that_cannot_be_changed():
+    values = np.sin(T)
+    recording = Recording.of(T, theta=values)
+    values[0] = 99.0
+    assert recording["theta"][0] == 0.0
+    for array in (recording.time, recording["theta"]):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+    with pytest.raises(TypeError):
+        recording.channels["alpha"] = Channel(T, "rad")
+
+
+def test_metadata_are_plain_data_of_its_own():
+    given_metadata = {"seed": 1}
+    recording = Recording.of(T, given_metadata, theta=T)
+    given_metadata["seed"] = 2
+    assert json.loads(json.dumps(recording.metadata)) == recording.metadata == {"seed": 1}
+
+
+def test_only_angles_can_be_had_in_degrees():
+    with pytest.raises(RecordingError, match="'vm' is in V"):
+        tracked().degrees("vm")
+
+
+def test_comparing_recordings_is_no_accident_of_arrays():
+    recording = tracked()
+    assert recording == recording  # noqa: PLR0124
+    assert recording != tracked()
+
+
+@pytest.mark.parametrize(
+    ("time", "theta", "message"),
+    [
+        (T, T[:-1], "'theta' has 49 samples, the time has 50"),
+        (T[:1], T[:1], "at least two samples; this one has 1"),
+        ([], [], "at least two samples; this one has 0"),
+        (np.r_[T[:20], T[21:], 0.1], T, r"not evenly increasing: after t = 0\.038 s comes 0\.042 s"),
+        (T[::-1], T, "not evenly increasing"),
+        (0 * T, T, "not evenly increasing"),
+        (T, np.where(T[7] == T, np.nan, T), "'theta' has a value that is not finite at sample 7"),
+        (np.where(T[3] == T, np.inf, T), T, "time has a value that is not finite at sample 3"),
+        (T, T.reshape(25, 2), r"one-dimensional; its shape is \(25, 2\)"),
+        (T, ["a"] * 50, "not an array of numbers"),
+        (T, None, "one-dimensional"),
+    ],
+)
+def test_what_is_no_recording_is_refused(time, theta, message):
+    with pytest.raises(RecordingError, match=message):
+        Recording.of(time, theta=theta)
+
+
+def test_a_known_channel_is_in_its_unit():
+    with pytest.raises(RecordingError, match="'theta' is in deg; inside, it should be in rad"):
+        Recording(T, {"theta": Channel(T, "deg")})
+
+
+def test_a_part_counts_time_from_its_own_beginning():
+    part = tracked().between(0.02, 0.04)
+    np.testing.assert_allclose(part.time, np.arange(10) * 0.002, atol=1e-15)
+    np.testing.assert_array_equal(part["theta"], np.sin(T[10:20]))
+    assert part.metadata == METADATA
+
+
+@pytest.mark.parametrize("sample_time", [0.002, 0.1, 1 / 3, 0.007])
+def test_a_part_is_cut_at_samples_whatever_their_rounding(sample_time):
+    t = np.arange(100) * sample_time
+    recording = Recording.of(t, vm=np.arange(100))
+    for first, last in ((0, 7), (3, 60), (49, 99), (17, 23)):
+        part = recording.between(round(first * sample_time, 9), round(last * sample_time, 9))
+        np.testing.assert_array_equal(part["vm"], np.arange(first, last))
+
+
+def test_a_part_needs_samples():
+    with pytest.raises(RecordingError, match="nothing between 5 s and 6 s"):
+        tracked().between(5.0, 6.0)
+
+
+# --- round trips -----------------------------------------------------------------------------------------------------
+
+numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
+plain = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**53), 2**53)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+LAYOUTS = [
+    {"theta"},
+    {"alpha"},
+    {"vm"},
+    {"theta_ref", "theta", "alpha", "vm"},
+    {"theta", "alpha", "vm"},
+    {"theta_model", "theta", "alpha_model", "alpha", "vm"},
+    {"theta_ref", "theta"},
+]
+
+
+@st.composite
+def recordings(draw):
+    size, sample_time = draw(st.integers(2, 20)), draw(st.sampled_from([0.001, 0.002, 0.01, 1 / 3]))
+    start = draw(st.sampled_from([0.0, 5.0]))
+    values = st.lists(numbers, min_size=size, max_size=size)
+    channels = {name: draw(values) for name in sorted(draw(st.sampled_from(LAYOUTS)))}
+    metadata = draw(st.dictionaries(st.text().filter(lambda key: key != "experiment"), plain, max_size=4))
+    return Recording.of(start + np.arange(size) * sample_time, {"source": "test", **metadata}, **channels)
+
+
+@settings(max_examples=40)
+@given(recordings(), st.sampled_from([".mat", ".csv"]))
+def test_saving_and_loading_gives_the_same_recording(tmp_path_factory, recording, ending):
+    path = tmp_path_factory.mktemp("round trip") / f"recording{ending}"
+    assert recording.save(path) == path
+    read = Recording.load(path)
+    assert_same(read, recording, 1e-9 if ending == ".csv" else 1e-12)
+    assert read.metadata == recording.metadata
+
+
+@pytest.mark.parametrize("ending", [".mat", ".csv", ".MAT", ".CSV"])
+def test_provenance_is_kept(tmp_path, ending):
+    path = tracked().save(tmp_path / f"a{ending}")
+    assert Recording.load(path).metadata == METADATA
+
+
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_time_in_a_file_is_counted_from_its_first_sample(tmp_path, ending):
+    late = tracked(t=T + 40.0).save(tmp_path / f"a{ending}")
+    np.testing.assert_allclose(Recording.load(late).time, T, atol=1e-9)
+
+
+def test_a_file_without_provenance_is_said_to_come_from_its_name(tmp_path):
+    savemat(tmp_path / "mine.mat", {"data_vm": np.column_stack([T, T])})
+    (tmp_path / "mine.csv").write_text("t_s,vm_V\n0,1\n1,2\n")
+    assert Recording.load(tmp_path / "mine.mat").metadata == {"source": "mine.mat"}
+    assert Recording.load(tmp_path / "mine.csv").metadata == {"source": "mine.csv"}
+
+
+def test_a_validation_in_csv_is_the_same(tmp_path):
+    assert_same(Recording.load(validated().save(tmp_path / "v.csv")), validated(), 1e-9)
+
+
+# --- the laboratory's layout -----------------------------------------------------------------------------------------
+
+
+def test_a_mat_file_has_the_laboratorys_layout(tmp_path):
+    content = loadmat(tracked().save(tmp_path / "a.mat"))
+    assert {name for name in content if not name.startswith("__")} == {
+        "data_theta",
+        "data_alpha",
+        "data_vm",
+        "rotflex_metadata",
+    }
+    np.testing.assert_allclose(
+        content["data_theta"], np.column_stack([T, np.degrees(0 * T + 0.3), np.degrees(np.sin(T))])
+    )
+    np.testing.assert_allclose(content["data_alpha"], np.column_stack([T, np.degrees(np.cos(T))]))
+    np.testing.assert_allclose(content["data_vm"], np.column_stack([T, 2 * T]))
+    assert json.loads(content["rotflex_metadata"][0]) == METADATA
+
+
+def test_a_validations_mat_file_has_the_model_in_the_middle(tmp_path):
+    content = loadmat(validated().save(tmp_path / "v.mat"))
+    np.testing.assert_allclose(
+        content["data_theta"], np.column_stack([T, np.degrees(np.cos(T)), np.degrees(np.sin(T))])
+    )
+    np.testing.assert_allclose(content["data_alpha"], np.column_stack([T, np.degrees(2 * T), np.degrees(T)]))
+    assert_same(Recording.load(tmp_path / "v.mat"), validated())
+
+
+def test_a_mat_file_is_of_version_5(tmp_path):
+    header = tracked().save(tmp_path / "a.mat").read_bytes()[:128]
+    assert header.startswith(b"MATLAB 5.0 MAT-file")
+    assert header[124:128] == b"\x00\x01IM"
+
+
+def test_a_log_in_the_laboratorys_layout_loads_as_it_is(tmp_path):
+    reference, theta, alpha = 20 * np.sign(T - 0.03), 10 * T, -5 * T
+    savemat(
+        tmp_path / "log.mat",
+        {
+            "data_theta": np.column_stack([T, reference, theta]),
+            "data_alpha": np.column_stack([T, alpha]),
+            "data_theta_l": np.column_stack([T, reference, theta + alpha]),
+            "data_vm": np.column_stack([T, 3 * T]),
+            "something_else": "of no interest",
+        },
+    )
+    recording = Recording.load(tmp_path / "log.mat")
+    assert set(recording.channels) == {"theta_ref", "theta", "alpha", "vm"}
+    np.testing.assert_allclose(recording["theta_ref"], reference * DEG)
+    np.testing.assert_allclose(recording["theta"], theta * DEG)
+    np.testing.assert_allclose(recording["alpha"], alpha * DEG)
+    np.testing.assert_allclose(recording["vm"], 3 * T)
+
+
+def test_a_validation_in_the_laboratorys_layout_needs_no_provenance(tmp_path):
+    pairs = {"data_theta": np.column_stack([T, 2 * T, T]), "data_alpha": np.column_stack([T, 4 * T, 3 * T])}
+    savemat(tmp_path / "v.mat", pairs)
+    recording = Recording.load(tmp_path / "v.mat")
+    assert set(recording.channels) == {"theta", "theta_model", "alpha", "alpha_model"}
+    np.testing.assert_allclose(recording["alpha_model"], 4 * T * DEG)
+
+
+def test_a_csv_file_is_in_degrees_and_can_be_read_by_a_person(tmp_path):
+    lines = tracked().save(tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
+    assert json.loads(lines[0].removeprefix("# ")) == METADATA
+    assert lines[1] == "t_s,theta_ref_deg,theta_deg,alpha_deg,vm_V"
+    assert float(lines[2].split(",")[1]) == pytest.approx(np.degrees(0.3))
+
+
+def test_a_csv_file_may_come_from_a_spreadsheet(tmp_path):
+    """With a byte order mark, angles in radians, and empty rows at the end."""
+    (tmp_path / "a.csv").write_bytes(b"\xef\xbb\xbft_s,theta_rad,vm_V\r\n0,1,2\r\n0.5,3,4\r\n\r\n,,\r\n")
+    recording = Recording.load(tmp_path / "a.csv")
+    assert recording["theta"].tolist() == [1.0, 3.0]
+    assert recording["vm"].tolist() == [2.0, 4.0]
+
+
+def test_the_files_of_one_experiment_load_together(tmp_path):
+    for name in ("theta", "alpha", "vm"):
+        tracked().save(tmp_path / f"{name}.mat", variables=[f"data_{name}"])
+    recording = Recording.load(*(tmp_path / f"{name}.mat" for name in ("theta", "alpha", "vm")))
+    assert_same(recording, tracked())
+    assert recording.metadata == METADATA
+    assert set(Recording.load(tmp_path / "alpha.mat").channels) == {"alpha"}
+
+
+def test_files_of_different_experiments_do_not(tmp_path):
+    other_bench = {**METADATA, "bench": {"uri": "virtual", "seed": 8}}
+    tracked().save(tmp_path / "theta.mat", variables=["data_theta"])
+    tracked(other_bench).save(tmp_path / "alpha.mat", variables=["data_alpha"])
+    tracked(t=T * 2).save(tmp_path / "slow.mat", variables=["data_vm"])
+    tracked(t=T * 2).save(tmp_path / "theta_again.mat", variables=["data_theta"])
+    with pytest.raises(RecordingError, match=r"alpha\.mat is of another experiment.*bench"):
+        Recording.load(tmp_path / "theta.mat", tmp_path / "alpha.mat")
+    with pytest.raises(RecordingError, match=r"slow\.mat: data_vm has another time axis than data_theta"):
+        Recording.load(tmp_path / "theta.mat", tmp_path / "slow.mat")
+    with pytest.raises(RecordingError, match=r"theta_again\.mat is of another experiment.*data_theta"):
+        Recording.load(tmp_path / "theta.mat", tmp_path / "theta_again.mat")
+
+
+def test_the_real_log_loads_as_it_is(real_log, real_log_path):
+    assert set(real_log.channels) == {"theta_ref", "theta", "alpha", "vm"}
+    assert len(real_log) == 5001
+    assert real_log.time[-1] == pytest.approx(10.0)
+    assert real_log.sample_time == pytest.approx(0.002)
+    assert np.abs(real_log.degrees("theta_ref")).max() == pytest.approx(30.0)
+    assert np.abs(real_log.degrees("alpha")).max() == pytest.approx(9.7, abs=0.06)
+    assert np.abs(real_log["vm"]).max() == pytest.approx(8.4, abs=0.05)
+    assert real_log.metadata == {"source": real_log_path.name}
+    for name in ("theta", "alpha"):
+        counts = real_log.degrees(name) / (360 / 4096)
+        np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+
+
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_the_real_log_survives_a_round_trip(real_log, tmp_path, ending):
+    assert_same(Recording.load(real_log.save(tmp_path / f"log{ending}")), real_log, 1e-9)
+
+
+# --- what cannot be saved --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "choices", "message"),
+    [
+        ("a.txt", {}, "saved as .mat or .csv"),
+        ("a", {}, "saved as .mat or .csv"),
+        ("a.mat", {"variables": ["data_beta"]}, "cannot give data_beta; it can give data_theta, data_alpha, data_vm"),
+        ("a.csv", {"variables": ["data_vm"]}, "only with .mat"),
+        ("no such folder/a.mat", {}, "cannot be written: No such file"),
+        ("no such folder/a.csv", {}, "cannot be written: No such file"),
+    ],
+)
+def test_impossible_saves_are_refused(tmp_path, name, choices, message):
+    with pytest.raises(RecordingError, match=message):
+        tracked().save(tmp_path / name, **choices)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("channels", "lost"),
+    [
+        ({"theta": T, "theta_ref": T, "theta_model": T, "alpha": T, "alpha_model": T}, "theta_ref"),
+        ({"theta": T, "theta_model": T}, "theta_model"),
+        ({"theta": T, "theta_ref": T, "alpha": T, "alpha_model": T}, "theta_ref"),
+        ({"theta_ref": T}, "theta_ref"),
+    ],
+)
+def test_a_mat_file_that_would_lose_a_channel_is_not_written(tmp_path, channels, lost):
+    recording = Recording.of(T, **channels)
+    with pytest.raises(RecordingError, match=f"no place here for {lost}; save as .csv"):
+        recording.save(tmp_path / "a.mat")
+    assert list(tmp_path.iterdir()) == []
+    assert_same(Recording.load(recording.save(tmp_path / "a.csv")), recording, 1e-9)
+
+
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_channels_that_files_do_not_know_are_not_dropped_in_silence(tmp_path, ending):
+    recording = Recording(T, {"theta": Channel(T, "rad"), "current": Channel(T, "A")})
+    with pytest.raises(RecordingError, match="current"):
+        recording.save(tmp_path / f"a{ending}")
+
+
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_metadata_that_are_no_plain_data_are_refused(tmp_path, ending):
+    with pytest.raises(RecordingError, match="plain data"):
+        tracked({"gain": np.array([1.0])}).save(tmp_path / f"a{ending}")
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- nothing half-written --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("failure", [OSError("disk full"), KeyboardInterrupt()])
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_a_save_that_fails_half_way_leaves_the_old_file_alone(tmp_path, monkeypatch, ending, failure):
+    path = tracked().save(tmp_path / f"a{ending}")
+    before = path.read_bytes()
+
+    def half_way(*arguments, **_):
+        target = arguments[0]
+        if isinstance(target, str):
+            with open(target, "wb") as file:
+                file.write(b"MATLAB 5.0")
+        raise failure
+
+    monkeypatch.setattr("scipy.io.savemat", half_way)
+    monkeypatch.setattr("rotflex.recording.csv.writer", half_way)
+    expected = RecordingError if isinstance(failure, OSError) else type(failure)
+    with pytest.raises(expected):
+        validated().save(path)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == [path.name]
+
+
+# --- broken files ----------------------------------------------------------------------------------------------------
+
+TABLE = np.column_stack([T, T])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ({"other": TABLE}, "holds none of data_theta, data_alpha, data_vm"),
+        ({}, "holds none of"),
+        ({"data_vm": T}, r"data_vm is \(1, 50\).*a time column and 1 more"),
+        ({"data_theta": np.column_stack([T] * 4)}, r"data_theta is \(50, 4\).*1 or 2 more"),
+        ({"data_vm": np.zeros((5, 2, 2))}, r"data_vm is \(5, 2, 2\)"),
+        ({"data_vm": TABLE * 1j}, "all numbers"),
+        ({"data_vm": "text"}, "all numbers"),
+        ({"data_vm": {"field": 1}}, "all numbers"),
+        ({"data_vm": np.zeros((0, 2))}, "broken.mat"),
+        ({"data_vm": TABLE[:1]}, "at least two samples"),
+        ({"data_vm": TABLE[::-1]}, "not evenly increasing"),
+        ({"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}, "not finite at sample 9"),
+        ({"data_vm": TABLE, "data_alpha": TABLE[:-1]}, "another time axis"),
+        ({"data_vm": TABLE, "rotflex_metadata": "{"}, "description is not JSON"),
+        ({"data_vm": TABLE, "rotflex_metadata": "[1]"}, "should be a JSON object"),
+        ({"data_vm": TABLE, "rotflex_metadata": "[" * 50_000}, "description is not JSON"),
+        ({"data_vm": TABLE, "rotflex_metadata": 3.0}, "should be a JSON object"),
+    ],
+)
+def test_a_mat_file_that_is_no_recording_says_why(tmp_path, content, message):
+    savemat(tmp_path / "broken.mat", content)
+    with pytest.raises(RecordingError, match=message) as caught:
+        Recording.load(tmp_path / "broken.mat")
+    assert "broken.mat" in str(caught.value)
+
+
+GOOD = "t_s,theta_deg\n0,1\n0.1,2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "first column should be headed t_s"),
+        ("# {}\n", "first column should be headed t_s"),
+        ("time,theta_deg\n0,1\n1,2\n", "first column should be headed t_s; the header is"),
+        ("t_s,theta_deg\n", "at least two samples"),
+        ("t_s,theta_deg\n0,1\n", "at least two samples"),
+        ("t_s,theta_deg\n0,1\n1,2,3\n", r"needs 2 numbers.*'3'"),
+        ("t_s,theta_deg\n0,1\n1\n", "needs 2 numbers"),
+        ("t_s,theta_deg,vm_V\n0,1\n1,2\n", "needs 3 numbers"),
+        ("t_s,theta_deg\n0,1\n1,two\n", "numbers: could not convert"),
+        ("t_s;theta_deg\n0;1\n1;2\n", "first column should be headed t_s"),
+        ("t_s,theta_deg\n0,1\n1,nan\n", "not finite at sample 1"),
+        ("t_s,theta_deg\n0,1\n1,1\n3,1\n", "not evenly increasing"),
+        ("t_s,theta\n0,1\n1,1\n", "column 'theta' is none of"),
+        ("t_s,theta_V\n0,1\n1,1\n", "column 'theta_V' is none of"),
+        ("t_s,beta_deg\n0,1\n1,1\n", "column 'beta_deg' is none of"),
+        ("t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n", "two columns for theta"),
+        ("# not JSON\n" + GOOD, "description is not JSON"),
+        ("# [1]\n" + GOOD, "should be a JSON object"),
+    ],
+)
+def test_a_csv_file_that_is_no_recording_says_why(tmp_path, text, message):
+    (tmp_path / "broken.csv").write_text(text)
+    with pytest.raises(RecordingError, match=message) as caught:
+        Recording.load(tmp_path / "broken.csv")
+    assert "broken.csv" in str(caught.value)
+
+
+def test_a_csv_file_that_is_no_text_says_so(tmp_path):
+    (tmp_path / "broken.csv").write_bytes(b"\xff\xfe\x00t_s")
+    with pytest.raises(RecordingError, match=r"broken\.csv cannot be read"):
+        Recording.load(tmp_path / "broken.csv")
+
+
+@pytest.mark.parametrize("name", ["missing.mat", "missing.csv"])
+def test_a_file_that_is_not_there_says_so(tmp_path, name):
+    with pytest.raises(RecordingError, match=f"no file .*{name}"):
+        Recording.load(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["folder.mat", "folder.csv"])
+def test_a_folder_is_no_file(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(RecordingError, match=name):
+        Recording.load(tmp_path / name)
+
+
+def test_there_must_be_something_to_load():
+    with pytest.raises(RecordingError, match="at least one file"):
+        Recording.load()
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_a_mat_file_with_a_part_cut_off_or_damaged_never_gives_a_traceback_of_others(tmp_path_factory, data):
+    """Its compressed content has a checksum, so that damage there is noticed."""
+    folder = tmp_path_factory.mktemp("broken")
+    whole = bytearray(tracked().save(folder / "whole.mat").read_bytes())
+    if data.draw(st.booleans()):
+        whole = whole[: data.draw(st.integers(0, len(whole) - 1))]
+    else:
+        place = data.draw(st.integers(140, len(whole) - 1))
+        whole[place] ^= data.draw(st.integers(1, 255))
+    (folder / "broken.mat").write_bytes(whole)
+    try:
+        recording = Recording.load(folder / "broken.mat")
+    except RecordingError as error:
+        assert "broken.mat" in str(error)
+    else:  # only whole arrays at the end can be missing
+        assert {"theta"} <= set(recording.channels) <= set(UNITS)
+
+
+@settings(max_examples=60)
+@given(st.binary(max_size=200), st.sampled_from([".mat", ".csv"]))
+def test_rubbish_is_no_recording(tmp_path_factory, rubbish, ending):
+    path = tmp_path_factory.mktemp("rubbish") / f"a{ending}"
+    path.write_bytes(rubbish)
+    with pytest.raises(RecordingError):
+        Recording.load(path)
