@@ -28,6 +28,7 @@ test: $(VENV)/.test
 # After a change in solutions/: run them, and derive the student notebooks.
 solutions: $(VENV)/.test
 	$(BIN)/python tools/run_solutions.py
+	$(BIN)/python tools/export_derivation.py
 	$(BIN)/rotflex notebooks
 
 notebooks: $(VENV)/.lab

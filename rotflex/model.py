@@ -22,6 +22,7 @@ from scipy.linalg import eig, matrix_balance
 
 from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import ConfigurationError, DesignError
+from rotflex.simulation import with_actuator
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -146,31 +147,6 @@ def state_space(
         outputs=list(OUTPUTS),
         name="rotary_flexible_joint",
     )
-
-
-def with_actuator(A: ArrayLike, B: ArrayLike, servo: Servo) -> tuple[Array, Array]:
-    """The model driven by motor voltage, from the model driven by torque (Equation 2.8; Section 2.3.2, step 7).
-
-    The motor gives tau = torque_per_volt · V_m − back_emf_damping · theta_dot: a gain, and a feedback of theta_dot.
-
-    Parameters
-    ----------
-    A : (4, 4), B : (4, 1) or (4,), of the model with the torque at the load gear as input
-
-    Returns
-    -------
-    A : (4, 4), B : (4, 1), of the model with the motor voltage as input
-
-    Raises
-    ------
-    DesignError
-        If the matrices are not of those shapes.
-    """
-    A, B = system_pair(A, B)
-    if len(A) != len(STATES):
-        raise DesignError(f"A must be (4, 4), for the states {', '.join(STATES)}; it is {A.shape}.")
-    back_emf = np.array([[0.0, 0.0, servo.back_emf_damping, 0.0]])
-    return A - B @ back_emf, B * servo.torque_per_volt
 
 
 # --- poles and stability ---------------------------------------------------------------------------------------------

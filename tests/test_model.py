@@ -16,6 +16,7 @@ from rotflex import model
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, DesignError
 from rotflex.plant import PlantParameters
+from rotflex.simulation import with_actuator
 
 SERVO, JOINT = srv02(), joint()
 K_S = 1.400  #: behind the printed matrices
@@ -70,7 +71,7 @@ def test_voltage_model_moves_as_the_frictionless_plant_does(parts, K_s, B_l, x, 
 def test_actuator_is_the_feedback_and_the_gain_of_the_laboratorys_script(parts, K_s, B_l):
     servo, arm = parts
     torque = model.state_space(servo, arm, K_s, input="torque", link_damping=B_l)
-    A, B = model.with_actuator(torque.A, torque.B, servo)
+    A, B = with_actuator(torque.A, torque.B, servo)
     motor = servo.eta_g * servo.K_g * servo.eta_m * servo.k_t / servo.R_m
     expected = torque.A.copy()
     expected[2, 2] -= torque.B[2, 0] * motor * servo.K_g * servo.k_m
@@ -85,7 +86,7 @@ def test_actuator_is_the_feedback_and_the_gain_of_the_laboratorys_script(parts, 
 def test_actuator_takes_b_as_a_flat_list_and_leaves_its_inputs_alone():
     torque = model.state_space(SERVO, JOINT, K_S, input="torque")
     A, B = torque.A.copy(), torque.B[:, 0].copy()
-    assert model.with_actuator(A, B, SERVO)[1].shape == (4, 1)
+    assert with_actuator(A, B, SERVO)[1].shape == (4, 1)
     assert_array_equal(A, torque.A)
     assert_array_equal(B, torque.B[:, 0])
 
@@ -342,5 +343,5 @@ def test_matrices_that_do_not_fit_are_refused(A, B, message):
 
 
 def test_actuator_needs_the_four_states_of_the_bench():
-    with pytest.raises(DesignError, match=r"A must be \(4, 4\).*it is \(2, 2\)"):
-        model.with_actuator(np.eye(2), np.ones(2), SERVO)
+    with pytest.raises(DesignError, match=r"A must have the shape \(4, 4\).*\(2, 2\)"):
+        with_actuator(np.eye(2), np.ones(2), SERVO)

@@ -27,13 +27,13 @@ def tags(cell: nbformat.NotebookNode) -> list[str]:
     return cell.metadata.get("tags", [])
 
 
-def answered(path: Path) -> dict[str, str]:
-    """Question number → id of the cell that records it."""
-    found = {}
+def answered(path: Path) -> dict[str, list[nbformat.NotebookNode]]:
+    """Question number → the cells that record it: one, but for the reports, which have one for each item."""
+    found: dict[str, list[nbformat.NotebookNode]] = {}
     for cell in cells(path):
         call = re.match(r'lab\.answer\(\s*"([^"]+)"', cell.source) if cell.cell_type == "code" else None
         if call:
-            found[call.group(1)] = cell.id
+            found.setdefault(call.group(1), []).append(cell)
     return found
 
 
@@ -97,31 +97,31 @@ class TestEverySolutionForStudents:
     def test_each_question_has_its_answer_cell_before_the_cell_that_records_it(self, path):
         ids = [cell.id for cell in cells(path)]
         for number, recording in answered(path).items():
-            cell_id = recording.removesuffix("-answer")
-            assert recording == f"{cell_id}-answer"
-            assert ids.index(cell_id) == ids.index(recording) - 1
-            if number[0].isdigit():
-                assert cell_id == f"q{number.replace('.', '-')}"
+            for cell in recording:
+                cell_id = cell.id.removesuffix("-answer")
+                assert cell.id == f"{cell_id}-answer"
+                assert ids.index(cell_id) == ids.index(cell.id) - 1
+                if number[0].isdigit():
+                    assert cell_id == f"q{number.replace('.', '-')}"
 
     def test_records_every_question_of_its_section_with_all_parts(self, path):
         expected = {number for number, question in EVERYTHING.items() if question.notebook == path.stem}
         assert set(answered(path)) == expected
-        for cell in cells(path):
-            if cell.id in answered(path).values():
-                call = ast.parse(cell.source).body[0].value
-                names = {keyword.arg for keyword in call.keywords}
-                if None not in names:  # no ** in the call
-                    assert names == {part.name for part in EVERYTHING[call.args[0].value].parts}, cell.id
+        for number, recording in answered(path).items():
+            calls = [ast.parse(cell.source).body[0].value for cell in recording]
+            names = [keyword.arg for call in calls for keyword in call.keywords]
+            if None not in names:  # no ** in a call
+                assert sorted(names) == sorted(part.name for part in EVERYTHING[number].parts), number
 
     def test_points_are_those_of_the_catalogue(self, path):
-        by_cell = {cell.id: cell for cell in cells(path)}
+        by_id = {cell.id: cell for cell in cells(path)}
         for number, recording in answered(path).items():
-            data = by_cell[recording.removesuffix("-answer")].metadata.nbgrader
-            assert data.points == sum(part.points for part in EVERYTHING[number].parts)
+            given = sum(by_id[cell.id.removesuffix("-answer")].metadata.nbgrader.points for cell in recording)
+            assert given == sum(part.points for part in EVERYTHING[number].parts)
 
     def test_every_question_is_recorded_in_the_stored_run(self, path):
-        for cell in cells(path):
-            if cell.id in answered(path).values():
+        for recording in answered(path).values():
+            for cell in recording:
                 text = "".join(output.get("text", "") for output in cell.outputs)
                 assert "recorded" in text
                 assert "not answered" not in text

@@ -10,7 +10,8 @@ import base64
 import html
 import io
 import sys
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Literal
 
 import matplotlib as mpl
@@ -56,9 +57,19 @@ STYLE: Any = {
 }
 
 
-def style() -> AbstractContextManager[None]:
-    """The course's matplotlib settings, for the length of a ``with`` block."""
-    return mpl.rc_context(STYLE)
+@contextmanager
+def style() -> Iterator[None]:
+    """The course's matplotlib settings, for the length of a ``with`` block.
+
+    Only these are put back afterwards. (``rc_context`` puts back all: a pyplot that is first imported inside the block
+    would lose its notebook backend's settings, and students' plots would not show.)
+    """
+    before = {name: mpl.rcParams[name] for name in STYLE}
+    mpl.rcParams.update(STYLE)
+    try:
+        yield
+    finally:
+        mpl.rcParams.update(before)
 
 
 class Picture(Figure):

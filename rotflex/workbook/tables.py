@@ -9,7 +9,9 @@ from rotflex.errors import AnswerError
 from rotflex.workbook import forms
 from rotflex.workbook.answers import AnswerBook
 from rotflex.workbook.parts import Part, Question
-from rotflex.workbook.plain import show_number
+
+_LEFT = "text-align: left"  # JupyterLab sets cells to the right
+_ENTRY = "font-family: monospace; background: none; text-align: left; margin: 0"
 
 
 class ResultsTable:
@@ -41,8 +43,9 @@ class ResultsTable:
     def _repr_html_(self) -> str:
         head = "".join(f'<th scope="col">{heading}</th>' for heading in ("Description", "Name", "Value", "Unit"))
         body = "".join(
-            f'<tr><td>{escape(prompt)}</td><th scope="row">{escape(name)}</th>'
-            f"<td><pre>{escape(entry) or 'not filled in yet'}</pre></td><td>{escape(unit)}</td></tr>"
+            f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row">{escape(name)}</th>'
+            f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or "not filled in yet"}</pre></td>'
+            f"<td>{escape(unit)}</td></tr>"
             for prompt, name, entry, unit in self.rows
         )
         return (
@@ -59,6 +62,6 @@ def _entry(part: Part, content: dict[str, Any] | None) -> str:
     except AnswerError:
         return "(unreadable: answer again)"
     if part.kind == "matrix":
-        return "\n".join("  ".join(f"{show_number(number):>9}" for number in row) for row in content["value"])
+        return "\n".join("  ".join(f"{number:>9.4g}" for number in row) for row in content["value"])
     shown = forms.show(part, content).removeprefix(part.name).removeprefix(" = ")
     return shown.removesuffix(part.unit).rstrip()
