@@ -7,6 +7,7 @@ Rooms load when they are first used, so that ``import rotflex`` stays quick.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from typing import Any
 
 __version__ = "0.1.0"
@@ -35,6 +36,7 @@ _ROOMS = {
 
 
 def __getattr__(name: str) -> Any:
-    if name in _ROOMS:
+    # The instructor's rooms are not in a student's copy.
+    if name in _ROOMS and importlib.util.find_spec(f"rotflex.{name}") is not None:
         return importlib.import_module(f"rotflex.{name}")
     raise AttributeError(f"module 'rotflex' has no attribute {name!r}")

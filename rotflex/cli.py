@@ -1,0 +1,178 @@
+"""The command ``rotflex``. Rooms load when a command needs them, so that ``rotflex --help`` is quick."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import typer.core
+
+from rotflex import __version__
+from rotflex.errors import ConfigurationError, RotflexError
+
+COURSE_FILE = "course.json"
+_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
+_PATIENCE = 15  # s for JupyterLab to end its kernels and go
+
+
+class _Commands(typer.core.TyperGroup):
+    """Shows an error that was raised on purpose as a message, with exit code 2."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except RotflexError as error:
+            typer.secho(f"rotflex: {error}", err=True, fg="red")
+            raise typer.Exit(2) from error
+
+
+app = typer.Typer(
+    cls=_Commands,
+    help="Courseware for the rotary flexible joint laboratory.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_show_locals=False,
+)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"rotflex {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and stop.", is_eager=True, callback=_show_version)
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def lab(
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[FOLDER] [-- OPTIONS OF JUPYTERLAB]", help="The folder to work in; 'notebooks' unless given."
+        ),
+    ] = None,
+    student: Annotated[str | None, typer.Option(help="Your student ID: it makes your own virtual bench.")] = None,
+) -> None:
+    """Open JupyterLab on the course's notebooks.
+
+    Notebooks that are not in FOLDER yet are copied there; what is there stays as it is.
+    """
+    given = list(words or [])
+    folder = Path(given.pop(0) if given and not given[0].startswith("-") else "notebooks")
+    if given and not given[0].startswith("-"):
+        raise typer.BadParameter(f"One folder, please; {given[0]!r} is another. Put JupyterLab's options after --.")
+    for line in fill(folder, student):
+        typer.echo(line)
+    raise typer.Exit(open_jupyterlab(folder, given))
+
+
+def course_folder() -> Path:
+    """Where the notebooks as handed out are: in the installed package, or in the folder that it is run from.
+
+    Raises
+    ------
+    ConfigurationError
+        If there are none.
+    """
+    package = Path(__file__).resolve().parent
+    for place in (package / "_course", package.parent):
+        if any((place / "notebooks").glob("*.ipynb")):
+            return place
+    raise ConfigurationError(
+        "This installation of rotflex comes without notebooks: install it from the course's folder."
+    )
+
+
+def fill(folder: Path, student: str | None = None) -> list[str]:
+    """Copy into a folder what is not there yet of the course, and write down the student. Nothing is overwritten.
+
+    Parameters
+    ----------
+    folder : to work in; made if needed
+    student : ID for ``course.json``; None leaves the file as it is
+
+    Returns
+    -------
+    list
+        What was done, a line each.
+    """
+    course = course_folder()
+    wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
+    wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
+    if folder.exists() and not folder.is_dir():
+        raise ConfigurationError(f"{folder} is not a folder.")
+    folder.mkdir(parents=True, exist_ok=True)
+    at_home = folder.resolve() == (course / "notebooks").resolve()
+    copied = [name for name in wanted if not at_home and not (folder / name).exists()]
+    for name in copied:
+        (folder / name).parent.mkdir(exist_ok=True)
+        shutil.copyfile(wanted[name], folder / name)
+    lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
+    if student is not None:
+        content = json.dumps({"student": student}, ensure_ascii=False) + "\n"
+        (folder / COURSE_FILE).write_text(content, encoding="utf-8")
+        lines.append(f"Student: {student}")
+    return lines
+
+
+def open_jupyterlab(folder: Path, options: list[str]) -> int:
+    """Run JupyterLab until it ends or is interrupted, and return its exit code."""
+    command = [sys.executable, "-m", "jupyterlab", f"--ServerApp.root_dir={folder.resolve()}", *options]
+    # In a session of its own, JupyterLab hears Ctrl-C from us only: it would ask, and be ended before it has ended its
+    # kernels. Whatever ends this program, then, has to end JupyterLab, too: a closed terminal as well.
+    previous = {number: signal.signal(number, _interrupt) for number in _ENDINGS}
+    child = subprocess.Popen(command, start_new_session=True)
+    try:
+        return child.wait()
+    except KeyboardInterrupt:
+        typer.echo("Stopping JupyterLab.")
+        return 0
+    finally:
+        _stop(child)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def _stop(child: subprocess.Popen[bytes]) -> None:
+    """End a child that is still running, kindly first: it has kernels to end."""
+    if child.poll() is not None:
+        return
+    # Another Ctrl-C while it is going is for nobody.
+    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        child.terminate()
+        try:
+            child.wait(timeout=_PATIENCE)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+if importlib.util.find_spec("rotflex.grading") is not None:
+    from rotflex.grading import commands
+
+    commands.register(app)
+
+
+if __name__ == "__main__":
+    app()

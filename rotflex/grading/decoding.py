@@ -1,0 +1,138 @@
+"""A stranger's ``answers.json``, strictly read: bytes in, claims out. Nothing is evaluated or unpickled."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rotflex.errors import AnswerError
+from rotflex.workbook import answers, forms
+from rotflex.workbook.questions import find, find_part
+
+MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
+MAX_INTEGER = 2**53
+_MOST_NOTES = 20
+_SHOWN = 40  # characters of a stranger's text in a note
+
+
+@dataclass
+class Claims:
+    """What a run claims to have answered.
+
+    Attributes
+    ----------
+    student, bench : whose answers, and on which bench, by their own account
+    values : (question, part) → value, see :func:`rotflex.workbook.forms.decode`
+    contents : (question, part) → the plain data that it was read from
+    malformed : (question, part) → why the data is not an answer to it
+    problems, notes : what an instructor should, or may want to, know
+    """
+
+    student: str = ""
+    bench: Mapping[str, Any] = field(default_factory=dict)
+    values: dict[tuple[str, str], Any] = field(default_factory=dict)
+    contents: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    malformed: dict[tuple[str, str], str] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def on_virtual_bench(self) -> bool:
+        """Whether they are said to come from a virtual bench."""
+        return str(self.bench.get("uri", "virtual")).partition(":")[0] == "virtual"
+
+
+def decode(data: bytes | None, probe_seed: int) -> Claims:
+    """Read the bytes of an ``answers.json``; None is a file that is not there.
+
+    Parameters
+    ----------
+    data : as the run left them
+    probe_seed : from which the inputs of functions were to be drawn
+    """
+    claims = Claims()
+    if data is None:
+        claims.notes.append("No answer was recorded when the notebooks were run.")
+        return claims
+    try:
+        _strict(data)
+        content = answers.parse(data)
+    except AnswerError as error:
+        claims.problems.append(f"answers.json cannot be read. {error}")
+        return claims
+    claims.student, claims.bench = content["student"], content["bench"]
+    for number, parts in content["answers"].items():
+        for name, answer in parts.items():
+            _claim(claims, number, name, answer)
+    if content["probe_seed"] != probe_seed:
+        _drop_functions(claims)
+    if len(claims.notes) > _MOST_NOTES:
+        claims.notes[_MOST_NOTES:] = [f"And {len(claims.notes) - _MOST_NOTES} more of this sort."]
+    return claims
+
+
+def _claim(claims: Claims, number: str, name: str, answer: dict[str, Any]) -> None:
+    """Read one answer."""
+    try:
+        part = find_part(find(number), name)
+    except AnswerError:
+        claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
+        return
+    claims.contents[number, name] = answer
+    try:
+        claims.values[number, name] = forms.decode(part, answer)
+    except AnswerError as error:
+        claims.malformed[number, name] = str(error)
+
+
+def _drop_functions(claims: Claims) -> None:
+    """Outputs on other inputs than those that were drawn say nothing."""
+    for where in [where for where in claims.values if find_part(find(where[0]), where[1]).kind == "function"]:
+        del claims.values[where]
+        claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
+
+
+# --- JSON, strictly ---------------------------------------------------------------------------------------------------
+
+
+def _strict(data: bytes) -> None:
+    """Refuse what JSON allows and no ``lab.answer`` writes.
+
+    Raises
+    ------
+    AnswerError
+        If there are names twice in an object, integers beyond 2⁵³, or more levels than an answer can have.
+    """
+    if len(data) > answers.MAX_BYTES:
+        return  # refused, with its own words, by what reads it next
+    try:
+        content = json.loads(data, object_pairs_hook=_unique, parse_int=_bounded)
+    except RecursionError:
+        raise AnswerError("It is nested too deeply.") from None
+    except ValueError as error:
+        raise AnswerError(f"It is not JSON: {error}") from None
+    level, depth = [content], 0
+    while level:
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise AnswerError("It is nested too deeply.")
+        level = [inner for item in level if isinstance(item, list | dict) for inner in _inside(item)]
+
+
+def _inside(item: list[Any] | dict[str, Any]) -> list[Any]:
+    return list(item.values()) if isinstance(item, dict) else item
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content = dict(pairs)
+    if len(content) != len(pairs):
+        raise ValueError("a name is there twice in one object")
+    return content
+
+
+def _bounded(digits: str) -> int:
+    if len(digits) > 17 or abs(int(digits)) > MAX_INTEGER:
+        raise ValueError("an integer is too large")
+    return int(digits)

@@ -1,0 +1,46 @@
+"""The page that a student gets back: one HTML file, no scripts, nothing loaded from anywhere, all text escaped."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from rotflex.grading.checks import Status
+from rotflex.workbook.questions import find
+
+if TYPE_CHECKING:
+    from rotflex.grading.grades import Result
+
+#: Style classes; the words are there as well, for who cannot see colours.
+_LOOK = {
+    Status.RIGHT: "right",
+    Status.FOLLOW_THROUGH: "follow",
+    Status.PARTLY: "partly",
+    Status.WRONG: "wrong",
+    Status.MISSING: "missing",
+    Status.FOR_A_PERSON: "person",
+}
+
+
+def points(number: float) -> str:
+    """Points for people: "2", "1.5"."""
+    return f"{round(number, 2):g}"
+
+
+def page(result: Result) -> str:
+    """The feedback for a student as HTML."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("rotflex.grading"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    questions = [
+        (number, find(number).title, list(marks))
+        for number, marks in groupby(result.marks, key=lambda mark: mark.question)
+    ]
+    template = environment.get_template("feedback.html")
+    return template.render(result=result, questions=questions, points=points, look=_LOOK) + "\n"

@@ -1,0 +1,332 @@
+"""Submissions: which there are, and the source of their answer cells.
+
+A submission is a folder or a zip, named by the student's ID. It is read as a stranger's: bounded in size, never
+unpacked, links never followed, its names never used for writing. Of all that it holds, only the source of the answer
+cells goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import zipfile
+import zlib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from rotflex.errors import GradingError
+
+MAX_NOTEBOOK = 5_000_000  #: bytes
+MAX_ARCHIVE = 50_000_000  #: bytes of a zip
+MAX_ENTRIES = 5_000  #: files and folders of a submission
+MAX_DEPTH = 8  #: folders within folders
+MAX_SOURCE = 200_000  #: characters of a cell
+LONGEST_ID = 80
+COURSE_FILE = "course.json"
+#: Names that grading itself gives in the folder of results.
+RESERVED = ("grades.csv",)
+
+
+@dataclass(frozen=True)
+class Submission:
+    """What a student handed in, unread."""
+
+    student: str
+    path: Path
+
+
+@dataclass
+class Intake:
+    """What was found in a submission.
+
+    Attributes
+    ----------
+    sources : for each notebook that was found, answer cell's id → source
+    problems : why the submission could not be read as it should
+    notes : what an instructor may want to know
+    """
+
+    sources: dict[str, dict[str, str]] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+class _Unreadable(Exception):
+    """A file that cannot be taken in; the message says why."""
+
+
+def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
+    """The submissions in a folder, by student, and a word on everything else there.
+
+    Raises
+    ------
+    GradingError
+        If there is no such folder, or no submission in it.
+    """
+    if not folder.is_dir():
+        raise GradingError(f"There is no folder {folder}.")
+    found: dict[str, Submission] = {}
+    ignored = []
+    # A folder goes before a zip of the same name, whoever packed which.
+    for path in sorted(folder.iterdir(), key=lambda path: (path.is_file(), path.name)):
+        student = path.stem if path.suffix.lower() == ".zip" and path.is_file() else path.name
+        if path.name.startswith("."):
+            continue
+        if path.is_symlink() or not (path.is_dir() or path.suffix.lower() == ".zip"):
+            ignored.append(f"{path.name!r} is neither a folder nor a zip: not read.")
+        elif not _usable(student):
+            ignored.append(f"{path.name!r} is not named by a student's ID: not read.")
+        elif student.casefold() in found:
+            ignored.append(f"{path.name!r}: there is {found[student.casefold()].path.name!r} already: not read.")
+        else:
+            found[student.casefold()] = Submission(student, path)
+    if not found:
+        raise GradingError(f"There are no submissions in {folder}: it should hold a folder or a zip for each student.")
+    return [found[student] for student in sorted(found)], ignored
+
+
+def _usable(student: str) -> bool:
+    """Whether it can be an ID, as ``rotflex.lab`` takes it, and a folder's name."""
+    return (
+        student == student.strip()
+        and student.isprintable()
+        and 0 < len(student) <= LONGEST_ID
+        and not student.startswith(".")
+        and student.casefold() not in RESERVED
+    )
+
+
+def take_in(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Intake:
+    """Read a submission's answer cells.
+
+    Parameters
+    ----------
+    submission : as handed in
+    wanted : notebook's file name → ids of its answer cells
+    """
+    intake = Intake()
+    try:
+        files = _Archive(submission.path) if submission.path.is_file() else _Folder(submission.path)
+        with files:
+            found = _shallowest(files.names(), {*wanted, COURSE_FILE}, intake)
+            _check_student(submission, files, found.pop(COURSE_FILE, None), intake)
+            for name, ids in wanted.items():
+                if name not in found:
+                    intake.notes.append(f"{name} was not handed in.")
+                    continue
+                try:
+                    cells = _cells(files.read(found[name], MAX_NOTEBOOK))
+                except _Unreadable as error:
+                    intake.problems.append(f"{name} cannot be read: {error}")
+                else:
+                    intake.sources[name] = _answers(name, cells, ids, intake)
+    except _Unreadable as error:
+        intake.problems.append(f"The submission cannot be read: {error}")
+    else:
+        if not found:
+            intake.problems.append("There is no notebook of the course in the submission.")
+    return intake
+
+
+def _shallowest(names: Iterator[PurePosixPath], wanted: set[str], intake: Intake) -> dict[str, PurePosixPath]:
+    """For each wanted file name, the path with the fewest folders above it."""
+    found: dict[str, list[PurePosixPath]] = {}
+    for path in names:
+        hidden = any(part.startswith((".", "__MACOSX")) for part in path.parts)
+        if path.name in wanted and not hidden:
+            found.setdefault(path.name, []).append(path)
+    for name, paths in found.items():
+        paths.sort(key=lambda path: (len(path.parts), str(path)))
+        if len(paths) > 1:
+            intake.notes.append(f"There are {len(paths)} files {name}; the one at {str(paths[0])!r} is taken.")
+    return {name: paths[0] for name, paths in found.items()}
+
+
+def _check_student(submission: Submission, files: _Files, path: PurePosixPath | None, intake: Intake) -> None:
+    """Note where the course file names somebody else."""
+    if path is None:
+        return
+    try:
+        course = _json(files.read(path, 10_000))
+    except _Unreadable:
+        return  # it is the submission's name that counts
+    named = course.get("student") if isinstance(course, dict) else None
+    if isinstance(named, str) and named.strip() and named.strip().casefold() != submission.student.casefold():
+        intake.notes.append(
+            f"{COURSE_FILE} names the student {named[:LONGEST_ID]!r}; this counts as {submission.student!r}'s work."
+        )
+
+
+# --- a notebook's cells -----------------------------------------------------------------------------------------------
+
+
+def _json(data: bytes) -> Any:
+    try:
+        return json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise _Unreadable(f"it is not JSON ({type(error).__name__}).") from None
+
+
+def _cells(data: bytes) -> list[Any]:
+    notebook = _json(data)
+    cells = notebook.get("cells") if isinstance(notebook, dict) else None
+    if not isinstance(cells, list):
+        raise _Unreadable("it is JSON, but not a notebook with cells.")
+    return cells
+
+
+def _answers(name: str, cells: list[Any], ids: Sequence[str], intake: Intake) -> dict[str, str]:
+    """The sources of a notebook's answer cells by id. What is missing or malformed is noted, and its stub stays."""
+    named = [(_id(cell), cell) for cell in cells if isinstance(cell, dict)]
+    counts = Counter(cell_id for cell_id, _ in named)
+    sources = {}
+    for wanted in ids:
+        if not counts[wanted]:
+            intake.notes.append(f"{name}: the answer cell {wanted} is missing.")
+            continue
+        if counts[wanted] > 1:
+            intake.notes.append(
+                f"{name}: the answer cell {wanted} is there {counts[wanted]} times; the first is taken."
+            )
+        cell = next(cell for cell_id, cell in named if cell_id == wanted)
+        try:
+            sources[wanted] = _source(cell)
+        except _Unreadable as error:
+            intake.notes.append(f"{name}: the answer cell {wanted} is not taken: {error}")
+    return sources
+
+
+def _id(cell: dict[str, Any]) -> str:
+    """A cell's id; from its grading metadata where a program saved it in an older format, which knows no ids."""
+    cell_id = cell.get("id")
+    if isinstance(cell_id, str):
+        return cell_id
+    metadata = cell.get("metadata")
+    grading = metadata.get("nbgrader") if isinstance(metadata, dict) else None
+    grade_id = grading.get("grade_id") if isinstance(grading, dict) else None
+    return grade_id if isinstance(grade_id, str) else ""
+
+
+def _source(cell: dict[str, Any]) -> str:
+    if cell.get("cell_type") != "code":
+        raise _Unreadable("it is no longer a code cell.")
+    source = cell.get("source")
+    if isinstance(source, list) and all(isinstance(line, str) for line in source):
+        source = "".join(source)
+    if not isinstance(source, str):
+        raise _Unreadable("its source is not text.")
+    if len(source) > MAX_SOURCE:
+        raise _Unreadable(f"its source has more than {MAX_SOURCE} characters.")
+    try:
+        source.encode()
+    except UnicodeEncodeError:
+        raise _Unreadable("its source is not valid text.") from None
+    return source
+
+
+# --- files, from a folder or a zip ------------------------------------------------------------------------------------
+
+
+class _Files:
+    """A submission's files: their paths, and bounded reading. A context manager."""
+
+    def __enter__(self) -> _Files:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of what is open."""
+
+    def names(self) -> Iterator[PurePosixPath]:
+        """Paths of ordinary files; more than ``MAX_ENTRIES`` raise _Unreadable."""
+        raise NotImplementedError
+
+    def read(self, path: PurePosixPath, limit: int) -> bytes:
+        """The content of one of them; raises _Unreadable if there is more than ``limit``."""
+        raise NotImplementedError
+
+
+class _Folder(_Files):
+    def __init__(self, root: Path) -> None:
+        self._root = root
+
+    def names(self) -> Iterator[PurePosixPath]:
+        seen = 0
+        waiting = [PurePosixPath()]
+        while waiting:
+            folder = waiting.pop(0)
+            try:
+                entries = sorted(os.scandir(self._root / folder), key=lambda entry: entry.name)
+            except OSError as error:
+                raise _Unreadable(f"{error.strerror}.") from None
+            for entry in entries:
+                seen += 1
+                if seen > MAX_ENTRIES:
+                    raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
+                path = folder / entry.name
+                if entry.is_dir(follow_symlinks=False) and len(path.parts) <= MAX_DEPTH:
+                    waiting.append(path)
+                elif entry.is_file(follow_symlinks=False):
+                    yield path
+
+    def read(self, path: PurePosixPath, limit: int) -> bytes:
+        try:
+            # Neither a link nor a pipe that somebody put there since is waited for.
+            descriptor = os.open(self._root / path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+            with open(descriptor, "rb") as file:
+                if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                    raise _Unreadable("it is not an ordinary file.")
+                data = file.read(limit + 1)
+        except OSError as error:
+            raise _Unreadable(f"{error.strerror}.") from None
+        if len(data) > limit:
+            raise _Unreadable(f"it has more than {limit} bytes.")
+        return data
+
+
+class _Archive(_Files):
+    def __init__(self, path: Path) -> None:
+        if path.stat().st_size > MAX_ARCHIVE:
+            raise _Unreadable(f"the zip has more than {MAX_ARCHIVE} bytes.")
+        try:
+            self._zip = zipfile.ZipFile(path)
+        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+            raise _Unreadable(f"it is not a zip that can be read ({error}).") from None
+        if len(self._zip.infolist()) > MAX_ENTRIES:
+            self.close()
+            raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
+
+    def close(self) -> None:
+        self._zip.close()
+
+    def names(self) -> Iterator[PurePosixPath]:
+        self._entries: dict[PurePosixPath, zipfile.ZipInfo] = {}
+        for entry in self._zip.infolist():
+            path = PurePosixPath(entry.filename.replace("\\", "/"))
+            kind = stat.S_IFMT(entry.external_attr >> 16)
+            nameless = not entry.filename  # of which is_dir() would not know what to say
+            if nameless or entry.is_dir() or kind not in (0, stat.S_IFREG) or path in self._entries:
+                continue
+            self._entries[path] = entry
+            yield path
+
+    def read(self, path: PurePosixPath, limit: int) -> bytes:
+        entry = self._entries[path]
+        if entry.flag_bits & 1:
+            raise _Unreadable("it is encrypted.")
+        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise _Unreadable("it is compressed in an unusual way; use an ordinary zip.")
+        try:
+            with self._zip.open(entry) as file:
+                data = file.read(limit + 1)
+        except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, NotImplementedError) as error:
+            raise _Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
+        if len(data) > limit:
+            raise _Unreadable(f"it has more than {limit} bytes.")
+        return data

@@ -1,0 +1,157 @@
+"""Claims and key to marks. Points need positive evidence: what is missing, malformed or unknown earns none.
+
+The key, ``solutions/key.py``, holds ``KEY``: question → part → check (:mod:`rotflex.grading.checks`).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotflex.errors import AnswerError, GradingError, RotflexError
+from rotflex.grading.checks import Case, Check, Status, Verdict, for_a_person, wrong
+from rotflex.grading.decoding import Claims
+from rotflex.grading.truth import TrueBench
+from rotflex.workbook import forms
+from rotflex.workbook.parts import Part, Question
+from rotflex.workbook.questions import find
+
+_MISSING = "No answer was recorded when your notebooks were run; the line lab.answer(...) says why when you run it."
+
+Key = Mapping[str, Mapping[str, Check]]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What became of the answer to one part.
+
+    Attributes
+    ----------
+    question, part : which
+    status : see :class:`~rotflex.grading.checks.Status`
+    points, out_of : earned, and possible
+    reason : for the student
+    given : the answer in a few words, all of it if it is prose; the student's own
+    """
+
+    question: str
+    part: str
+    status: Status
+    points: float
+    out_of: float
+    reason: str
+    given: str = ""
+
+    @property
+    def awaiting(self) -> float:
+        """Points that a person has yet to give or not."""
+        return self.out_of if self.status is Status.FOR_A_PERSON else 0.0
+
+
+def load_key(path: Path) -> Key:
+    """The key in a file, which is run: it is ours.
+
+    Raises
+    ------
+    GradingError
+        If it cannot be loaded, or does not fit the catalogue.
+    """
+    specification = importlib.util.spec_from_file_location("rotflex_key", path)
+    if specification is None or specification.loader is None or not path.is_file():
+        raise GradingError(f"There is no key at {path}.")
+    module = importlib.util.module_from_spec(specification)
+    sys.path.insert(0, str(path.resolve().parent))  # the key's sections are beside it
+    try:
+        specification.loader.exec_module(module)
+    finally:
+        sys.path.pop(0)
+    key: Key | None = getattr(module, "KEY", None)
+    if not isinstance(key, dict):
+        raise GradingError(f"{path} should define KEY, question → part → check.")
+    for number, checks in key.items():
+        _check_fits(number, checks)
+    return key
+
+
+def _check_fits(number: str, checks: Mapping[str, Check]) -> None:
+    try:
+        question = find(number)
+    except AnswerError as error:
+        raise GradingError(f"The key: {error}") from None
+    if set(checks) != set(question.names):
+        raise GradingError(f"The key: question {number} has the parts {', '.join(question.names)}, not {set(checks)}.")
+    for part in question.parts:
+        if part.kind not in checks[part.name].kinds:
+            raise GradingError(f"The key: {number}, {part.name} is a {part.kind}; its check is for another kind.")
+
+
+def mark(key: Key, claims: Claims, bench: TrueBench, probe_seed: int) -> list[Mark]:
+    """Marks for every part of every question in the key, in its order.
+
+    Parameters
+    ----------
+    key : from :func:`load_key`
+    claims : from :func:`rotflex.grading.decoding.decode`
+    bench : the student's own, as it really is
+    probe_seed : from which the inputs of functions were drawn
+    """
+
+    def own(question: str, part: str) -> Any:
+        return claims.values[question, part]  # a KeyError is a LookupError
+
+    case = Case(bench, own, probe_seed, claims.on_virtual_bench)
+    marks = []
+    for number, checks in key.items():
+        question = find(number)
+        marks += [_mark(question, part, checks[part.name], claims, case) for part in question.parts]
+    return marks
+
+
+def _mark(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
+    where = (question.number, part.name)
+    given = ""
+    if where in claims.values:
+        verdict = _verdict(check, part, claims.values[where], case)
+        given = _given(part, claims.contents[where])
+    elif where in claims.malformed:
+        verdict = wrong(f"Malformed: {claims.malformed[where]}")
+    else:
+        verdict = Verdict(Status.MISSING, 0.0, _MISSING)
+    points = round(verdict.share * part.points, 6)
+    return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
+
+
+def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
+    """The check's verdict; a person's, where a claim is so odd that the check fails on it. The other parts count."""
+    try:
+        with np.errstate(all="ignore"):  # a claim may hold the largest numbers there are
+            return check.verdict(part, value, case)
+    except (ArithmeticError, LookupError, ValueError, RotflexError) as error:
+        return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
+
+
+def _given(part: Part, content: dict[str, Any]) -> str:
+    if part.kind == "prose":
+        return str(content["value"])
+    return forms.show(part, content).removeprefix(part.name).lstrip(" :=")
+
+
+def unmarked(key: Key, claims: Claims) -> list[str]:
+    """A word on answers to questions that the key does not have."""
+    numbers = dict.fromkeys(number for number, _ in claims.contents if number not in key)
+    return [f"Question {number} was answered; the key does not mark it." for number in numbers]
+
+
+def nothing_earned(key: Key, reason: str) -> list[Mark]:
+    """Marks for a submission of which nothing could be read."""
+    return [
+        Mark(number, part.name, Status.MISSING, 0.0, part.points, reason)
+        for number in key
+        for part in find(number).parts
+    ]

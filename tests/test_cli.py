@@ -1,0 +1,240 @@
+"""The command: what each part of it does, refuses, and leaves alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from rotflex import cli
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def rotflex(*arguments):
+    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def course(tmp_path, monkeypatch):
+    """A course with two notebooks, and a working folder of one's own to be in."""
+    (tmp_path / "course" / "notebooks").mkdir(parents=True)
+    for name in ("00_start.ipynb", "01_next.ipynb"):
+        (tmp_path / "course" / "notebooks" / name).write_text(name)
+    (tmp_path / "course" / "data").mkdir()
+    (tmp_path / "course" / "data" / "log.mat").write_text("data")
+    (tmp_path / "desk").mkdir()
+    monkeypatch.setattr(cli, "course_folder", lambda: tmp_path / "course")
+    monkeypatch.chdir(tmp_path / "desk")
+    return tmp_path / "course"
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """What JupyterLab was opened with, in place of JupyterLab."""
+    calls = []
+    monkeypatch.setattr(cli, "open_jupyterlab", lambda *arguments: calls.append(arguments) or 0)
+    return calls
+
+
+# --- help -------------------------------------------------------------------------------------------------------------
+
+
+def test_help_names_the_commands_of_students_and_instructors():
+    shown = rotflex("--help").output
+    assert all(f" {command} " in shown for command in ("lab", "release", "notebooks", "grade"))
+
+
+def test_the_exit_codes_are_in_the_help_of_grade():
+    shown = " ".join(rotflex("grade", "--help").output.replace("│", " ").split())
+    assert "0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing" in shown
+
+
+def test_help_does_not_load_what_only_a_command_needs():
+    heavy = ["numpy", "scipy", "matplotlib", "nbformat", "papermill", "jinja2", "rotflex.lab", "rotflex.grading.grades"]
+    code = f"import sys, rotflex.cli; print([name for name in {heavy!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_version_is_shown():
+    from rotflex import __version__
+
+    assert rotflex("--version").output.strip() == f"rotflex {__version__}"
+
+
+# --- lab --------------------------------------------------------------------------------------------------------------
+
+
+def test_lab_fills_a_new_folder_and_opens_it(course, opened):
+    done = rotflex("lab", "work", "--student", "Ada")
+    assert done.exit_code == 0
+    assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "01_next.ipynb", "course.json", "data"}
+    assert Path("work/data/log.mat").read_text() == "data"
+    assert json.loads(Path("work/course.json").read_text()) == {"student": "Ada"}
+    assert opened == [(Path("work"), [])]
+
+
+def test_lab_never_overwrites_a_students_work(course, opened):
+    Path("work").mkdir()
+    Path("work/00_start.ipynb").write_text("my work")
+    Path("work/course.json").write_text('{"student": "ada"}')
+    Path("work/answers.json").write_text("{}")
+    done = rotflex("lab", "work")
+    assert Path("work/00_start.ipynb").read_text() == "my work"
+    assert Path("work/01_next.ipynb").read_text() == "01_next.ipynb"
+    assert Path("work/course.json").read_text() == '{"student": "ada"}'
+    assert Path("work/answers.json").read_text() == "{}"
+    assert "01_next.ipynb" in done.output and "00_start.ipynb" not in done.output
+
+
+def test_lab_works_in_the_folder_notebooks_unless_told_otherwise(course, opened):
+    assert rotflex("lab").exit_code == 0
+    assert opened == [(Path("notebooks"), [])]
+
+
+def test_lab_started_where_the_notebooks_are_leaves_them_as_they_are(course, opened, monkeypatch):
+    monkeypatch.chdir(course)
+    before = {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()}
+    assert rotflex("lab").exit_code == 0
+    assert {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("words", "folder", "options"),
+    [
+        (["work", "--", "--no-browser", "--port", "8890"], "work", ["--no-browser", "--port", "8890"]),
+        (["--", "--no-browser"], "notebooks", ["--no-browser"]),
+        (["--student", "ada", "work", "--", "--no-browser"], "work", ["--no-browser"]),
+    ],
+)
+def test_lab_hands_on_jupyterlabs_own_options(course, opened, words, folder, options):
+    assert rotflex("lab", *words).exit_code == 0
+    assert opened == [(Path(folder), options)]
+
+
+def test_lab_refuses_two_folders_and_a_file(course, opened):
+    assert rotflex("lab", "a", "b").exit_code == 2
+    Path("c").write_text("")
+    done = rotflex("lab", "c")
+    assert done.exit_code == 2 and "c is not a folder" in done.output
+    assert opened == []
+
+
+def test_the_course_of_this_checkout_is_found():
+    assert cli.course_folder() == ROOT
+
+
+STUB = """
+import pathlib, signal, sys, time
+def stop(*_):
+    pathlib.Path("stopped").write_text("")
+    sys.exit(0)
+signal.signal(signal.SIGTERM, stop)
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # as JupyterLab, which asks whether it is meant
+pathlib.Path("arguments").write_text("\\n".join(sys.argv[1:]))
+time.sleep(300)
+"""
+
+
+@pytest.mark.parametrize(
+    "request_to_end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=["Ctrl-C", "terminated", "terminal closed"]
+)
+def test_jupyterlab_is_ended_with_the_command(tmp_path, request_to_end):
+    (tmp_path / "stub" / "jupyterlab").mkdir(parents=True)
+    (tmp_path / "stub" / "jupyterlab" / "__init__.py").write_text("")
+    (tmp_path / "stub" / "jupyterlab" / "__main__.py").write_text(STUB)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "stub"), str(ROOT)])}
+    command = subprocess.Popen(
+        [sys.executable, "-m", "rotflex.cli", "lab", "work", "--", "--no-browser"],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        while not (tmp_path / "arguments").exists():
+            assert command.poll() is None
+            time.sleep(0.05)
+        time.sleep(0.2)
+        command.send_signal(request_to_end)
+        assert command.wait(timeout=60) == 0
+    finally:
+        command.kill()
+    assert (tmp_path / "stopped").exists()
+    arguments = (tmp_path / "arguments").read_text().splitlines()
+    assert arguments == [f"--ServerApp.root_dir={tmp_path / 'work'}", "--no-browser"]
+
+
+def test_jupyterlabs_exit_code_is_the_commands(tmp_path, monkeypatch):
+    (tmp_path / "jupyterlab").mkdir()
+    (tmp_path / "jupyterlab" / "__init__.py").write_text("")
+    (tmp_path / "jupyterlab" / "__main__.py").write_text("raise SystemExit(7)")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert cli.open_jupyterlab(tmp_path, []) == 7
+
+
+# --- release and notebooks --------------------------------------------------------------------------------------------
+
+
+def test_release_says_what_it_made(tmp_path):
+    done = rotflex("release", tmp_path / "out", "--source", ROOT)
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "out" / "rotflex-course" / "notebooks" / "00_start.ipynb").exists()
+    assert (tmp_path / "out" / "rotflex-course.zip").exists()
+    assert "00_start.ipynb" in done.output
+
+
+@pytest.mark.parametrize("command", [["release", "out"], ["notebooks"]])
+def test_a_place_without_a_course_is_an_error_in_words(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    done = rotflex(*command)
+    assert done.exit_code == 2
+    assert "rotflex:" in done.output and str(tmp_path) in "".join(done.output.split())
+    assert "Traceback" not in done.output
+
+
+def test_notebooks_are_derived_anew(tmp_path):
+    (tmp_path / "solutions").mkdir()
+    original = (ROOT / "solutions" / "00_start.ipynb").read_bytes()
+    (tmp_path / "solutions" / "00_start.ipynb").write_bytes(original)
+    assert rotflex("notebooks", "--source", tmp_path).exit_code == 0
+    assert "# Your code here." in (tmp_path / "notebooks" / "00_start.ipynb").read_text()
+
+
+# --- grade ------------------------------------------------------------------------------------------------------------
+
+
+def test_grade_refuses_to_run_without_isolation_and_says_why(tmp_path):
+    (tmp_path / "in" / "ada").mkdir(parents=True)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
+    assert done.exit_code == 2
+    said = " ".join(done.output.split())
+    assert "cannot run students' code in isolation" in said
+    assert "with your own rights" in said
+    assert "--unsafe-no-isolation" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("make", [lambda path: None, Path.mkdir], ids=["missing", "empty"])
+def test_grade_without_submissions_is_an_error_in_words(tmp_path, make):
+    make(tmp_path / "in")
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+    assert done.exit_code == 2
+    assert "rotflex: There" in done.output
+
+
+def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "[red]ada.zip").write_bytes(b"not a zip")
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+    assert done.exit_code == 1
+    assert "[red]ada" in done.output  # not taken for markup
+    assert "Run without isolation." in done.output
+    assert "cannot be read" in (tmp_path / "out" / "grades.csv").read_text()
