@@ -71,8 +71,8 @@ def sweep(
 def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0, progress: bool = True) -> Recording:
     """The link swings freely after the servo has jumped and is held where it is (Section 2.1.5).
 
-    The servo is held by a stiff position loop, which gives way by a little: the link swings about one per cent slower,
-    and its swing dies down sooner, than if the servo were clamped.
+    The servo is held by a stiff position loop, which gives way by a little: the link swings about 1.5 %
+    slower, and its swing dies down sooner, than if the servo were clamped.
 
     Parameters
     ----------

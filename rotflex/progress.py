@@ -12,9 +12,14 @@ AFTER = 1.0  #: s; what is done sooner shows no bar
 SWITCH = "ROTFLEX_PROGRESS"  #: environment variable; "off" shows none ever, as where outputs are compared
 
 
+def wanted(show: bool = True) -> bool:
+    """Whether a bar may be shown at all."""
+    return show and os.environ.get(SWITCH) != "off"
+
+
 def progress(items: Collection[T], what: str, unit: str, show: bool = True) -> Iterable[T]:
     """Go through items, with a progress bar if that takes longer than a second."""
-    if not show or os.environ.get(SWITCH) == "off":
+    if not wanted(show):
         return items
     from tqdm.auto import tqdm
 
