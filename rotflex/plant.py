@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -169,6 +168,8 @@ class Plant:
         self.state = state
         self._steps: dict[tuple[bool, float], _Step] = {}
         self._case = _CASES[0]
+        self._rubs = any(parameters.servo_friction + parameters.link_friction)
+        self._most_volts = parameters.I_max * parameters.resistance  # across the resistance
 
     def advance(self, voltage: float, duration: float) -> State:
         """Hold a commanded voltage (V) for a duration (s) and return the state at its end.
@@ -197,8 +198,9 @@ class Plant:
         if parameters.K_3:
             theta_dot, alpha_dot = self._kick(alpha, theta_dot, alpha_dot, h / 2)
         # Whether the current is limited is decided at the beginning of the substep.
-        limited = self._is_limited(voltage, theta_dot)
-        drive = math.copysign(parameters.I_max, voltage - parameters.back_emf * theta_dot) if limited else voltage
+        volts = voltage - parameters.back_emf * theta_dot
+        limited = abs(volts) >= self._most_volts
+        drive = math.copysign(parameters.I_max, volts) if limited else voltage
         step = self._steps.get((limited, h)) or self._prepare(limited, h)
 
         (a1, a2, a3, a4), (b1, b2, b3, b4), (c1, c2, c3, c4), (d1, d2, d3, d4) = step.free
@@ -206,7 +208,7 @@ class Plant:
         new_alpha = b1 * alpha + b2 * theta_dot + b3 * alpha_dot + b4 * drive
         new_theta_dot = c1 * alpha + c2 * theta_dot + c3 * alpha_dot + c4 * drive
         new_alpha_dot = d1 * alpha + d2 * theta_dot + d3 * alpha_dot + d4 * drive
-        changed = self._is_limited(voltage, new_theta_dot) != limited
+        changed = (abs(voltage - parameters.back_emf * new_theta_dot) >= self._most_volts) is not limited
 
         if self._rubs:
             (p1, p2), (q1, q2), (r1, r2), (s1, s2) = step.friction
@@ -224,8 +226,8 @@ class Plant:
             if self._case[1] == 0:
                 new_alpha_dot = 0.0
                 new_alpha = new_alpha if alpha_dot else alpha
-            turned = (theta_dot and theta_dot * new_theta_dot <= 0) or (alpha_dot and alpha_dot * new_alpha_dot <= 0)
-            changed = changed or bool(turned)
+            if (theta_dot and theta_dot * new_theta_dot <= 0) or (alpha_dot and alpha_dot * new_alpha_dot <= 0):
+                changed = True
         if changed and halvings:
             self._substep(voltage, h / 2, halvings - 1)
             self._substep(voltage, h / 2, halvings - 1)
@@ -233,14 +235,6 @@ class Plant:
         if parameters.K_3:
             new_theta_dot, new_alpha_dot = self._kick(new_alpha, new_theta_dot, new_alpha_dot, h / 2)
         self.state = State(new_theta, new_alpha, new_theta_dot, new_alpha_dot)
-
-    def _is_limited(self, voltage: float, theta_dot: float) -> bool:
-        parameters = self.parameters
-        return abs(voltage - parameters.back_emf * theta_dot) >= parameters.I_max * parameters.resistance
-
-    @cached_property
-    def _rubs(self) -> bool:
-        return any(self.parameters.servo_friction + self.parameters.link_friction)
 
     def _kick(self, alpha: float, theta_dot: float, alpha_dot: float, h: float) -> tuple[float, float]:
         """Velocities after the cubic spring alone has acted for ``h``."""
@@ -259,13 +253,11 @@ class Plant:
         r1, r2, s1, s2 = effect
         servo_plus, servo_minus = self.parameters.servo_friction
         link_plus, link_minus = self.parameters.link_friction
-        servo = servo_plus if before[0] > 0 else -servo_minus
-        link = link_plus if before[1] > 0 else -link_minus
-        if (
-            before[0] * (theta_dot + r1 * servo + r2 * link) > 0
-            and before[1] * (alpha_dot + s1 * servo + s2 * link) > 0
-        ):
-            return (1 if before[0] > 0 else -1, 1 if before[1] > 0 else -1), servo, link
+        servo_case, servo = (1, servo_plus) if before[0] > 0 else (-1, -servo_minus)
+        link_case, link = (1, link_plus) if before[1] > 0 else (-1, -link_minus)
+        servo_goes_on = before[0] * (theta_dot + r1 * servo + r2 * link) > 0
+        if servo_goes_on and before[1] * (alpha_dot + s1 * servo + s2 * link) > 0:
+            return (servo_case, link_case), servo, link
         # Else each joint stands, or slides one way or the other: one of nine cases is consistent, often the last.
         for case in (self._case, *_CASES):
             servo_case, link_case = case

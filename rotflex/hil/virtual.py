@@ -80,13 +80,18 @@ class VirtualBoard:
         self._count_offsets = [0] * _ENCODERS
         self._tasks: dict[int, _Task] = {}
         self._next_task = 1
+        self._instant = self.clock.now()  # until which the plant has moved; a sample has several calls at one instant
         self._watchdog = _Watchdog()
+        self._K_enc = self.servo.K_enc
         self._known_channels: dict[tuple[bytes, int, str], tuple[int, ...]] = {}
 
     # --- the plant ------------------------------------------------------------------------------------------------
 
     def _catch_up(self, instant: float) -> None:
         """Let the plant move until ``instant`` under the voltage that is on the output."""
+        if instant == self._instant:
+            return
+        self._instant = instant
         if self._watchdog.deadline < instant:
             self._move(self._watchdog.deadline)
             self._watchdog.expired = True
@@ -106,7 +111,7 @@ class VirtualBoard:
     def _counts(self, channel: int) -> int:
         state = self.plant.state
         angle = state.theta if channel == SERVO_ENCODER else -state.alpha
-        return round(angle / self.servo.K_enc) + self._count_offsets[channel]
+        return round(angle / self._K_enc) + self._count_offsets[channel]
 
     def _analog(self, channel: int) -> float:
         state = self.plant.state
@@ -281,7 +286,9 @@ class VirtualBoard:
         count = 0
         while count < num_samples and sampling.remaining:
             self.clock.wait_until(sampling.due)
-            sampling.make_room(self.clock.now())
+            now = self.clock.now()
+            if now > sampling.due:
+                sampling.make_room(now)
             self._catch_up(sampling.due)
             self._fetch(
                 (chosen.analog, analog_buffer),
@@ -371,9 +378,7 @@ class VirtualBoard:
         if chosen is None:
             chosen = tuple(channels[:count].tolist())
             if len(chosen) != count or any(channel >= available for channel in chosen):
-                raise HILError(
-                    f"There are {available} {kind} channels, from 0; {count} were asked for: {channels.tolist()}."
-                )
+                raise HILError(f"There are {available} {kind} channels, from 0; asked for: {channels.tolist()}.")
             self._known_channels[key] = chosen
         return chosen
 

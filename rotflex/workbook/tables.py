@@ -62,6 +62,9 @@ def _entry(part: Part, content: dict[str, Any] | None) -> str:
     except AnswerError:
         return "(unreadable: answer again)"
     if part.kind == "matrix":
-        return "\n".join("  ".join(f"{number:>9.4g}" for number in row) for row in content["value"])
+        noise = 1e-9 * max(abs(number) for row in content["value"] for number in row)
+        return "\n".join(
+            "  ".join(f"{number if abs(number) > noise else 0:>9.4g}" for number in row) for row in content["value"]
+        )
     shown = forms.show(part, content).removeprefix(part.name).removeprefix(" = ")
     return shown.removesuffix(part.unit).rstrip()
