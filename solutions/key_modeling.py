@@ -1,0 +1,320 @@
+"""How the answers of Section 2 are marked. Part of ``key.py``, which has the policy."""
+
+import numpy as np
+
+from rotflex.config import joint
+from rotflex.grading.algebra import EquationIs, ExpressionIs, SymbolicMatrixIs, accelerations, at, euler_lagrange, slope
+from rotflex.grading.chain import ArrayFrom, PolesFrom, StateSpaceFunction, own_voltage_model
+from rotflex.grading.checks import ForAPerson, Number, RecordingOf
+from rotflex.grading.curves import FigureFollows, FigureOfSpectrum, SpectrumFunction
+from rotflex.grading.responses import FigureShows, ResponseOf, validated_again
+from rotflex.units import DEG, HZ
+
+
+def sweep(bench):
+    return bench.sweep
+
+
+def other_anchors(bench):
+    """What J_l would be with the top arm elsewhere."""
+    positions = {1, 2, 3} - {bench.joint.arm_position}
+    return {f"the top arm is not at anchor {position} on your bench": joint(position).J_l for position in positions}
+
+
+# --- Section 2.2: the derivation, as functions of a point p ---------------------------------------------------------
+
+
+def V(p):
+    return p["K_s"] * p["alpha"] ** 2 / 2
+
+
+def T(p):
+    return p["J_eq"] * p["theta_dot"] ** 2 / 2 + p["J_l"] * (p["theta_dot"] + p["alpha_dot"]) ** 2 / 2
+
+
+def servo_equation(p):
+    inertia = (p["J_eq"] + p["J_l"]) * p["theta_ddot"] + p["J_l"] * p["alpha_ddot"]
+    return inertia + p["B_eq"] * p["theta_dot"] - p["tau"]
+
+
+def link_equation(p, damping="alpha_dot"):
+    return p["J_l"] * (p["theta_ddot"] + p["alpha_ddot"]) + p["B_l"] * p[damping] + p["K_s"] * p["alpha"]
+
+
+def theta_ddot(p):
+    return (p["tau"] - p["B_eq"] * p["theta_dot"] + p["K_s"] * p["alpha"]) / p["J_eq"]
+
+
+def alpha_ddot(p):
+    return -theta_ddot(p) - p["K_s"] * p["alpha"] / p["J_l"]
+
+
+def A(p):
+    k, b = p["K_s"] / p["J_eq"], p["B_eq"] / p["J_eq"]
+    return [[0, 0, 1, 0], [0, 0, 0, 1], [0, k, -b, 0], [0, -k - p["K_s"] / p["J_l"], b, 0]]
+
+
+def B(p):
+    return [[0], [0], [1 / p["J_eq"]], [-1 / p["J_eq"]]]
+
+
+def J_l(p):
+    return p["m_1"] * p["L_1"] ** 2 / 3 + p["m_2"] * (p["L_2"] ** 2 / 12 + p["d_12"] ** 2)
+
+
+def own_lagrangian_gives(coordinate, force):
+    """The equation of motion that the student's own Lagrangian leads to."""
+    return lambda own, p: euler_lagrange(own("2.3", "L"), coordinate, p) - force(p)
+
+
+def own_acceleration(index):
+    return lambda own, p: accelerations(own("2.4", "equation"), own("2.5", "equation"), p)[index]
+
+
+def own_rows(inputs):
+    """The matrix whose last rows are the slopes of the student's own accelerations."""
+    first = [[0, 0, 1, 0], [0, 0, 0, 1]] if len(inputs) == 4 else [[0], [0]]
+    return lambda own, p: first + [[slope(own("2.6", f"{q}_ddot"), x, p) for x in inputs] for q in ("theta", "alpha")]
+
+
+STATE = ("theta", "alpha", "theta_dot", "alpha_dot")
+
+PRELAB = {
+    "2.1": {
+        "V": ExpressionIs(
+            V,
+            slips={
+                "look at the factor in front": lambda p: 2 * V(p),
+                "the springs are bent by alpha, not by theta": lambda p: p["K_s"] * p["theta"] ** 2 / 2,
+            },
+        ),
+    },
+    "2.2": {
+        "T": ExpressionIs(
+            T,
+            slips={
+                "the link turns through theta + alpha in the room, not through alpha": lambda p: (
+                    p["J_eq"] * p["theta_dot"] ** 2 / 2 + p["J_l"] * p["alpha_dot"] ** 2 / 2
+                ),
+                "look at the factor in front": lambda p: 2 * T(p),
+            },
+        ),
+    },
+    "2.3": {
+        "L": ExpressionIs(
+            lambda p: T(p) - V(p),
+            follow=lambda own, p: at(own("2.2", "T"), p) - at(own("2.1", "V"), p),
+            follow_what="T - V with your own T and V",
+            slips={"this is the total energy": lambda p: T(p) + V(p)},
+        ),
+    },
+    "2.4": {
+        "strategy": ForAPerson(
+            "Differentiate L with respect to theta_dot, then by time (chain rule, through all rates); L does not hold "
+            "theta itself; the generalised force is the torque less the viscous friction."
+        ),
+        "equation": EquationIs(
+            servo_equation,
+            follow=own_lagrangian_gives("theta", lambda p: p["tau"] - p["B_eq"] * p["theta_dot"]),
+            follow_what="what your own Lagrangian leads to",
+            slips={
+                "look at the sign of the friction": lambda p: servo_equation(p) - 2 * p["B_eq"] * p["theta_dot"],
+                "the friction is missing": lambda p: servo_equation(p) - p["B_eq"] * p["theta_dot"],
+            },
+        ),
+    },
+    "2.5": {
+        "strategy": ForAPerson(
+            "The same steps with alpha; now L depends on the coordinate itself (the spring), and no torque acts on the "
+            "link, only its friction."
+        ),
+        "equation": EquationIs(
+            link_equation,
+            follow=own_lagrangian_gives("alpha", lambda p: -p["B_l"] * p["alpha_dot"]),
+            follow_what="what your own Lagrangian leads to",
+            slips={"the link's damping goes with alpha_dot": lambda p: link_equation(p, "theta_dot")},
+        ),
+    },
+    "2.6": {
+        "strategy": ForAPerson("Two linear equations in two accelerations: subtract one from the other, or invert."),
+        "theta_ddot": ExpressionIs(
+            theta_ddot, follow=own_acceleration(0), follow_what="your own two equations of motion"
+        ),
+        "alpha_ddot": ExpressionIs(
+            alpha_ddot, follow=own_acceleration(1), follow_what="your own two equations of motion"
+        ),
+    },
+    "2.7": {
+        "strategy": ForAPerson(
+            "The first two rows say that a rate is the derivative of an angle; the coefficients of the accelerations "
+            "are the other two."
+        ),
+        "A": SymbolicMatrixIs(A, follow=own_rows(STATE), follow_what="your own accelerations"),
+        "B": SymbolicMatrixIs(B, follow=own_rows(("tau",)), follow_what="your own accelerations"),
+    },
+    "2.8": {
+        "strategy": ForAPerson(
+            "The bottom arm is a rod about its end; the top arm one about its middle, and the parallel-axis theorem."
+        ),
+        "J_l": ExpressionIs(
+            J_l,
+            slips={
+                "the top arm is not on the pivot: mind the parallel-axis theorem": lambda p: (
+                    p["m_1"] * p["L_1"] ** 2 / 3 + p["m_2"] * p["L_2"] ** 2 / 12
+                ),
+                "the bottom arm turns about its end": lambda p: J_l(p) - p["m_1"] * p["L_1"] ** 2 / 4,
+                "the distance of the top arm is that of its middle": lambda p: J_l(p) + p["m_2"] * p["L_2"] ** 2 / 4,
+            },
+        ),
+    },
+}
+
+# --- Section 2.3: on the bench --------------------------------------------------------------------------------------
+
+STIFFNESS = {
+    "2.9": {
+        "sweep": RecordingOf(sweep, channel="alpha", rtol=0.01),
+        "figure": FigureFollows(sweep, own=("2.9", "sweep"), channel="alpha"),
+    },
+    "2.10": {
+        "spectrum": SpectrumFunction(rtol=0.05),
+        "figure": FigureOfSpectrum(sweep, own=("2.9", "sweep"), channel="alpha", band=(1.0, 5.0)),
+    },
+    "2.11": {
+        "omega_n": Number(
+            what="the natural frequency of your bench",
+            expected=lambda bench: bench.omega_n,
+            rtol=0.05,
+            slips=lambda bench: {"it looks like a frequency in Hz; rad/s are asked for": bench.omega_n / HZ},
+        ),
+        "explanation": ForAPerson(
+            "The spectrum of alpha is |alpha/theta| times that of theta, which is not flat when the motor is driven by "
+            "a voltage: near its natural frequency the link holds the servo still (a vibration absorber). The peak "
+            "that is left is the resonance of servo and link against each other. The ratio contains the link alone."
+        ),
+    },
+    "2.12": {
+        "J_l": Number(
+            what="the inertia of the link on your bench",
+            expected=lambda bench: bench.J_l,
+            rtol=0.01,
+            slips=other_anchors,
+        ),
+        "K_s": Number(
+            what="the stiffness of your joint",
+            expected=lambda bench: bench.K_s,
+            rtol=0.10,
+            follow=lambda own: own("2.12", "J_l") * own("2.11", "omega_n") ** 2,
+            follow_what="J_l·omega_n² with your own J_l and omega_n",
+            follow_rtol=0.02,
+            slips=lambda bench: {"it looks like J_l·f² with the frequency in Hz": bench.K_s / HZ**2},
+        ),
+    },
+}
+
+
+def own_model(index):
+    """A matrix of the model, from the student's own stiffness and inertia."""
+
+    def follow(own, servo):
+        k, inertia = own("2.12", "K_s"), own("2.12", "J_l")
+        p = {"K_s": k, "J_l": inertia, "J_eq": servo.J_eq, "B_eq": servo.B_eq}
+        return np.array((A(p), B(p))[index])
+
+    return follow
+
+
+OWN_STIFFNESS = "the model that your own K_s and J_l give"
+
+VALIDATION = {
+    "2.13": {"state_space": StateSpaceFunction()},
+    "2.14": {
+        "A": ArrayFrom(
+            "the matrix A",
+            lambda d: d.torque_model[0],
+            follow=own_model(0),
+            follow_what=OWN_STIFFNESS,
+        ),
+        "B": ArrayFrom("the matrix B", lambda d: d.torque_model[1]),
+        "C": ArrayFrom(
+            "the matrix C", lambda d: d.torque_model[2], slips=(("its rows are swapped", lambda c: c[::-1]),)
+        ),
+        "D": ArrayFrom("the matrix D", lambda d: d.torque_model[3]),
+    },
+    "2.15": {
+        "validation": ResponseOf(validated_again, channels=("theta", "alpha"), model=("theta_model", "alpha_model")),
+        "figure": FigureShows(
+            validated_again, own=("2.15", "validation"), channels=("theta", "theta_model", "alpha", "alpha_model")
+        ),
+    },
+    "2.16": {
+        "comparison": ForAPerson(
+            "Says where the model follows (the large swings, the rhythm) and where not (the servo drifts away, small "
+            "swings die sooner on the bench), refers to the figure, and says whether that is good enough for its use."
+        ),
+    },
+    "2.17": {
+        "reason": ForAPerson(
+            "A reason that the recording supports: dry friction of the servo or the link, B_eq of this servo, the "
+            "neglected B_l, the measured K_s, the encoder, a motor that differs from its data sheet. Says what the "
+            "effect on the curves would be."
+        ),
+    },
+    "2.18": {
+        "poles": PolesFrom(
+            "the open-loop poles",
+            lambda d: d.poles,
+            follow=lambda own, servo: np.linalg.eigvals(own_voltage_model(own, servo)[0]),
+            follow_what="the poles of your own model with the motor",
+        ),
+    },
+}
+
+
+def from_own(question, part):
+    """An entry of a results table: the student's own answer, carried over."""
+    return lambda own, servo: np.asarray(own(question, part))
+
+
+TABLE_2 = {
+    "Table 2": {
+        "omega_n": Number(
+            "the natural frequency of your bench",
+            lambda bench: bench.omega_n,
+            0.05,
+            follow=lambda own: own("2.11", "omega_n"),
+            follow_what="your own answer",
+        ),
+        "K_s": Number(
+            "the stiffness of your joint",
+            lambda bench: bench.K_s,
+            0.10,
+            follow=lambda own: own("2.12", "K_s"),
+            follow_what="your own answer",
+        ),
+        **{
+            name: ArrayFrom(
+                f"the matrix {name}",
+                lambda d, i=i: d.torque_model[i],
+                follow=from_own("2.14", name),
+                follow_what="your own answer",
+            )
+            for i, name in enumerate("ABCD")
+        },
+        "poles": PolesFrom(
+            "the open-loop poles", lambda d: d.poles, follow=from_own("2.18", "poles"), follow_what="your own answer"
+        ),
+    },
+}
+
+MODELING = {**PRELAB, **STIFFNESS, **VALIDATION, **TABLE_2}
+WARM_UP = {
+    "0.1": {
+        "resolution": Number(
+            what="the encoder's resolution",
+            expected=lambda bench: bench.servo.K_enc,
+            rtol=0.01,
+            slips=lambda bench: {"these are degrees": bench.servo.K_enc / DEG},
+        ),
+    },
+}
