@@ -218,8 +218,9 @@ class Satisfied:
 
 
 def _touches(measured: dict[str, float]) -> bool:
-    """Whether a number is on its limit, to rounding: a voltage that was cut off at 10 V may be called either."""
-    return any(abs(measured[name] - limit) <= 1e-3 * limit for name, limit in LIMITS.items())
+    """Whether a number is on its limit, to rounding, and none beyond: 10 V at which it was cut off may be either."""
+    shares = [measured[name] / limit for name, limit in LIMITS.items()]
+    return 1 - 1e-3 <= max(shares) <= 1 + 1e-3
 
 
 def _meets(measured: dict[str, float]) -> str:
