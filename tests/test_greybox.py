@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,11 +18,6 @@ from rotflex.units import DEG
 
 COUNT = 360 / 4096 * DEG
 GAIN = [13.04, -17.26, 1.32, -0.046]
-RECORDINGS = Path(
-    os.environ.get(
-        "ROTFLEX_RECORDINGS", Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
-    )
-)  # fmt: skip
 
 
 def tracked(seed, duration):
@@ -108,11 +101,8 @@ def test_only_what_is_free_changes_from_the_initial_plant():
     assert replace(result.parameters, K_s=true.K_s, B_eq=true.B_eq) == true
 
 
-def test_the_log_of_a_real_bench_gives_its_resonance_and_residuals_of_the_known_order():
-    path = RECORDINGS / "real_bench_lqr.mat"
-    if not path.exists():
-        pytest.skip(f"{path.name} is not at hand; set ROTFLEX_RECORDINGS to the folder that holds it")
-    result = fit(Recording.load(path), srv02(), joint(1), free=(*FREE, "J_l"), progress=False)
+def test_the_log_of_a_real_bench_gives_its_resonance_and_residuals_of_the_known_order(real_log):
+    result = fit(real_log, srv02(), joint(1), free=(*FREE, "J_l"), progress=False)
     found = result.parameters
     # A fit of others to three such logs: K_s 1.454 and J_l 2.77e-3; residuals theta 0.2 to 0.8, alpha 0.12 to 0.24 deg.
     assert found.K_s / found.J_l == pytest.approx(1.454 / 2.77e-3, rel=0.02)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from pathlib import Path
 
 import control
 import numpy as np
@@ -19,8 +17,6 @@ from rotflex.units import DEG
 
 SAMPLE_TIME = 0.002
 COUNT = 360 / 4096  # deg
-REFERENCE = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
-RECORDINGS = Path(os.environ.get("ROTFLEX_RECORDINGS", REFERENCE))
 
 
 def unit_step(t, zeta, omega_n):
@@ -404,14 +400,6 @@ def test_a_voltage_at_its_limit_is_said_to_be_so():
 
 
 # --- the real bench --------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def real_log():
-    path = RECORDINGS / "real_bench_lqr.mat"
-    if not path.exists():
-        pytest.skip(f"The log of a real bench is not at {path}; set ROTFLEX_RECORDINGS to its folder.")
-    return Recording.load(path)
 
 
 def test_the_real_bench_measures_as_was_checked(real_log):

@@ -2,7 +2,8 @@
 
     python tools/run_solutions.py [NOTEBOOK ...]
 
-All of solutions/ by default, in order, starting from no answers. Say `rotflex notebooks` afterwards, so that the
+All of solutions/ by default, in order, starting from no answers: do that before committing, since a notebook shows
+how many questions are answered so far. Say `rotflex notebooks` afterwards, so that the
 student notebooks follow.
 """
 
