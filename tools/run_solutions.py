@@ -2,13 +2,14 @@
 
     python tools/run_solutions.py [NOTEBOOK ...]
 
-All of solutions/ by default, in order, starting from no answers: do that before committing, since a notebook shows
-how many questions are answered so far. Say `rotflex notebooks` afterwards, so that the
+All of solutions/ by default, in order. Each finds the answers of those before it, as a student would have them, and
+no others: run one alone only after the ones before it. Say `rotflex notebooks` afterwards, so that the
 student notebooks follow.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import time
@@ -17,7 +18,18 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
+from rotflex.workbook.questions import EVERYTHING
+
 SOLUTIONS = Path(__file__).resolve().parents[1] / "solutions"
+
+
+def forget_from(notebook: str) -> None:
+    """Take the answers of a notebook, and of those after it, out of answers.json."""
+    file = SOLUTIONS / "answers.json"
+    if file.exists():
+        content = json.loads(file.read_text(encoding="utf-8"))
+        kept = {n: parts for n, parts in content["answers"].items() if EVERYTHING[n].notebook < notebook}
+        file.write_text(json.dumps(content | {"answers": kept}), encoding="utf-8")
 
 
 def run(path: Path) -> None:
@@ -47,10 +59,9 @@ def main(names: list[str]) -> None:
     """Run the named notebooks, or all."""
     os.environ["ROTFLEX_PROGRESS"] = "off"  # a progress bar comes or not, as the machine is slow or quick
     paths = [Path(name) for name in names] or sorted(SOLUTIONS.glob("*.ipynb"))
-    if not names:
-        (SOLUTIONS / "answers.json").unlink(missing_ok=True)
     for path in paths:
         started = time.perf_counter()
+        forget_from(path.stem)
         run(path)
         print(f"{path.name}: {time.perf_counter() - started:.1f} s, {path.stat().st_size / 1000:.0f} kB")
 

@@ -11,7 +11,7 @@ from rotflex.workbook.answers import AnswerBook
 from rotflex.workbook.parts import Part, Question
 
 _LEFT = "text-align: left"  # JupyterLab sets cells to the right
-_ENTRY = "font-family: monospace; background: none; text-align: left; margin: 0"
+_ENTRY = "font-family: monospace; white-space: pre; background: none; text-align: left; margin: 0"
 
 
 class ResultsTable:
@@ -41,9 +41,11 @@ class ResultsTable:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        head = "".join(f'<th scope="col">{heading}</th>' for heading in ("Description", "Name", "Value", "Unit"))
+        head = "".join(
+            f'<th scope="col" style="{_LEFT}">{heading}</th>' for heading in ("Description", "Name", "Value", "Unit")
+        )
         body = "".join(
-            f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row">{escape(name)}</th>'
+            f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row" style="{_LEFT}">{escape(name)}</th>'
             f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or "not filled in yet"}</pre></td>'
             f"<td>{escape(unit)}</td></tr>"
             for prompt, name, entry, unit in self.rows
