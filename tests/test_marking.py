@@ -632,3 +632,17 @@ def test_the_probe_seed_is_drawn_anew_for_every_batch(tmp_path):
 
 def test_names_that_grading_gives_itself_are_reserved():
     assert grades.GRADES_FILE in intake.RESERVED
+
+
+def test_feedback_shows_the_students_own_expression_and_equation():
+    import sympy
+
+    from rotflex.grading import marking
+    from rotflex.workbook.questions import find, find_part
+
+    K_s, alpha = sympy.symbols("K_s alpha")
+    expression = find_part(find("2.1"), "V")
+    assert marking._given(expression, {}, K_s * alpha**2 / 2) == "K_s*alpha**2/2"
+    equation = find_part(find("2.5"), "equation")
+    assert marking._given(equation, {}, sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
+    assert len(marking._given(expression, {}, sympy.Add(*sympy.symbols("long_name_of_a_symbol_1:60")))) <= 301

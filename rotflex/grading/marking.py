@@ -24,6 +24,8 @@ from rotflex.workbook.questions import find
 
 _MISSING = "No answer was recorded when your notebooks were run; the line lab.answer(...) says why when you run it."
 
+_LONGEST_SHOWN = 300  # characters of an expression
+
 Key = Mapping[str, Mapping[str, Check]]
 
 
@@ -118,7 +120,7 @@ def _mark(question: Question, part: Part, check: Check, claims: Claims, case: Ca
     given = ""
     if where in claims.values:
         verdict = _verdict(check, part, claims.values[where], case)
-        given = _given(part, claims.contents[where])
+        given = _given(part, claims.contents[where], claims.values[where])
     elif where in claims.malformed:
         verdict = wrong(f"Malformed: {claims.malformed[where]}")
     else:
@@ -136,9 +138,13 @@ def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
         return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
 
 
-def _given(part: Part, content: dict[str, Any]) -> str:
+def _given(part: Part, content: dict[str, Any], value: Any) -> str:
     if part.kind == "prose":
         return str(content["value"])
+    if part.kind in ("expression", "equation"):
+        sides = (value,) if part.kind == "expression" else (value.lhs, value.rhs)
+        text = " = ".join(map(str, sides))
+        return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}…"
     return forms.show(part, content).removeprefix(part.name).lstrip(" :=")
 
 
