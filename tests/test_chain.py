@@ -83,6 +83,13 @@ def test_what_follows_from_a_stiffness_beyond_it_follows_and_without_that_stiffn
         assert status(check, part, value) is Status.WRONG
 
 
+def test_a_stiffness_that_was_not_answered_is_taken_from_the_own_matrix_if_it_is_right():
+    for off, expected in ((0.94, Status.RIGHT), (1.4, Status.WRONG)):
+        A, _ = model(off * BENCH.K_s)
+        assert status(MODEL, A_PART, A, A=A) is expected
+        assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(off * BENCH.K_s)[0]), A=A) is expected
+
+
 @pytest.mark.parametrize("name", ["ada", "bo", "cy", "di", "eve", "fay"])
 def test_a_gain_rounded_to_three_digits_still_places_the_poles(name):
     bench = TrueBench(name)

@@ -85,15 +85,25 @@ class Design:
 
 
 def candidates(case: Case) -> Iterator[tuple[Design, bool]]:
-    """The designs that an answer may stand on, and whether their stiffness is right."""
+    """The designs that an answer may stand on, and whether their stiffness is right.
+
+    Where the stiffness was not answered, the one in the student's matrix A serves, but only if it is right: nothing
+    follows from a number that was never given.
+    """
     bench = case.bench
     yield Design(bench.servo, bench.joint, bench.K_s), True
+    answered = True
     try:
         own = float(case.own("2.12", "K_s"))
     except LookupError:
-        return
-    if own > 0:
-        yield Design(bench.servo, bench.joint, own), abs(own - bench.K_s) <= K_S_RTOL * bench.K_s
+        answered = False
+        try:
+            own = float(case.own("2.14", "A")[2][1]) * bench.servo.J_eq
+        except LookupError:
+            return
+    is_right = abs(own - bench.K_s) <= K_S_RTOL * bench.K_s
+    if is_right or (answered and own > 0):
+        yield Design(bench.servo, bench.joint, own), is_right
 
 
 def own_voltage_model(own: Own, servo: Servo) -> tuple[Array, Array]:
