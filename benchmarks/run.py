@@ -53,6 +53,7 @@ def against_solve_ivp() -> tuple[float, float, float, float]:
     The voltage is held between samples, so solve_ivp is called once a sample, as a simulation of a sampled loop must.
     """
     with hil.open("virtual:?seed=1") as bench:
+        # Only the virtual board has a plant to look into; the protocol of boards does not.
         drawn: PlantParameters = bench.board.plant.parameters  # type: ignore[attr-defined]
     parameters = replace(drawn, servo_friction=(0.0, 0.0), link_friction=(0.0, 0.0))
     volts = chirp(time_axis(15.0, SAMPLE_TIME), 1.0, 5.0, 1.0).tolist()

@@ -183,11 +183,9 @@ class RecordingOf:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare samples."""
-        if not case.virtual:
-            return for_a_person("It does not come from the virtual bench; a person will look at it.")
-        for name, wanted in part.settings:
-            if value["metadata"].get(name) != wanted:
-                return wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
+        refused = refused_recording(part, value, case)
+        if refused is not None:
+            return refused
         expected = self.recording(case.bench)
         if value["n"] != len(expected) or not _near(value["sample_time"], expected.sample_time, 1e-3):
             return wrong("It has another length or sample time than the experiment as the notebook describes it.")
@@ -201,6 +199,16 @@ class RecordingOf:
             "Not a recording of your bench: run again on your own bench as the notebook describes it, the experiment "
             f"gives another {self.channel}."
         )
+
+
+def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
+    """The verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
+    if not case.virtual:
+        return for_a_person("It does not come from the virtual bench; a person will look at it.")
+    for name, wanted in part.settings:
+        if value["metadata"].get(name) != wanted:
+            return wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
+    return None
 
 
 def misfit(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:

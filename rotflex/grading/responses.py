@@ -16,7 +16,17 @@ from numpy.typing import NDArray
 from rotflex import response
 from rotflex.errors import RotflexError
 from rotflex.grading.chain import Design, own_voltage_model
-from rotflex.grading.checks import Case, Verdict, follow_through, for_a_person, misfit, partly, right, wrong
+from rotflex.grading.checks import (
+    Case,
+    Verdict,
+    follow_through,
+    for_a_person,
+    misfit,
+    partly,
+    refused_recording,
+    right,
+    wrong,
+)
 from rotflex.grading.curves import DEGREES, RADIANS, SECONDS, curves, has_unit
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
@@ -106,11 +116,9 @@ class ResponseOf:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Run it again and compare samples."""
-        if not case.virtual:
-            return for_a_person("It does not come from the virtual bench; a person will look at it.")
-        for name, wanted in part.settings:
-            if value["metadata"].get(name) != wanted:
-                return wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
+        refused = refused_recording(part, value, case)
+        if refused is not None:
+            return refused
         runs = [run for run in self.again(case, value["metadata"]) if value["n"] == len(run)]
         if not runs:
             return wrong("It cannot be run again: it has another length than the notebook's, or the loop is unstable.")
