@@ -10,6 +10,8 @@ RotflexError
 │   ├── HILError         the board refused or failed a call
 │   └── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
 └── GradingError         a class that cannot be graded as asked
+    ├── IsolationError   students' code cannot be isolated here; says which layer failed and what to do
+    └── GradebookError   a gradebook that cannot be read or written
 """
 
 from __future__ import annotations
@@ -57,3 +59,22 @@ class LimitExceeded(BenchError):
 
 class GradingError(RotflexError):
     """A class that cannot be graded as asked."""
+
+
+class IsolationError(GradingError):
+    """Students' code cannot be isolated here.
+
+    Attributes
+    ----------
+    layer : what failed, in a word or two
+    remedy : what to do about it
+    """
+
+    def __init__(self, message: str, layer: str = "", remedy: str = "") -> None:
+        super().__init__(" ".join(filter(None, (message, remedy))))
+        self.layer = layer
+        self.remedy = remedy
+
+
+class GradebookError(GradingError):
+    """A gradebook that cannot be read or written."""
