@@ -4,6 +4,8 @@ set -u
 missing=""
 command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
 command -v chromium >/dev/null 2>&1 || missing="$missing chromium"
+has_postgresql() { ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1; }
+has_postgresql || missing="$missing postgresql"
 [ -n "$missing" ] || exit 0
 
 if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
@@ -12,7 +14,7 @@ if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
     { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing; } >/dev/null 2>&1
 fi
 for package in $missing; do
-    case $package in bubblewrap) command=bwrap ;; *) command=$package ;; esac
-    command -v $command >/dev/null 2>&1 || echo "NOT INSTALLED: $package. Tests that use it are skipped, with this reason. Install it by hand: apt-get install $package"
+    case $package in bubblewrap) command=bwrap ;; postgresql) command=has_postgresql ;; *) command=$package ;; esac
+    if [ $command = has_postgresql ]; then has_postgresql; else command -v $command >/dev/null 2>&1; fi || echo "NOT INSTALLED: $package. Tests that use it are skipped, with this reason. Install it by hand: apt-get install $package"
 done
 exit 0

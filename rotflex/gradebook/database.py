@@ -1,0 +1,141 @@
+"""SQLite or PostgreSQL behind one pair of transactions: ``reading`` sees one moment, ``writing`` is alone.
+
+There is one writer at a time. Others wait for it, up to ``PATIENCE``, so that whoever writes may first read.
+
+SQLite keeps its default rollback journal: between transactions a gradebook is one file, that can be copied, and
+that may lie on a network drive. A connection ends with its transaction, so that a forked child inherits none.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+
+from rotflex.errors import GradebookError
+
+PATIENCE = 30.0  #: s
+_WRITERS = 0x726F74666C6578  # the number of the lock that writers take
+_POSTGRES = ("postgresql", "postgres")
+
+
+class Database:
+    """A database, not looked at yet.
+
+    Parameters
+    ----------
+    url : a file, or the address of a database: ``sqlite:///file`` or ``postgresql://user:password@host/name``
+
+    Attributes
+    ----------
+    where : what messages call it; never with a password
+
+    Raises
+    ------
+    GradebookError
+        If the address is not understood, or the driver for it is not installed.
+    """
+
+    def __init__(self, url: str | Path) -> None:
+        address = _address(url)
+        self.where: str
+        if address.get_backend_name() == "sqlite":
+            self.where = str(address.database)
+            self._engine = _sqlite(address)
+            self._start_reading = ["BEGIN"]
+            self._start_writing = ["BEGIN IMMEDIATE"]
+        else:
+            self.where = address.render_as_string(hide_password=True)
+            self._engine = _postgres(address)
+            self._start_reading = ["SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY"]
+            self._start_writing = [
+                f"SET LOCAL lock_timeout = {round(1000 * PATIENCE)}",
+                f"SELECT pg_advisory_xact_lock({_WRITERS})",
+            ]
+
+    def close(self) -> None:
+        """Let go of it."""
+        self._engine.dispose()
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """A transaction that sees the gradebook as it is at one moment."""
+        with self._transaction(self._start_reading) as connection:
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """A transaction that no other writer disturbs: all of it is written, or, after an error or a kill, nothing."""
+        with self._transaction(self._start_writing) as connection:
+            yield connection
+
+    @contextmanager
+    def _transaction(self, start: list[str]) -> Iterator[Connection]:
+        try:
+            with self._engine.begin() as connection:
+                for statement in start:
+                    connection.exec_driver_sql(statement)
+                yield connection
+        except DBAPIError as error:
+            raise GradebookError(f"The gradebook {self.where}: {_said(error)}") from error
+
+
+def _address(url: str | Path) -> URL:
+    if isinstance(url, Path) or "://" not in url:
+        return URL.create("sqlite", database=str(url))
+    scheme = url.partition("://")[0]
+    if scheme.partition("+")[0] in _POSTGRES:
+        driver = "postgresql+psycopg"
+    elif scheme.partition("+")[0] == "sqlite":
+        driver = "sqlite"
+    else:
+        raise GradebookError(
+            f"A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME; {scheme}://... is none of these."
+        )
+    try:
+        return make_url(url).set(drivername=driver)
+    except (ArgumentError, ValueError):
+        raise GradebookError(f"The address {scheme}://... of the gradebook cannot be read.") from None
+
+
+def _sqlite(address: URL) -> Engine:
+    path = Path(address.database or "")
+    if not address.database or address.database == ":memory:":
+        raise GradebookError("A gradebook in SQLite needs a file, as in sqlite:///gradebook.sqlite.")
+    try:  # made for its owner only: there are marks in it, and a secret
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
+    except PermissionError:
+        if not path.is_file():  # one that is there may perhaps be read
+            raise GradebookError(f"The gradebook {path} cannot be made: permission denied.") from None
+    except OSError as error:
+        raise GradebookError(f"The gradebook {path} cannot be opened: {error.strerror}.") from None
+    engine = create_engine(address, poolclass=NullPool, connect_args={"timeout": PATIENCE})
+
+    @event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _: object) -> None:
+        connection.isolation_level = None  # transactions begin where we say so
+        connection.execute("PRAGMA foreign_keys = ON")
+
+    return engine
+
+
+def _postgres(address: URL) -> Engine:
+    try:
+        return create_engine(address, pool_pre_ping=True)
+    except (ImportError, NoSuchModuleError):
+        raise GradebookError("PostgreSQL needs its driver: pip install 'rotflex[postgres]'.") from None
+
+
+def _said(error: DBAPIError) -> str:
+    """What the database said; without the statement and its values, which are strangers' text."""
+    said = str(error.orig).strip()
+    if "file is not a database" in said:
+        return "this file is not a gradebook. It is left as it is; choose another."
+    if "database is locked" in said or "lock timeout" in said:
+        return f"another process has been writing to it for {PATIENCE:g} s. Try again when that has ended."
+    return f"the database says: {said}"

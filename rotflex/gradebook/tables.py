@@ -1,0 +1,178 @@
+"""The tables. What is here and what the newest of the migrations makes are the same; a test compares them."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    Boolean,
+    Column,
+    DateTime,
+    Dialect,
+    Double,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    Table,
+    Text,
+    TypeDecorator,
+    UniqueConstraint,
+    text,
+)
+
+#: Where a database keeps which revision it is at.
+VERSION_TABLE = "gradebook_version"
+
+
+class Instant(TypeDecorator[datetime]):
+    """A moment in UTC, aware of it also where the database is not (SQLite)."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
+        return value and value.astimezone(UTC)
+
+    def process_result_value(self, value: Any, dialect: Dialect) -> datetime | None:
+        return value and (value.astimezone(UTC) if value.tzinfo else value.replace(tzinfo=UTC))
+
+
+metadata = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_N_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+
+def _must(name: str, kind: Any, **more: Any) -> Column[Any]:
+    return Column(name, kind, nullable=False, **more)
+
+
+def _belongs(name: str, to: str, **more: Any) -> Column[Any]:
+    return Column(name, Integer, ForeignKey(to), nullable=False, **more)
+
+
+#: What the gradebook knows of itself: its secret.
+meta = Table("meta", metadata, Column("name", Text, primary_key=True), _must("value", LargeBinary))
+
+students = Table(
+    "students",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _must("student", Text),
+    _must("folded", Text, unique=True),  # the ID without regard to capitals
+    _must("name", Text),
+    _must("email", Text),
+    _must("section", Text),
+)
+
+submissions = Table(
+    "submissions",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id"),
+    _must("digest", Text),
+    _must("first_seen", Instant),
+    UniqueConstraint("student_id", "digest"),
+)
+
+runs = Table(
+    "runs",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id", index=True),
+    _belongs("submission_id", "submissions.id", index=True),
+    _must("key", Text, unique=True),
+    _must("spelled", Text),  # the ID, as the submission has it
+    _must("master", Text),
+    _must("software", Text),
+    _must("probe_seed", BigInteger),
+    _must("isolation", Text),
+    _must("problems", JSON),
+    _must("notes", JSON),
+    _must("key_digest", Text),
+    _must("current", Boolean),
+    _must("recorded", Instant),
+)
+Index(
+    "uq_runs_one_current",
+    runs.c.student_id,
+    unique=True,
+    sqlite_where=text("current"),
+    postgresql_where=text("current"),
+)
+
+answers = Table(
+    "answers",
+    metadata,
+    Column("run_id", Integer, ForeignKey("runs.id"), primary_key=True, autoincrement=False),
+    _must("content", LargeBinary),
+)
+
+#: As the software made them; a person's decision lies on top, see ``decisions``.
+marks = Table(
+    "marks",
+    metadata,
+    Column("run_id", Integer, ForeignKey("runs.id"), primary_key=True, autoincrement=False),
+    Column("question", Text, primary_key=True),
+    Column("part", Text, primary_key=True),
+    _must("position", Integer),
+    _must("status", Text),
+    _must("points", Double),
+    _must("out_of", Double),
+    _must("reason", Text),
+    _must("given", Text),
+)
+
+#: The marks that persons set. One holds as long as what was given, and what it is out of, are the same.
+decisions = Table(
+    "decisions",
+    metadata,
+    Column("student_id", Integer, ForeignKey("students.id"), primary_key=True, autoincrement=False),
+    Column("question", Text, primary_key=True),
+    Column("part", Text, primary_key=True),
+    _must("points", Double),
+    _must("out_of", Double),
+    _must("reason", Text),
+    _must("given", Text),
+    _must("actor", Text),
+    _must("decided", Instant),
+)
+
+comments = Table(
+    "comments",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id", index=True),
+    Column("question", Text),
+    _must("text", Text),
+    _must("actor", Text),
+    _must("written", Instant),
+)
+
+#: Grows only: the database itself refuses to change or to delete a row.
+audit = Table(
+    "audit",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id", index=True),
+    _must("question", Text),
+    _must("part", Text),
+    *(
+        Column(f"{name}_{side}", kind)
+        for side in ("before", "after")
+        for name, kind in (("status", Text), ("points", Double), ("out_of", Double), ("reason", Text))
+    ),
+    _must("run", Text),
+    _must("actor", Text),
+    _must("why", Text),
+    _must("changed", Instant),
+)
