@@ -34,7 +34,7 @@ from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import IdentificationError
 from rotflex.identification import Estimate, Vector, channel
 from rotflex.plant import Plant, PlantParameters, State
-from rotflex.progress import AFTER, wanted
+from rotflex.progress import counter
 from rotflex.recording import Channel, Recording
 
 #: What can be fitted, and about how large it is: where the search starts unless told, and the unit of its steps.
@@ -230,14 +230,13 @@ def _stands(angle: Vector) -> bool:
 def _least_squares(problem: _Problem, progress: bool) -> tuple[Vector, Vector, NDArray[np.float64]]:
     """The unknowns with the least sum of squares, the residual and its Jacobian there."""
     from scipy.optimize import least_squares
-    from tqdm.auto import tqdm
 
     latest: dict[bytes, Vector] = {}
 
-    with tqdm(desc="fit", unit="run", delay=AFTER, leave=False, disable=not wanted(progress)) as bar:
+    with counter("fit", "run", progress) as count:
 
         def residual(unknowns: Vector) -> Vector:
-            bar.update()
+            count()
             return problem.residual(unknowns)
 
         def value(unknowns: Vector) -> Vector:

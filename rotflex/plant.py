@@ -51,6 +51,7 @@ class State(NamedTuple):
 
 
 REST = State(0.0, 0.0, 0.0, 0.0)
+_new = tuple.__new__  # in half the time that State(...) takes
 
 
 @dataclass(frozen=True)
@@ -144,14 +145,17 @@ class PlantParameters:
 
 
 class _Step(NamedTuple):
-    """One substep of the linear part: rows give theta, alpha, theta_dot, alpha_dot at its end.
+    """One substep of the linear part. Flat, for it is unpacked in every one.
 
-    ``free`` (4, 4) multiplies (alpha, theta_dot, alpha_dot, drive) before it (theta only adds up), where the drive is
-    a voltage or a current; ``friction`` (4, 2) multiplies (f_s, f_l).
+    ``free`` (16), four each for theta, alpha, theta_dot, alpha_dot at its end, multiplies (alpha, theta_dot, alpha_dot,
+    drive) before it (theta only adds up), where the drive is a voltage or a current; ``friction`` (8), two each,
+    multiplies (f_s, f_l). ``sliding`` is what friction adds when servo and link slide in the positive direction or not
+    (indices 0, 1), and the case that this is.
     """
 
-    free: tuple[tuple[float, ...], ...]
-    friction: tuple[tuple[float, ...], ...]
+    free: tuple[float, ...]
+    friction: tuple[float, ...]
+    sliding: tuple[tuple[tuple[float, float, float, float, tuple[int, int]], ...], ...]
 
 
 class Plant:
@@ -170,6 +174,9 @@ class Plant:
         self._case = _CASES[0]
         self._rubs = any(parameters.servo_friction + parameters.link_friction)
         self._most_volts = parameters.I_max * parameters.resistance  # across the resistance
+        self._spans: dict[float, tuple[int, float]] = {}
+        # Looked up in every substep.
+        self._V_max, self._back_emf, self._K_3 = parameters.V_max, parameters.back_emf, parameters.K_3
 
     def advance(self, voltage: float, duration: float) -> State:
         """Hold a commanded voltage (V) for a duration (s) and return the state at its end.
@@ -179,51 +186,55 @@ class Plant:
         ConfigurationError
             If the duration is negative or not finite.
         """
-        if not 0 < duration < math.inf:
-            if duration == 0:
-                return self.state
-            raise ConfigurationError(f"The plant cannot be advanced by {duration!r} s.")
-        parameters = self.parameters
-        longest = CUBIC_SUBSTEP if parameters.K_3 else SUBSTEP
-        count = max(1, math.ceil(duration / longest - 1e-9))
-        h = duration / count
-        voltage = min(max(float(voltage), -parameters.V_max), parameters.V_max)
+        count, h = self._spans.get(duration) or self._divide(duration)
+        voltage = min(max(float(voltage), -self._V_max), self._V_max)
         for _ in range(count):
             self._substep(voltage, h, HALVINGS)
         return self.state
 
+    def _divide(self, duration: float) -> tuple[int, float]:
+        """How many substeps there are in a duration, and how long each is (s)."""
+        if not 0 <= duration < math.inf:
+            raise ConfigurationError(f"The plant cannot be advanced by {duration!r} s.")
+        count = math.ceil(duration / (CUBIC_SUBSTEP if self._K_3 else SUBSTEP) - 1e-9)
+        if duration:
+            count = max(1, count)
+        self._spans[duration] = count, duration / max(1, count)
+        return self._spans[duration]
+
     def _substep(self, voltage: float, h: float, halvings: int) -> None:
-        parameters = self.parameters
         theta, alpha, theta_dot, alpha_dot = self.state
-        if parameters.K_3:
+        if self._K_3:
             theta_dot, alpha_dot = self._kick(alpha, theta_dot, alpha_dot, h / 2)
         # Whether the current is limited is decided at the beginning of the substep.
-        volts = voltage - parameters.back_emf * theta_dot
+        volts = voltage - self._back_emf * theta_dot
         limited = abs(volts) >= self._most_volts
-        drive = math.copysign(parameters.I_max, volts) if limited else voltage
-        step = self._steps.get((limited, h)) or self._prepare(limited, h)
+        drive = math.copysign(self.parameters.I_max, volts) if limited else voltage
+        free, friction, sliding = self._steps.get((limited, h)) or self._prepare(limited, h)
 
-        (a1, a2, a3, a4), (b1, b2, b3, b4), (c1, c2, c3, c4), (d1, d2, d3, d4) = step.free
+        a1, a2, a3, a4, b1, b2, b3, b4, c1, c2, c3, c4, d1, d2, d3, d4 = free
         new_theta = theta + a1 * alpha + a2 * theta_dot + a3 * alpha_dot + a4 * drive
         new_alpha = b1 * alpha + b2 * theta_dot + b3 * alpha_dot + b4 * drive
         new_theta_dot = c1 * alpha + c2 * theta_dot + c3 * alpha_dot + c4 * drive
         new_alpha_dot = d1 * alpha + d2 * theta_dot + d3 * alpha_dot + d4 * drive
-        changed = (abs(voltage - parameters.back_emf * new_theta_dot) >= self._most_volts) is not limited
+        changed = (abs(voltage - self._back_emf * new_theta_dot) >= self._most_volts) is not limited
 
         if self._rubs:
-            (p1, p2), (q1, q2), (r1, r2), (s1, s2) = step.friction
-            self._case, servo, link = self._friction(
-                new_theta_dot, new_alpha_dot, (theta_dot, alpha_dot), (r1, r2, s1, s2)
-            )
-            new_theta += p1 * servo + p2 * link
-            new_alpha += q1 * servo + q2 * link
-            new_theta_dot += r1 * servo + r2 * link
-            new_alpha_dot += s1 * servo + s2 * link
+            # That both slide on as they did is tried first: nearly always it is so.
+            p, q, r, s, case = sliding[theta_dot > 0][alpha_dot > 0]
+            if not (theta_dot * (new_theta_dot + r) > 0 and alpha_dot * (new_alpha_dot + s) > 0):
+                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, friction[4:])
+                p, q, r, s = _effect(friction, servo, link)
+            self._case = case
+            new_theta += p
+            new_alpha += q
+            new_theta_dot += r
+            new_alpha_dot += s
             # What friction holds stands still exactly: neither rounding nor the other joint may leave it creeping.
-            if self._case[0] == 0:
+            if case[0] == 0:
                 new_theta_dot = 0.0
                 new_theta = new_theta if theta_dot else theta
-            if self._case[1] == 0:
+            if case[1] == 0:
                 new_alpha_dot = 0.0
                 new_alpha = new_alpha if alpha_dot else alpha
             if (theta_dot and theta_dot * new_theta_dot <= 0) or (alpha_dot and alpha_dot * new_alpha_dot <= 0):
@@ -232,9 +243,9 @@ class Plant:
             self._substep(voltage, h / 2, halvings - 1)
             self._substep(voltage, h / 2, halvings - 1)
             return
-        if parameters.K_3:
+        if self._K_3:
             new_theta_dot, new_alpha_dot = self._kick(new_alpha, new_theta_dot, new_alpha_dot, h / 2)
-        self.state = State(new_theta, new_alpha, new_theta_dot, new_alpha_dot)
+        self.state = _new(State, (new_theta, new_alpha, new_theta_dot, new_alpha_dot))
 
     def _kick(self, alpha: float, theta_dot: float, alpha_dot: float, h: float) -> tuple[float, float]:
         """Velocities after the cubic spring alone has acted for ``h``."""
@@ -243,22 +254,17 @@ class Plant:
         return theta_dot + servo, alpha_dot - impulse / self.parameters.J_l - servo
 
     def _friction(
-        self, theta_dot: float, alpha_dot: float, before: tuple[float, float], effect: tuple[float, float, float, float]
+        self, theta_dot: float, alpha_dot: float, effect: tuple[float, ...]
     ) -> tuple[tuple[int, int], float, float]:
         """Friction torques for which the velocities at the end of the substep obey the friction law, and their case.
 
         ``theta_dot`` and ``alpha_dot`` are the velocities there without friction, ``effect`` the (2, 2) matrix by which
-        friction changes them. Sliding on in the direction of ``before`` is tried first: nearly always it is so.
+        friction changes them. Each joint stands, or slides one way or the other: one of nine cases is consistent, often
+        the last.
         """
         r1, r2, s1, s2 = effect
         servo_plus, servo_minus = self.parameters.servo_friction
         link_plus, link_minus = self.parameters.link_friction
-        servo_case, servo = (1, servo_plus) if before[0] > 0 else (-1, -servo_minus)
-        link_case, link = (1, link_plus) if before[1] > 0 else (-1, -link_minus)
-        servo_goes_on = before[0] * (theta_dot + r1 * servo + r2 * link) > 0
-        if servo_goes_on and before[1] * (alpha_dot + s1 * servo + s2 * link) > 0:
-            return (servo_case, link_case), servo, link
-        # Else each joint stands, or slides one way or the other: one of nine cases is consistent, often the last.
         for case in (self._case, *_CASES):
             servo_case, link_case = case
             servo = servo_plus if servo_case > 0 else -servo_minus
@@ -297,9 +303,23 @@ class Plant:
         system[:4, 5] = linear.derivative(still, 0.0, (1.0, 0.0))
         system[:4, 6] = linear.derivative(still, 0.0, (0.0, 1.0))
         transition = expm(system * h)
+        friction = tuple(transition[:4, 5:7].ravel().tolist())
+        servo, link = (
+            {1: plus, -1: -minus} for plus, minus in (self.parameters.servo_friction, self.parameters.link_friction)
+        )
         step = _Step(
-            free=tuple(tuple(row) for row in transition[:4, 1:5].tolist()),
-            friction=tuple(tuple(row) for row in transition[:4, 5:7].tolist()),
+            free=tuple(transition[:4, 1:5].ravel().tolist()),
+            friction=friction,
+            sliding=tuple(
+                tuple((*_effect(friction, servo[way], link[other]), (way, other)) for other in (-1, 1))
+                for way in (-1, 1)
+            ),
         )
         self._steps[limited, h] = step
         return step
+
+
+def _effect(friction: tuple[float, ...], servo: float, link: float) -> tuple[float, float, float, float]:
+    """What friction torques add to theta, alpha, theta_dot, alpha_dot in a substep."""
+    p1, p2, q1, q2, r1, r2, s1, s2 = friction
+    return p1 * servo + p2 * link, q1 * servo + q2 * link, r1 * servo + r2 * link, s1 * servo + s2 * link

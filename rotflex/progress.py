@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -24,3 +25,15 @@ def progress(items: Collection[T], what: str, unit: str, show: bool = True) -> I
     from tqdm.auto import tqdm
 
     return tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False)
+
+
+@contextmanager
+def counter(what: str, unit: str, show: bool = True) -> Iterator[Callable[[], object]]:
+    """Count what has no known end: gives a function to call each time, with a bar if it takes longer than a second."""
+    if not wanted(show):
+        yield lambda: None
+        return
+    from tqdm.auto import tqdm
+
+    with tqdm(desc=what, unit=unit, delay=AFTER, leave=False) as bar:
+        yield bar.update

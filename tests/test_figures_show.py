@@ -55,6 +55,24 @@ def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
     assert sum("image/png" in output.data for output in captured.outputs) == 1
 
 
+def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, monkeypatch):
+    import matplotlib.pyplot as plt
+    from IPython.utils.capture import capture_output
+
+    monkeypatch.setenv("ROTFLEX_PICTURES", "off")
+    monkeypatch.setattr(mpl.figure.Figure, "savefig", lambda *_, **__: pytest.fail("it was drawn"))
+    figure, axes = plt.subplots()
+    axes.plot([0, 1])
+    with capture_output() as captured:
+        figures.show(figure, alt="A line.", caption="Shown.")
+        figures.show(figures.state_feedback())
+    assert plt.get_fignums() == []
+    assert not any("image/png" in output.data for output in captured.outputs)
+    assert captured.outputs[1].data["text/plain"] == "Shown."
+    with pytest.raises(RotflexError, match="description"):
+        figures.show(mpl.figure.Figure())
+
+
 def test_show_asks_for_a_description():
     with pytest.raises(RotflexError, match="description"):
         figures.show(mpl.figure.Figure())

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,6 +35,7 @@ ROLES: dict[str, dict[str, Any]] = {
 WIDTH = 7.0  #: inches; the width of every plot
 DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
+SWITCH = "ROTFLEX_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
 
 STYLE: Any = {
     "axes.axisbelow": True,
@@ -107,6 +109,8 @@ def png(figure: Figure) -> bytes:
 
 def _bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
     """A notebook's display data and metadata for a figure."""
+    if os.environ.get(SWITCH) == "off":
+        return {"text/plain": repr(figure)}, {}
     image = base64.b64encode(png(figure)).decode("ascii")
     width = round(figure.get_figwidth() * SHOWN_PER_INCH)
     return {"image/png": image, "text/plain": repr(figure)}, {"image/png": {"alt": alt, "width": width}}
@@ -123,7 +127,8 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
 
     The description goes into the image's metadata, and again below the caption, folded away: neither JupyterLab nor
     nbconvert's usual template hands an image's metadata to a screen reader. Outside a notebook there is nowhere to show
-    the figure: it is checked and closed.
+    the figure: it is checked and closed. Where nobody looks (``ROTFLEX_PICTURES=off`` in the environment), it is not
+    drawn.
 
     Raises
     ------

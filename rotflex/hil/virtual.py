@@ -132,8 +132,8 @@ class VirtualBoard:
         sources = ((analog, self._analog), (encoders, self._counts), (digital, self._digital.__getitem__))
         for (channels, buffer), source in sources:
             if channels and buffer is not None:
-                start = at * len(channels)
-                buffer[start : start + len(channels)] = [source(channel) for channel in channels]
+                for place, channel in enumerate(channels, at * len(channels)):
+                    buffer[place] = source(channel)
 
     # --- immediate input and output -------------------------------------------------------------------------------
 
@@ -280,9 +280,10 @@ class VirtualBoard:
             raise HILError(f"Task {task} has not been started.")
         if num_samples < 1:
             raise HILError(f"A task gives one sample or more at a time; it was asked for {num_samples}.")
-        check_buffer(analog_buffer, num_samples * len(chosen.analog), "analog")
-        check_buffer(encoder_buffer, num_samples * len(chosen.encoders), "encoder")
-        check_buffer(digital_buffer, num_samples * len(chosen.digital), "digital")
+        analog, encoders, digital = chosen.analog, chosen.encoders, chosen.digital
+        check_buffer(analog_buffer, num_samples * len(analog), "analog")
+        check_buffer(encoder_buffer, num_samples * len(encoders), "encoder")
+        check_buffer(digital_buffer, num_samples * len(digital), "digital")
         count = 0
         while count < num_samples and sampling.remaining:
             self.clock.wait_until(sampling.due)
@@ -290,12 +291,7 @@ class VirtualBoard:
             if now > sampling.due:
                 sampling.make_room(now)
             self._catch_up(sampling.due)
-            self._fetch(
-                (chosen.analog, analog_buffer),
-                (chosen.encoders, encoder_buffer),
-                (chosen.digital, digital_buffer),
-                count,
-            )
+            self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer), count)
             sampling.skip(1)
             count += 1
         return count
@@ -386,12 +382,12 @@ class VirtualBoard:
         """Voltages by analog output, checked, and cut to what the converter can give."""
         chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
         check_buffer(buffer, count, "analog")
-        voltages = buffer[:count].tolist()
-        if not all(map(math.isfinite, voltages)):
-            raise HILError(f"An analog output cannot be set to {voltages}: not a finite voltage.")
-        return {
-            channel: min(max(voltage, -DAC_LIMIT), DAC_LIMIT) for channel, voltage in zip(chosen, voltages, strict=True)
-        }
+        voltages = {}
+        for channel, voltage in zip(chosen, buffer.tolist(), strict=False):
+            if not math.isfinite(voltage):
+                raise HILError(f"Analog output {channel} cannot be set to {voltage}: not a finite voltage.")
+            voltages[channel] = min(max(voltage, -DAC_LIMIT), DAC_LIMIT)
+        return voltages
 
 
 def _refuse_other(count: int) -> None:

@@ -59,7 +59,7 @@ def parse(data: bytes) -> dict[str, Any]:
         raise AnswerError(f"It should be an object with {', '.join(sorted(_KEYS))}.")
     if content["format"] != FORMAT:
         raise AnswerError(
-            f"Its format is {str(content['format'])[:20]}; this version of rotflex reads format {FORMAT}."
+            f"Its format is {repr(content['format'])[:20]}; this version of rotflex reads format {FORMAT}."
         )
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
@@ -100,11 +100,16 @@ class AnswerBook:
         self.bench = dict(bench)
         self.probe_seed = probe_seed
         self.notices: list[str] = []
+        self._known: tuple[int, ...] | None = None  # the file as it was read or written last
         self.refresh()
 
     def refresh(self) -> None:
-        """Read the file again: another notebook may have written to it."""
-        self._answers = self._load()
+        """Read the file again if it has changed: another notebook may have written to it."""
+        found = self._identity(self.path)
+        if found is None or found != self._known:
+            self._most_bytes = len(self._text({}))  # that the file has with these answers
+            self._answers = self._load()
+            self._known = found
 
     def get(self, question: str, part: str) -> dict[str, Any] | None:
         """The stored answer to a part as plain data, or None."""
@@ -148,8 +153,14 @@ class AnswerBook:
     def _record(self, question: str, part: str, content: dict[str, Any]) -> None:
         """Put an answer in its place, unless the file would grow too large with it."""
         changed = {**self._answers, question: {**self._answers.get(question, {}), part: content}}
-        if len(self._text(changed)) > MAX_BYTES:
-            raise FormError(f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures")
+        # Mostly the answer by itself tells that there is room, and the whole need not be put into words to see it.
+        self._most_bytes += len(json.dumps({question: {part: content}})) + 2
+        if self._most_bytes > MAX_BYTES:
+            self._most_bytes = len(self._text(changed))
+            if self._most_bytes > MAX_BYTES:
+                raise FormError(
+                    f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures"
+                )
         self._answers = changed
 
     # --- the file ------------------------------------------------------------------------------------------------
@@ -165,12 +176,26 @@ class AnswerBook:
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
+    @staticmethod
+    def _identity(path: Path) -> tuple[int, ...] | None:
+        """What tells a file from any other that bears, or bore, its name; None if there is no file."""
+        try:
+            seen = path.stat()
+        except OSError:
+            return None
+        return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns
+
     def _save(self) -> None:
+        text = self._text(self._answers)
+        if len(text) > MAX_BYTES:  # else it could not be read again
+            raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
         scratch = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
         try:
             try:
-                scratch.write_bytes(self._text(self._answers))
+                scratch.write_bytes(text)
+                known = self._identity(scratch)
                 os.replace(scratch, self.path)
+                self._known = known
             finally:
                 scratch.unlink(missing_ok=True)
         except OSError as error:
@@ -188,6 +213,7 @@ class AnswerBook:
             raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
         try:
             content = parse(data)
+            self._most_bytes += len(data)
         except AnswerError as error:
             aside = self._put_aside("broken")
             self.notices.append(

@@ -1,0 +1,123 @@
+"""How papermill runs a notebook here: cell after cell, in this process."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import numpy as np
+import papermill
+from papermill.engines import Engine, NotebookExecutionManager, papermill_engines
+from papermill.exceptions import PapermillExecutionError
+
+from . import deafness
+from .kernel import Kernel
+from .listener import Listener
+
+ENGINE = "inside"
+_EMPTY = {
+    "cells": [
+        {
+            "cell_type": "code",
+            "execution_count": None,
+            "id": "parameters",
+            "metadata": {"tags": ["parameters"]},
+            "outputs": [],
+            "source": 'student = ""\nbench = ""',
+        }
+    ],
+    "metadata": {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}},
+    "nbformat": 4,
+    "nbformat_minor": 5,
+}
+Say = Callable[[], None]
+
+
+class InsideEngine(Engine):
+    """Runs the cells of a notebook with a kernel in this process."""
+
+    @classmethod
+    def execute_managed_notebook(
+        cls,
+        nb_man: NotebookExecutionManager,
+        kernel_name: str,
+        *,
+        kernel: Kernel,
+        say: Say,
+        outputs: Path | None,
+        **_: Any,
+    ) -> None:
+        listener = Listener(nb_man.nb, kernel) if outputs else None
+        kernel.start(listener.hear if listener else None)
+        # It is not closed in the end: what a cell has left running in it need not be waited for.
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        try:
+            loop.run_until_complete(_run_cells(nb_man, kernel, say, listener))
+        finally:
+            if listener and outputs:
+                listener.write(outputs)
+
+
+async def _run_cells(nb_man: NotebookExecutionManager, kernel: Kernel, say: Say, listener: Listener | None) -> None:
+    """Run cell after cell, whatever happens in one; as with a kernel, only ``exit()`` ends it early."""
+    for index, cell in enumerate(nb_man.nb.cells):
+        if cell.cell_type != "code" or not cell.source.strip():
+            continue
+        nb_man.cell_start(cell, index)
+        if listener:
+            listener.turn_to(cell, index)
+        say()
+        await kernel.execute(cell.source)
+        say()
+        nb_man.cell_complete(cell, index)
+        if not kernel.running:
+            raise SystemExit
+
+
+class Job:
+    """What is the same for all notebooks of a submission. Made before the fork."""
+
+    def __init__(self, parameters: Mapping[str, Any], outputs: Path | None) -> None:
+        self.parameters, self.outputs = dict(parameters), outputs
+        papermill_engines.register(ENGINE, InsideEngine)
+        self.kernel = Kernel()
+        # Once in vain, so that schemas are compiled, and all is imported, before the fork.
+        self._execute(_EMPTY, prepare_only=True)
+
+    def run(self, name: str, notebook: Mapping[str, Any], say: Say) -> None:
+        """Run one notebook, in a process of its own. Errors in cells are no errors of the run."""
+        _reseed()
+        if self.outputs is None:
+            deafness.set_up(self.kernel.shell)
+            notebook = {**notebook, "cells": [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]}
+        with suppress(PapermillExecutionError):  # an error in a cell is among its outputs
+            self._execute(notebook, kernel=self.kernel, say=say, outputs=self.outputs and self.outputs / name)
+
+    def _execute(self, notebook: Mapping[str, Any], **options: Any) -> None:
+        papermill.execute_notebook(
+            nbformat.from_dict(notebook),
+            None,
+            parameters=self.parameters,
+            engine_name=ENGINE,
+            kernel_name="python3",
+            language="python",
+            progress_bar=False,
+            request_save_on_cell_execute=False,
+            autosave_cell_every=0,
+            **options,
+        )
+
+
+def _reseed() -> None:
+    """Random numbers of this process's own, which the fork has copied from the parent."""
+    import sympy.core.random
+
+    random.seed()
+    np.random.seed()
+    sympy.core.random.rng.seed()
