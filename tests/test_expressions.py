@@ -202,6 +202,21 @@ def test_a_strangers_tree_is_refused(tree):
         decode(tree, NAMES)
 
 
+@pytest.mark.parametrize("kinds", [("exp", "exp"), ("sin", "exp"), ("cos", "sqrt", "exp"), ("exp", "sin", "exp")])
+def test_an_exponential_within_an_exponential_or_a_sine_is_refused(kinds):
+    # sin(exp(exp(18))) is a sine of a number with 10^8 bits.
+    tree = ["mul", ["int", 18], ["symbol", "alpha"]]
+    for kind in reversed(kinds):
+        tree = [kind, tree]
+    with pytest.raises(AnswerError, match="exponential"):
+        check(tree)
+
+
+def test_exponentials_beside_each_other_are_expressions():
+    tree = ["mul", ["exp", ["sin", ["symbol", "alpha"]]], ["pow", ["exp", ["symbol", "tau"]], ["int", 2]]]
+    assert decode(tree, NAMES) == sympy.exp(sympy.sin(alpha)) * sympy.exp(2 * sympy.Symbol("tau"))
+
+
 def test_trees_with_the_largest_numbers_that_pass_can_be_built():
     # As many digits and exponents as the bounds allow.
     largest = ["int", 10**20 - 1]

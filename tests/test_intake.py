@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import stat
+import struct
 import zipfile
 
 import pytest
@@ -192,6 +193,18 @@ def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path):
     assert f"more than {intake.MAX_NOTEBOOK} bytes" in result.problems[0]
 
 
+def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):
+    entry = b"PK\1\2" + bytes(42) + b"a"
+    entry = entry[:28] + b"\1" + entry[29:]  # a name of one letter
+    table = entry * (intake.MAX_DIRECTORY // len(entry) + 1)
+    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 1, 1, len(table), 0, 0)
+    (tmp_path / "ada.zip").write_bytes(table + end)
+    result = intake.take_in(intake.Submission("ada", tmp_path / "ada.zip"), WANTED)
+    assert result.problems == [
+        f"The submission cannot be read: its table of contents has more than {intake.MAX_DIRECTORY} bytes."
+    ]
+
+
 @pytest.mark.parametrize("content", [b"", b"PK", b"this is no zip at all", b"PK\x05\x06" + b"\xff" * 18])
 def test_what_is_no_zip_is_a_problem(tmp_path, content):
     (tmp_path / "ada.zip").write_bytes(content)
@@ -251,7 +264,7 @@ def test_of_two_submissions_of_one_student_the_folder_is_taken_and_the_other_rep
     assert "'ada.zip'" in ignored[0] and "'Ada'" in ignored[0]
 
 
-@pytest.mark.parametrize("name", ["grades.csv", "a\nb", "x" * 81, " ada"])
+@pytest.mark.parametrize("name", ["grades.csv", "Gradebook.sqlite", "gradebook.sqlite-wal", "a\nb", "x" * 81, " ada"])
 def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
     (tmp_path / name).mkdir()
     (tmp_path / "ada").mkdir()

@@ -8,13 +8,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rotflex.errors import AnswerError
-from rotflex.workbook import answers, forms
-from rotflex.workbook.questions import find, find_part
+from rotflex.grading.bounds import within
+from rotflex.workbook import answers, expressions, forms
+from rotflex.workbook.questions import EVERYTHING, find, find_part
 
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
-MAX_INTEGER = 2**53
+MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are
 _MOST_NOTES = 20
 _SHOWN = 40  # characters of a stranger's text in a note
+_PATIENCE = 5.0  # s for one answer
 
 
 @dataclass
@@ -75,16 +77,18 @@ def decode(data: bytes | None, probe_seed: int) -> Claims:
 
 def _claim(claims: Claims, number: str, name: str, answer: dict[str, Any]) -> None:
     """Read one answer."""
-    try:
-        part = find_part(find(number), name)
-    except AnswerError:
+    # Not by find(), which takes its time to look for what may have been meant: there may be thousands of them.
+    if number not in EVERYTHING or name not in EVERYTHING[number].names:
         claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
         return
     claims.contents[number, name] = answer
     try:
-        claims.values[number, name] = forms.decode(part, answer)
+        with within(_PATIENCE):  # an expression can be built to be slow, or larger than anything can hold
+            claims.values[number, name] = forms.decode(find_part(EVERYTHING[number], name), answer)
     except AnswerError as error:
         claims.malformed[number, name] = str(error)
+    except (ArithmeticError, ValueError, RecursionError, MemoryError) as error:
+        claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
 
 
 def _drop_functions(claims: Claims) -> None:
@@ -103,7 +107,7 @@ def _strict(data: bytes) -> None:
     Raises
     ------
     AnswerError
-        If there are names twice in an object, integers beyond 2⁵³, or more levels than an answer can have.
+        If there are names twice in an object, larger integers than an answer can have, or more levels.
     """
     if len(data) > answers.MAX_BYTES:
         return  # refused, with its own words, by what reads it next
@@ -133,6 +137,6 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _bounded(digits: str) -> int:
-    if len(digits) > 17 or abs(int(digits)) > MAX_INTEGER:
+    if len(digits) > 25 or abs(int(digits)) > MAX_INTEGER:
         raise ValueError("an integer is too large")
     return int(digits)

@@ -7,14 +7,17 @@ cells goes on.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import stat
+import struct
 import zipfile
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -22,13 +25,20 @@ from rotflex.errors import GradingError
 
 MAX_NOTEBOOK = 5_000_000  #: bytes
 MAX_ARCHIVE = 50_000_000  #: bytes of a zip
+MAX_DIRECTORY = 2_000_000  #: bytes of a zip's table of contents
 MAX_ENTRIES = 5_000  #: files and folders of a submission
 MAX_DEPTH = 8  #: folders within folders
 MAX_SOURCE = 200_000  #: characters of a cell
 LONGEST_ID = 80
 COURSE_FILE = "course.json"
 #: Names that grading itself gives in the folder of results.
-RESERVED = ("grades.csv",)
+RESERVED = (
+    "grades.csv",
+    "gradebook.sqlite",
+    "gradebook.sqlite-journal",
+    "gradebook.sqlite-wal",
+    "gradebook.sqlite-shm",
+)
 
 
 @dataclass(frozen=True)
@@ -262,13 +272,14 @@ class _Folder(_Files):
         while waiting:
             folder = waiting.pop(0)
             try:
-                entries = sorted(os.scandir(self._root / folder), key=lambda entry: entry.name)
+                with os.scandir(self._root / folder) as found:
+                    entries = sorted(islice(found, MAX_ENTRIES - seen + 1), key=lambda entry: entry.name)
             except OSError as error:
                 raise _Unreadable(f"{error.strerror}.") from None
+            seen += len(entries)
+            if seen > MAX_ENTRIES:
+                raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
             for entry in entries:
-                seen += 1
-                if seen > MAX_ENTRIES:
-                    raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
                 path = folder / entry.name
                 if entry.is_dir(follow_symlinks=False) and len(path.parts) <= MAX_DEPTH:
                     waiting.append(path)
@@ -290,20 +301,37 @@ class _Folder(_Files):
         return data
 
 
+class _InPieces(io.FileIO):
+    """A file that is not read in large pieces: all that a zip needs to read in one piece is its table of contents."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > MAX_DIRECTORY:
+            raise _Unreadable(f"its table of contents has more than {MAX_DIRECTORY} bytes.")
+        return super().read(MAX_DIRECTORY if size is None or size < 0 else size)
+
+
 class _Archive(_Files):
     def __init__(self, path: Path) -> None:
         if path.stat().st_size > MAX_ARCHIVE:
             raise _Unreadable(f"the zip has more than {MAX_ARCHIVE} bytes.")
         try:
-            self._zip = zipfile.ZipFile(path)
-        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
-            raise _Unreadable(f"it is not a zip that can be read ({error}).") from None
+            self._file = _InPieces(path)
+        except OSError as error:
+            raise _Unreadable(f"{error.strerror}.") from None
+        try:
+            self._zip = zipfile.ZipFile(self._file)
+        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, struct.error) as error:
+            self.close()
+            raise _Unreadable(f"it is not a zip that can be read ({type(error).__name__}).") from None
+        except _Unreadable:
+            self.close()
+            raise
         if len(self._zip.infolist()) > MAX_ENTRIES:
             self.close()
             raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
 
     def close(self) -> None:
-        self._zip.close()
+        self._file.close()
 
     def names(self) -> Iterator[PurePosixPath]:
         self._entries: dict[PurePosixPath, zipfile.ZipInfo] = {}

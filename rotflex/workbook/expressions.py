@@ -259,8 +259,13 @@ class _Check:
         self.symbols = symbols
         self.nodes = 0
 
-    def node(self, tree: Any, depth: int, power: float) -> None:
-        """``depth`` is how many levels are left; ``power`` the largest exponent that is left for the powers below."""
+    def node(self, tree: Any, depth: int, power: float, steep: bool = True) -> None:
+        """A node and what is below it.
+
+        ``depth`` is how many levels are left; ``power`` the largest exponent that is left for the powers below;
+        ``steep`` whether there may be an exponential. Within another, or within a sine, it would be a number whose
+        digits no computer can hold or reduce.
+        """
         self.nodes += 1
         if self.nodes > MAX_NODES or depth <= 0:
             raise AnswerError("The expression is too large.")
@@ -279,10 +284,12 @@ class _Check:
             case "float":
                 read_number("A float", arguments[0])
             case "pow":
-                self.node(arguments[0], depth - 1, power / self._exponent(arguments[1], power))
+                self.node(arguments[0], depth - 1, power / self._exponent(arguments[1], power), steep)
             case _:
+                if kind == "exp" and not steep:
+                    raise AnswerError("An exponential within an exponential or a sine is too large.")
                 for argument in arguments:
-                    self.node(argument, depth - 1, power)
+                    self.node(argument, depth - 1, power, steep and kind not in ("exp", "sin", "cos"))
 
     def _symbol(self, name: Any) -> None:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
