@@ -16,14 +16,14 @@ CELL_TIMEOUT = 45  # s; the endless loop runs as long
 
 
 @pytest.fixture(scope="session")
-def graded(tmp_path_factory):
+def graded(tmp_path_factory, sandbox):
     """The class, graded by the command as an instructor runs it."""
     folder = tmp_path_factory.mktemp("class")
     source = simulated_class.course(folder / "course")
     simulated_class.hand_in(source, folder / "submissions")
     command = [sys.executable, "-m", "rotflex.cli", "grade", folder / "submissions", "--out", folder / "marks"]
     command += ["--source", source, "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT), "--probe-seed", str(PROBE_SEED)]
-    done = subprocess.run([*command, "--unsafe-no-isolation"], capture_output=True, text=True, check=False, timeout=900)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
     return folder / "marks", done
 
 
@@ -66,7 +66,7 @@ def test_the_command_says_that_there_was_trouble_and_shows_everybody(graded):
     done = graded[1]
     assert done.returncode == 1, done.stderr
     assert all(student in done.stdout for student in CLASS)
-    assert "Run without isolation." in done.stdout
+    assert "Run in isolation." in done.stdout
 
 
 def test_there_is_a_row_for_each_student_in_order(rows):
@@ -90,7 +90,7 @@ def test_feedback_is_a_page_of_its_own_that_runs_and_loads_nothing(graded):
         assert "default-src 'none'" in page
         assert "<script" not in page
         assert "http://" not in page and "https://" not in page
-        assert "Run without isolation." in page
+        assert "Run in isolation." in page
 
 
 def test_feedback_shows_prose_as_it_was_written_and_not_as_html(graded):

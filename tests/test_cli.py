@@ -49,12 +49,16 @@ def opened(monkeypatch):
 
 def test_help_names_the_commands_of_students_and_instructors():
     shown = rotflex("--help").output
-    assert all(f" {command} " in shown for command in ("lab", "release", "notebooks", "grade"))
+    assert all(
+        f" {command} " in shown
+        for command in ("lab", "release", "notebooks", "doctor", "grade", "regrade", "mark", "history", "roster")
+    )
 
 
 def test_the_exit_codes_are_in_the_help_of_grade():
     shown = " ".join(rotflex("grade", "--help").output.replace("│", " ").split())
-    assert "0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing" in shown
+    trouble = "1 there was trouble with some submissions (they score what they earned)"
+    assert f"0 all graded, {trouble}, 2 nothing graded, 3 nothing graded" in shown
 
 
 def test_help_does_not_load_what_only_a_command_needs():
@@ -152,6 +156,8 @@ def test_jupyterlab_is_ended_with_the_command(tmp_path, request_to_end):
     (tmp_path / "stub" / "jupyterlab" / "__init__.py").write_text("")
     (tmp_path / "stub" / "jupyterlab" / "__main__.py").write_text(STUB)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "stub"), str(ROOT)])}
+    # Who runs tests in the background may have Ctrl-C ignored, and what is started would ignore it, too.
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
     command = subprocess.Popen(
         [sys.executable, "-m", "rotflex.cli", "lab", "work", "--", "--no-browser"],
         cwd=tmp_path,
@@ -166,6 +172,7 @@ def test_jupyterlab_is_ended_with_the_command(tmp_path, request_to_end):
         command.send_signal(request_to_end)
         assert command.wait(timeout=60) == 0
     finally:
+        signal.signal(signal.SIGINT, previous)
         command.kill()
     assert (tmp_path / "stopped").exists()
     arguments = (tmp_path / "arguments").read_text().splitlines()
@@ -211,30 +218,146 @@ def test_notebooks_are_derived_anew(tmp_path):
 # --- grade ------------------------------------------------------------------------------------------------------------
 
 
-def test_grade_refuses_to_run_without_isolation_and_says_why(tmp_path):
-    (tmp_path / "in" / "ada").mkdir(parents=True)
+@pytest.fixture
+def isolated(monkeypatch):
+    """As if the walls had been looked at."""
+    monkeypatch.setattr("rotflex.grading.walls.check", lambda: None)
+
+
+def hand_in_nonsense(folder, student="ada"):
+    (folder / "in").mkdir(exist_ok=True)
+    (folder / "in" / f"{student}.zip").write_bytes(b"not a zip")
+
+
+def test_grade_refuses_where_it_cannot_isolate_and_names_layer_and_remedy(tmp_path, monkeypatch):
+    from rotflex.isolation.layers import Layer
+
+    lacking = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True)
+    monkeypatch.setattr("rotflex.isolation.layers.examine", lambda: [lacking])
+    hand_in_nonsense(tmp_path)
     done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
-    assert done.exit_code == 2
+    assert done.exit_code == 3
     said = " ".join(done.output.split())
-    assert "cannot run students' code in isolation" in said
-    assert "with your own rights" in said
-    assert "--unsafe-no-isolation" in said
+    assert "cannot be run in isolation here" in said
+    assert "bubblewrap: the program bwrap is not there" in said and "apt-get install bubblewrap" in said
+    assert "with your own rights" in said and "--unsafe-no-isolation" in said
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("make", [lambda path: None, Path.mkdir], ids=["missing", "empty"])
-def test_grade_without_submissions_is_an_error_in_words(tmp_path, make):
-    make(tmp_path / "in")
+def test_grade_stops_where_the_self_test_broke_out(tmp_path, monkeypatch):
+    from rotflex.isolation.selftest import Attempt
+
+    out = Attempt("network", False, "reached a listener outside", True)
+    monkeypatch.setattr("rotflex.isolation.layers.examine", lambda: [])
+    monkeypatch.setattr("rotflex.isolation.selftest.run_all", lambda: [out])
+    hand_in_nonsense(tmp_path)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
+    assert done.exit_code == 3
+    assert "reached a listener outside" in " ".join(done.output.split())
+    assert not (tmp_path / "out").exists()
+
+
+def test_grade_without_isolation_is_refused_for_root(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.geteuid", lambda: 0)
+    hand_in_nonsense(tmp_path)
     done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+    assert done.exit_code == 3
+    assert "not for root" in done.output
+
+
+def test_grade_without_isolation_is_stamped_on_everything(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    hand_in_nonsense(tmp_path)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+    assert done.exit_code == 1
+    for said in (
+        done.output,
+        (tmp_path / "out" / "grades.csv").read_text(),
+        (tmp_path / "out" / "ada" / "feedback.html").read_text(),
+        (tmp_path / "out" / "ada" / "marks.json").read_text(),
+    ):
+        assert "Run without isolation." in said
+
+
+@pytest.mark.parametrize("make", [lambda path: None, Path.mkdir], ids=["missing", "empty"])
+def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated):
+    make(tmp_path / "in")
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
     assert done.exit_code == 2
     assert "rotflex: There" in done.output
 
 
-def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path):
-    (tmp_path / "in").mkdir()
-    (tmp_path / "in" / "[red]ada.zip").write_bytes(b"not a zip")
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):
+    hand_in_nonsense(tmp_path, "[red]ada")
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
     assert done.exit_code == 1
     assert "[red]ada" in done.output  # not taken for markup
-    assert "Run without isolation." in done.output
+    assert "Run in isolation." in done.output
     assert "cannot be read" in (tmp_path / "out" / "grades.csv").read_text()
+
+
+def test_results_among_the_submissions_are_refused(tmp_path, isolated):
+    hand_in_nonsense(tmp_path)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "in" / "out", "--source", ROOT)
+    assert done.exit_code == 2
+    assert "among the submissions" in done.output
+
+
+def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_path, isolated):
+    hand_in_nonsense(tmp_path)
+    assert rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT).exit_code == 1
+    book = ("--gradebook", tmp_path / "out" / "gradebook.sqlite")
+    assert "Nobody's marks changed" in rotflex("regrade", *book, "--source", ROOT, "--question", "2.11").output
+    given = ("mark", "ada", "2.11", "explanation", "0.5", "--reason", "Told me \x1b[31m.", "--by", "prof")
+    assert rotflex(*given, *book).exit_code == 0
+    assert rotflex("mark", "ada", "2.11", "explanation", "5", "--reason", "?", "--by", "prof", *book).exit_code == 2
+    done = rotflex("history", "ada", "--question", "2.11", *book)
+    assert "0 (missing) → 0.5 (given by a person)" in done.output
+    assert "prof: Told me \\x1b[31m." in done.output
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("regrade", "--source", ROOT),
+        ("history",),
+        ("mark", "ada", "2.11", "explanation", "1", "--reason", "x", "--by", "y"),
+    ],
+    ids=["regrade", "history", "mark"],
+)
+def test_a_slip_in_the_name_of_a_gradebook_makes_no_new_one(tmp_path, words):
+    done = rotflex(*words, "--gradebook", tmp_path / "slip.sqlite")
+    assert done.exit_code == 2
+    assert "There is no gradebook" in done.output
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_roster_is_taken_in(tmp_path):
+    (tmp_path / "class.csv").write_text("ID,Name\nada,Ada\nbob,Bob\n")
+    done = rotflex("roster", tmp_path / "class.csv", "--gradebook", tmp_path / "book.sqlite")
+    assert (done.exit_code, done.output.splitlines()[0]) == (0, "2 added, 0 changed, 0 as they were.")
+
+
+# --- doctor -----------------------------------------------------------------------------------------------------------
+
+
+def test_doctor_shows_the_layers_and_says_what_to_do(monkeypatch):
+    from rotflex.isolation.layers import Layer
+
+    layers = [
+        Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True),
+        Layer("cgroups", False, "not to be had", "", False),
+    ]
+    monkeypatch.setattr("rotflex.isolation.layers.examine", lambda: layers)
+    done = rotflex("doctor")
+    assert done.exit_code == 3
+    assert "apt-get install bubblewrap" in done.output and "it need not be" in done.output
+    data = json.loads(rotflex("doctor", "--json").output)
+    assert data["good"] is False and data["layers"][0]["name"] == "bubblewrap" and data["attempts"] == []
+
+
+def test_doctor_tries_to_break_out(sandbox):
+    done = rotflex("doctor", "--json")
+    data = json.loads(done.output)
+    assert done.exit_code == 0 and data["good"]
+    assert len(data["attempts"]) > 8 and all(one["contained"] for one in data["attempts"] if one["needed"])

@@ -25,6 +25,8 @@ FLOORS = (
     {"lab"},
 )
 INSTRUCTOR = {"model", "design", "symbolic", "stiffness"}
+#: Know nothing of the course.
+GENERAL = {"gradebook", "isolation"}
 FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 
 
@@ -61,8 +63,15 @@ def test_imports_go_one_way(path):
         # What students have is not written again for instructors; but nothing here touches a bench.
         allowed = INSTRUCTOR | {"errors", "units", "config", "identification", "simulation"}
         assert imported <= allowed, f"{room} imports {imported - allowed}"
+    elif room in GENERAL:
+        assert imported <= {"errors"}, f"{room} imports {imported - {'errors'}}"
     else:
         assert room in {"cli", "grading"}, f"{room} has no floor"
+
+
+@pytest.mark.parametrize("path", sorted((PACKAGE / "grading" / "inside").glob("*.py")), ids=lambda path: path.name)
+def test_what_runs_beside_the_students_package_needs_nothing_that_they_do_not_have(path):
+    assert not imported_rooms(path) & (INSTRUCTOR | GENERAL | {"grading", "cli"})
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))

@@ -169,13 +169,13 @@ def test_a_perfect_file_of_another_student_does_not_earn_what_depends_on_the_ben
 
 
 @pytest.fixture(scope="session")
-def graded(tmp_path_factory):
+def graded(tmp_path_factory, sandbox):
     """Those who hand in notebooks, graded by the command as an instructor runs it."""
     folder = tmp_path_factory.mktemp("whole-class")
     whole_class_notebooks.hand_in(folder / "submissions")
     command = [sys.executable, "-m", "rotflex.cli", "grade", folder / "submissions", "--out", folder / "marks"]
     command += ["--source", ROOT, "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT), "--probe-seed", str(PROBE_SEED)]
-    subprocess.run([*command, "--unsafe-no-isolation"], capture_output=True, text=True, check=False, timeout=1500)
+    subprocess.run(command, capture_output=True, text=True, check=False, timeout=1500)
     return {
         name: json.loads((folder / "marks" / name / "marks.json").read_text(encoding="utf-8")) for name in NOTEBOOKS
     }

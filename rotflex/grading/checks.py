@@ -31,6 +31,7 @@ class Status(StrEnum):
     WRONG = "wrong"
     MISSING = "missing"
     FOR_A_PERSON = "for a person"
+    BY_A_PERSON = "given by a person"
 
 
 class Own(Protocol):

@@ -6,6 +6,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from rotflex.grading.checks import Status
+from rotflex.grading.plain import no_escapes
 from rotflex.workbook.questions import find
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ _LOOK = {
     Status.WRONG: "wrong",
     Status.MISSING: "missing",
     Status.FOR_A_PERSON: "person",
+    Status.BY_A_PERSON: "person",
 }
 
 
@@ -34,6 +36,7 @@ def page(result: Result) -> str:
     environment = Environment(
         loader=PackageLoader("rotflex.grading"),
         autoescape=True,
+        finalize=_plain,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -44,3 +47,8 @@ def page(result: Result) -> str:
     ]
     template = environment.get_template("feedback.html")
     return template.render(result=result, questions=questions, points=points, look=_LOOK) + "\n"
+
+
+def _plain(value: object) -> object:
+    """Whatever is put into the page, without what would turn the direction of the words that come after it."""
+    return no_escapes(value) if isinstance(value, str) else value

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from rotflex.errors import AnswerError, GradingError, RotflexError
+from rotflex.grading.bounds import within
 from rotflex.grading.checks import Case, Check, Status, Verdict, for_a_person, wrong
 from rotflex.grading.decoding import Claims
 from rotflex.grading.truth import TrueBench
@@ -24,6 +25,8 @@ from rotflex.workbook.questions import find
 
 _MISSING = "No answer was recorded when your notebooks were run; the line lab.answer(...) says why when you run it."
 
+UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
+_PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
 
 Key = Mapping[str, Mapping[str, Check]]
@@ -132,9 +135,10 @@ def _mark(question: Question, part: Part, check: Check, claims: Claims, case: Ca
 def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
     """The check's verdict; a person's, where a claim is so odd that the check fails on it. The other parts count."""
     try:
-        with np.errstate(all="ignore"):  # a claim may hold the largest numbers there are
+        # A claim may hold the largest numbers there are, and be built to be slow.
+        with np.errstate(all="ignore"), within(_PATIENCE):
             return check.verdict(part, value, case)
-    except (ArithmeticError, LookupError, ValueError, RotflexError) as error:
+    except (ArithmeticError, LookupError, ValueError, MemoryError, RecursionError, RotflexError) as error:
         return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
 
 
@@ -151,7 +155,7 @@ def _given(part: Part, content: dict[str, Any], value: Any) -> str:
 def unmarked(key: Key, claims: Claims) -> list[str]:
     """A word on answers to questions that the key does not have."""
     numbers = dict.fromkeys(number for number, _ in claims.contents if number not in key)
-    return [f"Question {number} was answered; the key does not mark it." for number in numbers]
+    return [f"Question {number} {UNMARKED}" for number in numbers]
 
 
 def nothing_earned(key: Key, reason: str) -> list[Mark]:

@@ -18,7 +18,7 @@ from rotflex.grading import notebooks
 
 FOLDER = "rotflex-course"
 #: Rooms of the package that build what the questions ask for, or that mark it.
-INSTRUCTOR_ROOMS = ("design.py", "model.py", "stiffness.py", "symbolic.py", "grading")
+INSTRUCTOR_ROOMS = ("design.py", "model.py", "stiffness.py", "symbolic.py", "gradebook", "grading", "isolation")
 _NEVER = ("__pycache__", "*.pyc", ".*")
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold; every file bears it, so that bytes repeat
 

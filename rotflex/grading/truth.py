@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from functools import cached_property
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, joint, srv02
+from rotflex.errors import RotflexError
 from rotflex.hil.draw import student_bench, student_seed
 from rotflex.recording import Recording
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.simulation import closed_loop
+from rotflex.units import DEG
 
 
 class TrueBench:
@@ -32,6 +39,7 @@ class TrueBench:
         self.servo: Servo = srv02()
         self.joint: Joint = joint(spec.arm_position)
         self.K_s = spec.parameters.K_s
+        self._simulated: dict[bytes, list[Recording]] = {}
         self._tracked: dict[tuple[tuple[float, ...], str], Recording] = {}
 
     @property
@@ -57,6 +65,17 @@ class TrueBench:
                 self._tracked[K, feedback] = experiments.tracking(bench, K, feedback, progress=False)
         return self._tracked[K, feedback]
 
+    def simulations(self, A: ArrayLike, B: ArrayLike, K: ArrayLike) -> list[Recording]:
+        """The simulation of 3.11 with a model and a gain: either fidelity, with the limit or without.
+
+        One is left out where its loop runs away.
+        """
+        A, B, K = (np.asarray(matrix, dtype=float) for matrix in (A, B, K))
+        which = A.tobytes() + B.tobytes() + K.tobytes()
+        if which not in self._simulated:
+            self._simulated[which] = list(_simulations(A, B, K))
+        return self._simulated[which]
+
     def validation(self, A: ArrayLike, B: ArrayLike, signal: str) -> Recording:
         """The validation with a model, run again (2.15)."""
         with self._open() as bench:
@@ -64,3 +83,11 @@ class TrueBench:
 
     def _open(self) -> hil.Bench:
         return hil.open("virtual", seed=self._seed)
+
+
+def _simulations(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Iterator[Recording]:
+    command = smooth_square_wave(time_axis(10.0, 0.002), 0.33, 20 * DEG, 100)
+    for fidelity in ("exact", "workbook"):
+        for saturation in (None, 10.0):
+            with contextlib.suppress(RotflexError):  # this loop runs away, this way at least
+                yield closed_loop(A, B, K, command, fidelity=fidelity, saturation=saturation)
