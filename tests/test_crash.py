@@ -1,0 +1,57 @@
+"""A grader that is killed: nothing is lost, nothing is left running, nothing is done twice."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import psutil
+import pytest
+import small_class
+
+pytestmark = pytest.mark.usefixtures("sandbox")
+SIZE, KILLS = 6, 4  # benchmarks/crash.py does the same with 40 and 20
+
+
+@pytest.fixture(scope="module")
+def school(tmp_path_factory):
+    """A class, its gradebook without any disturbance, and the folder that they are in."""
+    folder = tmp_path_factory.mktemp("crash")
+    source = small_class.course(folder / "course")
+    small_class.hand_in(source, folder / "submissions", SIZE)
+    words = small_class.command(source, folder / "submissions", folder / "undisturbed", "--jobs", "2", "--json")
+    done = subprocess.run(words, check=False, capture_output=True, text=True)
+    return folder, source, done
+
+
+def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_run(school):
+    folder, source, _ = school
+    words = small_class.command(source, folder / "submissions", folder / "killed", "--jobs", "2")
+    # Up to 12 s: from before the first submission is begun to after some are done.
+    (folder / "scratch").mkdir()
+    assert small_class.killed_and_resumed(words, KILLS, longest=12, seed=1, scratch=folder / "scratch") >= 2
+    assert small_class.contents(folder / "killed") == small_class.contents(folder / "undisturbed")
+    assert len(small_class.contents(folder / "undisturbed")["students"]) == SIZE
+
+
+def test_nothing_is_left_of_a_killed_grader(school):
+    folder, *_ = school
+    assert any((folder / "scratch").iterdir())  # files are left behind by a program that was killed so
+    lines = {one.pid: " ".join(one.info["cmdline"] or ()) for one in psutil.process_iter(["cmdline"])}
+    assert not {pid: line for pid, line in lines.items() if str(folder) in line}
+
+
+def test_lines_of_json_tell_what_was_done(school):
+    *_, done = school
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [line["event"] for line in lines] == ["graded"] * SIZE + ["done"]
+    assert lines[-1] == {"event": "done", "ran": SIZE, "known": 0, "failed": 0, "total": SIZE}
+    assert {line["student"] for line in lines[:-1]} == {f"student-{number:03}" for number in range(SIZE)}
+    assert done.returncode == 0
+
+
+def test_a_class_that_is_known_is_not_run_again(school):
+    folder, source, _ = school
+    words = small_class.command(source, folder / "submissions", folder / "undisturbed", "--json")
+    done = subprocess.run(words, check=True, capture_output=True, text=True)
+    assert json.loads(done.stdout.splitlines()[-1])["known"] == SIZE

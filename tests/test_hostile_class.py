@@ -1,0 +1,250 @@
+"""A class of students who mean harm, graded as an instructor grades it: nothing undeserved is earned, no secret is
+read, nothing outside is touched, nothing survives, and honest neighbours do not notice.
+
+With ``pytest -s`` it prints a table, attack by attack.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import html.parser
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unicodedata
+from pathlib import Path
+
+import hostile
+import pytest
+from hostile import CANARY, HONEST
+from hostile_files import NAMES, REFUSED, remove
+from hostile_outside import CLASS, Listeners, by_question, grade
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="isolation needs Linux")
+
+OUT_OF = 11
+
+
+@pytest.fixture(scope="session")
+def graded():
+    """The class, graded by the command as an instructor runs it, after its three honest members were graded alone."""
+    # Neither where temporary files are, nor below: there, a sandbox has something of its own.
+    folder = Path(tempfile.mkdtemp(prefix="rotflex-hostile-", dir="/var/tmp"))
+    token = f"token{os.urandom(8).hex()}"
+    witness = subprocess.Popen([sys.executable, "-S", "-c", "import time; time.sleep(3000)", f"witness-{token}"])
+    open_to_all = folder / "open"
+    open_to_all.mkdir()
+    listeners = Listeners(open_to_all, token)
+    try:
+        folder.chmod(0o755)
+        yield grade(folder, open_to_all, token, witness.pid, listeners)
+    finally:
+        listeners.close()
+        witness.kill()
+        witness.wait()
+        for pid in hostile.processes(token):  # there should be none
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        remove(folder)
+
+
+# --- marks ------------------------------------------------------------------------------------------------------------
+
+
+def test_there_are_many_and_all_are_graded(graded):
+    assert len(CLASS) >= 36
+    with (graded.out / "grades.csv").open(encoding="utf-8", newline="") as file:
+        assert len(list(csv.DictReader(file))) == len(CLASS) + len(HONEST), graded.done.stderr
+    assert graded.done.returncode == 1, graded.done.stderr
+
+
+@pytest.mark.parametrize("student", CLASS)
+def test_nothing_is_earned_but_what_is_deserved(graded, student):
+    marks = graded.marks(student)
+    assert marks["out_of"] == OUT_OF
+    if CLASS[student].exactly:
+        earned = {number: points for number, points in by_question(marks).items() if points}
+        assert earned == CLASS[student].earns, marks["problems"]
+    assert graded.undeserved(student) == 0
+
+
+@pytest.mark.parametrize("student", [student for student, attack in CLASS.items() if attack.runs])
+def test_the_attack_was_made_and_found_itself_contained(graded, student):
+    report = graded.report(student)
+    assert report.get("inside") is True, graded.marks(student)
+    for name, expected in CLASS[student].finds.items():
+        assert expected(report[name]) if callable(expected) else report[name] == expected, (name, report)
+
+
+@pytest.mark.parametrize("student", [student for student, attack in CLASS.items() if attack.trouble])
+def test_what_is_wrong_is_said(graded, student):
+    marks = graded.marks(student)
+    said = "\n".join([*marks["problems"], *marks["notes"], *(mark["reason"] for mark in marks["marks"])])
+    assert all(trouble in said for trouble in CLASS[student].trouble), said
+
+
+@pytest.mark.parametrize("student", CLASS)
+def test_no_fault_of_ours_is_reported(graded, student):
+    assert not any("Grading failed" in problem for problem in graded.marks(student)["problems"])
+
+
+@pytest.mark.parametrize("student", HONEST)
+def test_honest_neighbours_have_the_same_marks_as_alone(graded, student):
+    assert by_question(graded.marks(student)) == {"0.1": 0, "2.1": 2, "2.10": 2, "2.11": 2, "2.12": 3}
+    assert graded.marks(student) == graded.marks(student, graded.alone)
+    rows = [_row(out, student) for out in (graded.out, graded.alone)]
+    assert rows[0] == rows[1]
+
+
+def _row(out: Path, student: str) -> list[str]:
+    with (out / "grades.csv").open(encoding="utf-8", newline="") as file:
+        return next(row for row in csv.reader(file) if row[0] == student)
+
+
+# --- that the attacks are attacks, and harmless where they do not belong ----------------------------------------------
+
+
+def test_the_secrets_are_there_to_be_read(graded):
+    read = {
+        canary.decode()
+        for path in graded.outside["secrets"]
+        if os.access(path, os.R_OK)
+        for canary in re.findall(CANARY.encode(), Path(path).read_bytes())
+    }
+    assert read == {canary for name, canary in graded.canaries.items() if name != "environment"}
+
+
+def test_the_targets_are_there_to_be_written_to(graded):
+    assert all(os.access(path, os.W_OK) for path in graded.outside["targets"])
+
+
+def test_no_code_does_anything_outside_of_a_sandbox(tmp_path, graded):
+    code = f"{hostile.PRELUDE.format(outside=json.dumps(graded.outside))}\nopen('done', 'w')"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "not in a sandbox: nothing is done" in done.stderr
+    assert not (tmp_path / "done").exists()
+
+
+# --- secrets, effects, survivors --------------------------------------------------------------------------------------
+
+
+def test_no_secret_is_in_anything_that_came_out(graded):
+    for path in graded.files():
+        found = set(re.findall(CANARY, path.read_text(encoding="utf-8")))
+        if path.parent.name in HONEST:  # their own words
+            found.discard(graded.canaries["neighbour"])
+        assert not found or path.name == "earlier.json", path
+    assert not re.search(CANARY, graded.done.stdout + graded.done.stderr)
+
+
+def test_the_gradebook_holds_no_secret_but_those_that_belong_there(graded):
+    found = {
+        one.decode()
+        for path in graded.out.glob("gradebook.sqlite*")
+        for one in re.findall(CANARY.encode(), path.read_bytes())
+    }
+    assert found == {graded.canaries["gradebook"], graded.canaries["neighbour"]}
+
+
+def test_nothing_outside_has_changed(graded):
+    before, after = graded.before, graded.after
+    assert {path for path in before.keys() | after.keys() if before.get(path) != after.get(path)} == set()
+    assert graded.strays == []
+
+
+def test_listeners_that_do_listen_have_heard_nothing(graded):
+    assert graded.tried_out == ["abstract", "tcp", "udp", "unix"]
+    assert graded.heard == []
+
+
+def test_nothing_survives(graded):
+    assert graded.survivors == []
+
+
+def test_only_students_have_a_place_among_the_results(graded):
+    ours = {"grades.csv", "gradebook.sqlite", "earlier.json"}
+    assert {path.name for path in graded.out.iterdir()} == {*CLASS, *HONEST, *ours}
+
+
+# --- what people get to see -------------------------------------------------------------------------------------------
+
+
+def _steering(text: str) -> set[str]:
+    """Characters that steer a terminal, or turn the direction of writing."""
+    return {one for one in text if unicodedata.category(one) in ("Cc", "Cf", "Cs") and one not in "\n\r\t"}
+
+
+def test_the_terminal_gets_no_escapes(graded):
+    assert _steering(graded.done.stdout + graded.done.stderr) == set()
+
+
+def test_no_cell_of_the_table_begins_a_formula(graded):
+    text = (graded.out / "grades.csv").read_text(encoding="utf-8")
+    assert _steering(text) == set()
+    with (graded.out / "grades.csv").open(encoding="utf-8", newline="") as file:
+        cells = [cell for row in csv.reader(file) for cell in row]
+    assert not [cell for cell in cells if cell.lstrip().startswith(("=", "+", "-", "@", "\t", "\r"))]
+    assert {f"'{name}" for name in NAMES if name[0] in "=+-@"} <= set(cells)
+
+
+class _Page(html.parser.HTMLParser):
+    """The elements of a page, and their attributes."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.found: set[tuple[str, str]] = set()
+        self.text = path.read_text(encoding="utf-8")
+        self.feed(self.text)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.found |= {(tag, name) for name, _ in attributes} | {(tag, "")}
+
+    def handle_comment(self, data: str) -> None:
+        self.found.add(("comment", data))
+
+
+@pytest.mark.parametrize("student", CLASS)
+def test_feedback_has_no_elements_but_its_own_and_a_strict_policy(graded, student):
+    ours = {("h2", ""), ("ul", ""), ("li", "")}  # of problems, and notes
+    expected = _Page(graded.alone / HONEST[0] / "feedback.html")
+    page = _Page(graded.out / student / "feedback.html")
+    assert page.found <= expected.found | ours
+    assert "default-src 'none'" in page.text
+    assert _steering(page.text) == set()
+
+
+@pytest.mark.parametrize(
+    "shown", ["&lt;script&gt;alert(1)&lt;/script&gt;", "[red]rich[/red]", "=HYPERLINK(", "{{ 7*7 }}", "&amp;#60;b&gt;"]
+)
+def test_text_that_is_more_than_text_is_shown_as_text(graded, shown):
+    assert shown in (graded.out / "markup" / "feedback.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", [name for name in REFUSED if name.isprintable()])
+def test_a_name_that_cannot_be_an_id_is_told_and_not_used(graded, name):
+    assert repr(name)[:60] in graded.done.stdout.replace("\n", "")
+
+
+# --- for the record ---------------------------------------------------------------------------------------------------
+
+
+def test_table_of_all_attacks(graded):
+    """Printed by ``pytest -s``."""
+    identical = all(graded.marks(student) == graded.marks(student, graded.alone) for student in HONEST)
+    changed = graded.before != graded.after or bool(graded.strays or graded.heard)
+    rows = []
+    for student in CLASS:
+        text = "".join((graded.out / student / name).read_text("utf-8") for name in ("marks.json", "feedback.html"))
+        rows.append((student, graded.undeserved(student), len(set(re.findall(CANARY, text)))))
+    print(f"\n{len(rows)} attacks, {len(HONEST)} honest neighbours, {graded.seconds:.0f} s with 2 workers")
+    print(f"{'attack':<32} undeserved points  secrets read")
+    for student, undeserved, secrets in rows:
+        print(f"{student:<32} {undeserved:>17g} {secrets:>13}")
+    print(f"effects outside: {int(changed)}   survivors: {len(graded.survivors)}   neighbours identical: {identical}")
+    assert [row for row in rows if row[1:] != (0, 0)] == []
+    assert (changed, graded.survivors, identical) == (False, [], True)
