@@ -1,0 +1,141 @@
+"""Simulated classes for the benchmarks, and how `rotflex grade` fares with one.
+
+Every student has done everything as the instructor's solutions do it, on a bench of their own. No two notebooks have
+the same code: each answer cell bears its student's name in a comment.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from memory import Peaks, Sampler
+
+from rotflex.grading import notebooks, release
+
+ROOT = Path(__file__).resolve().parents[1]
+NO_NAME = 'student = ""'  # in the cell of parameters
+
+
+def small_course(folder: Path) -> Path:
+    """A checkout with two notebooks, 00 and 02: the one that the tests' simulated class has done."""
+    sys.path.append(str(ROOT / "tests"))
+    importlib.import_module("simulated_class").course(folder)
+    # A copy of the package: to edit the real one meanwhile would make it another course, and everybody be run again.
+    (folder / "rotflex").unlink()
+    shutil.copytree(ROOT / "rotflex", folder / "rotflex", ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
+    """Put so many submissions into a folder, a folder each, and return the students."""
+    stubs = release.student_notebooks(source)
+    solved = {path.name: notebooks.read(path) for path in notebooks.instructor_notebooks(source)}
+    students = [f"s{number:03}" for number in range(1, size + 1)]
+    for student in students:
+        (submissions / student).mkdir(parents=True)
+        for name, text in stubs.items():
+            # Of this notebook alone: the same id may be another cell's in another notebook.
+            sources = {cell.id: cell.source for cell in solved[name].cells if notebooks.is_answer(cell)}
+            notebook = _written(json.loads(text), sources, student)
+            (submissions / student / name).write_text(json.dumps(notebook), encoding="utf-8")
+    return students
+
+
+def _written(notebook: dict[str, Any], sources: dict[str, str], student: str) -> dict[str, Any]:
+    for cell in notebook["cells"]:
+        if cell["id"] in sources:
+            cell["source"] = f"{sources[cell['id']]}\n# {student}"
+        elif cell["id"] == "parameters":
+            text = "".join(cell["source"])
+            assert NO_NAME in text, text
+            cell["source"] = text.replace(NO_NAME, f'student = "{student}"')
+    return notebook
+
+
+def answered(answers: Path) -> set[tuple[str, str]]:
+    """The (question, part)s that an ``answers.json`` answers."""
+    given = json.loads(answers.read_text(encoding="utf-8"))["answers"]
+    return {(question, part) for question, parts in given.items() for part in parts}
+
+
+def environment(scratch: Path, **more: str) -> dict[str, str]:
+    """Environment variables for all that is measured: no progress bars, and nobody's own settings of Jupyter."""
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(("ROTFLEX_", "JUPYTER_"))}
+    jupyter = {"JUPYTER_CONFIG_DIR": str(scratch / "no-settings"), "JUPYTER_PREFER_ENV_PATH": "1"}
+    return {**plain, **jupyter, "ROTFLEX_PROGRESS": "off", **more}
+
+
+@dataclass(frozen=True)
+class Graded:
+    """How a run of `rotflex grade` went.
+
+    Attributes
+    ----------
+    seconds : from the command's start to its end
+    first : from the command's start to the first result, s
+    ran, known : submissions that were run, and that had been run before
+    peaks : memory, if it was looked at
+    looking : processor time that this took, s
+    """
+
+    seconds: float
+    first: float
+    ran: int
+    known: int
+    peaks: Peaks | None
+    looking: float
+
+
+def grade_command(source: Path, submissions: Path, out: Path, jobs: int) -> list[str]:
+    """The grading of a class as an instructor types it, with lines of JSON to tell when each is done."""
+    words = ["-m", "rotflex.cli", "grade", submissions, "--out", out, "--source", source, "--jobs", jobs, "--json"]
+    return [sys.executable, *map(str, words)]
+
+
+def grade(command: list[str], variables: dict[str, str], interval: float | None = None) -> Graded:
+    """Run `rotflex grade`, and see that everybody got all the points that a machine can give.
+
+    Parameters
+    ----------
+    command : from :func:`grade_command`
+    variables : from :func:`environment`
+    interval : s; look at its memory so often
+
+    Raises
+    ------
+    RuntimeError
+        If anybody got less.
+    """
+    first = float("nan")
+    started = time.perf_counter()
+    with tempfile.TemporaryFile("w+") as log:
+        process = subprocess.Popen(command, env=variables, stdout=subprocess.PIPE, stderr=log, text=True)
+        sampler = None if interval is None else Sampler(process.pid, interval)
+        assert process.stdout is not None
+        events = []
+        for line in process.stdout:
+            events.append(json.loads(line))
+            if len(events) == 1:
+                first = time.perf_counter() - started
+        process.wait()
+        seconds = time.perf_counter() - started
+        if sampler is not None:
+            sampler.stop()
+        log.seek(0)
+        said = log.read()
+    short = [one for one in events if one["event"] == "graded" and one["points"] + one["awaiting"] != one["out_of"]]
+    if process.returncode or short:
+        raise RuntimeError(f"rotflex grade: exit code {process.returncode}; {short[:3]}\n{said}")
+    done = events[-1]
+    peaks, looking = (sampler.peaks, sampler.busy) if sampler else (None, 0.0)
+    return Graded(seconds, first, done["ran"], done["known"], peaks, looking)
