@@ -285,6 +285,7 @@ def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated
     done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
     assert done.exit_code == 2
     assert "rotflex: There" in done.output
+    assert not (tmp_path / "out").exists()
 
 
 def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):

@@ -104,7 +104,7 @@ def grade(
     Exit code: 0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing graded,
     3 nothing graded, as students' code cannot be isolated here.
     """
-    from rotflex.grading import walls
+    from rotflex.grading import intake, walls
     from rotflex.grading.batch import Batch, Settings
     from rotflex.grading.grades import Reports
     from rotflex.grading.progress import Lines, Screen
@@ -117,6 +117,7 @@ def grade(
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     settings = Settings(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell)
     try:
+        intake.submissions(submissions)  # or nothing is made
         _check_walls(settings)
         reports = Reports(out)
         with _open(gradebook or str(out / GRADEBOOK_FILE)) as book:
