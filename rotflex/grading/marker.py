@@ -7,6 +7,7 @@ a person, and the next one is marked in a new process.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import multiprocessing
 import os
 import threading
@@ -20,6 +21,7 @@ from rotflex.grading.marking import Key, Mark
 from rotflex.grading.truth import TrueBench
 
 _MEMORY = 4 * 1024**3  # bytes of address space
+_IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
 _PATIENCE = 600.0  # s for all answers of a submission
 
 
@@ -60,7 +62,7 @@ class Marker:
     def get_ready(self) -> None:
         """Start a marking process, if none is idle, while there is something else to wait for."""
         with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
-            self._pool.submit(_nothing)
+            self._pool.submit(_warm)
 
     def mark(self, student: str, answers: bytes | None, probe_seed: int) -> Marked:
         """Mark a submission's answers.
@@ -109,8 +111,10 @@ def _begin(key: Path) -> None:
     _keys[:] = [marking.load_key(key)]
 
 
-def _nothing() -> None:
-    pass
+def _warm() -> None:
+    """Import what checks import when they are called: there is time for it while the submission runs."""
+    for name in _IMPORTED:
+        importlib.import_module(name)
 
 
 def _end_with_parent() -> None:

@@ -6,13 +6,24 @@ In ``solutions/``, the part of an answer cell that students are to write stands 
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
-import nbformat
-from nbformat import NotebookNode, ValidationError
-from nbformat.reader import NotJSONError
-
 from rotflex.errors import GradingError
+
+# jsonschema, behind nbformat, loads a grammar of web addresses where there is one: for a second, and for nothing, as
+# no notebook's schema has it checked.
+_SLOW = "rfc3987_syntax"
+if _SLOW not in sys.modules:
+    sys.modules[_SLOW] = None  # type: ignore[assignment]
+    try:
+        import jsonschema  # noqa: F401
+    finally:
+        del sys.modules[_SLOW]
+
+import nbformat  # noqa: E402
+from nbformat import NotebookNode, ValidationError  # noqa: E402
+from nbformat.reader import NotJSONError  # noqa: E402
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 STUB = "# Your code here."
