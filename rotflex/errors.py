@@ -8,7 +8,8 @@ RotflexError
 ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
 ├── BenchError           anything between us and the bench
 │   ├── HILError         the board refused or failed a call
-│   └── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
+│   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
+│   └── RunStopped       somebody stopped the experiment; the motor is at 0 V
 └── GradingError         a class that cannot be graded as asked
     ├── IsolationError   students' code cannot be isolated here; says which layer failed and what to do
     └── GradebookError   a gradebook that cannot be read or written
@@ -55,6 +56,10 @@ class HILError(BenchError):
 
 class LimitExceeded(BenchError):
     """A limit of the bench was passed. The motor has been set to 0 V."""
+
+
+class RunStopped(BenchError):
+    """Somebody stopped the experiment. The motor has been set to 0 V."""
 
 
 class GradingError(RotflexError):

@@ -169,6 +169,24 @@ def tracking(
     return _run(bench, controller, theta_ref, settings, progress, theta_ref=theta_ref)
 
 
+def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Recording:
+    """Listen to the encoders at 0 V: while the arm is moved by hand, or a recording is replayed.
+
+    Parameters
+    ----------
+    bench : an open bench
+    duration : s
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest.
+    """
+    still = np.zeros(time_axis(duration, SAMPLE_TIME).size)
+    return run(bench, OpenLoop(), still, SAMPLE_TIME, {"experiment": "watch"}, progress)
+
+
 def rest(bench: Bench) -> None:
     """Wait at 0 V until neither encoder has counted for half a second.
 

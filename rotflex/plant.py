@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -158,6 +158,17 @@ class _Step(NamedTuple):
     sliding: tuple[tuple[tuple[float, float, float, float, tuple[int, int]], ...], ...]
 
 
+class Moving(Protocol):
+    """What can hang on a board's terminals: a plant, or something in its place."""
+
+    @property
+    def state(self) -> State:
+        """Angles and rates now."""
+
+    def advance(self, voltage: float, duration: float) -> State:
+        """Hold a voltage (V) for a duration (s), and return the state at its end."""
+
+
 class Plant:
     """The plant in motion.
 
@@ -191,6 +202,12 @@ class Plant:
         for _ in range(count):
             self._substep(voltage, h, HALVINGS)
         return self.state
+
+    def prepare(self) -> None:
+        """Find all matrices now, and not when they are needed first: for where time does not wait."""
+        for limited in (False, True):
+            for halvings in range(2 * HALVINGS + 1):  # whole spans down to ticks, and those halved again
+                self._prepare(limited, SUBSTEP / 2**halvings)
 
     def _divide(self, duration: float) -> tuple[int, float]:
         """How many substeps there are in a duration, and how long each is (s)."""

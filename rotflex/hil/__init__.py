@@ -9,12 +9,16 @@
 ``virtual:?preset=real_bench``         parameters fitted to a real bench
 ``virtual:?encoder=EHR``               with finer encoders
 ``virtual:?clock=wall``                in real time
+``replay:file.mat``                    a recording in the plant's place
+``replay:file.mat?clock=wall``         in real time
 =====================================  ============================================================
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qsl
 
 from rotflex.config import joint, one_of, srv02
@@ -22,7 +26,9 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
 from rotflex.hil.draw import preset, student_bench
+from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.virtual import VirtualBoard
+from rotflex.recording import Recording
 
 __all__ = ["Bench", "open"]
 
@@ -46,9 +52,14 @@ def open(uri: str = "virtual", seed: int | None = None) -> Bench:
         If a value in it does not exist.
     """
     scheme, _, rest = uri.partition(":")
+    if scheme == "replay":
+        return _replay(uri, rest)
     if scheme != "virtual":
-        raise BenchError(f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7'.")
-    options = _options(uri, rest)
+        raise BenchError(
+            f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', or with "
+            "replay, as in 'replay:recording.mat'."
+        )
+    options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     encoder = options.get("encoder", "E")
     identity: dict[str, str | int] = {"uri": uri}
@@ -70,15 +81,38 @@ def open(uri: str = "virtual", seed: int | None = None) -> Bench:
     )
 
 
-def _options(uri: str, rest: str) -> dict[str, str]:
-    """The options of a virtual bench's address."""
+def _replay(uri: str, rest: str) -> Bench:
+    path, mark, query = rest.partition("?")
+    clock = one_of(
+        "clock",
+        _options(uri, mark + query, ("clock",), "replay:file.mat?clock=wall").get("clock", "simulated"),
+        _CLOCKS,
+    )
+    recording = Recording.load(path)
+    known = recording.metadata.get("bench")
+    about: dict[str, Any] = known if isinstance(known, dict) else {}
+    encoder = about.get("encoder", "E")
+    position = about.get("arm_position", 1)
+    if encoder not in ("E", "EHR") or position not in (1, 2, 3):
+        raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
+    servo = srv02(encoder=encoder)
+    return Bench(
+        connect=lambda: VirtualBoard(RecordedPlant(recording), servo, clock=_CLOCKS[clock]()),
+        servo=servo,
+        joint=joint(position),
+        identity={"uri": uri, "recording": Path(path).name, "clock": clock},
+    )
+
+
+def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[str, str]:
+    """The options of an address."""
     pairs = parse_qsl(rest.removeprefix("?"), keep_blank_values=True)
     options = dict(pairs)
-    unknown = [name for name in options if name not in _OPTIONS]
+    unknown = [name for name in options if name not in known]
     if unknown or len(options) != len(pairs) or (rest and not rest.startswith("?")):
         raise BenchError(
-            f"The address {uri!r} is not understood. After 'virtual:?' come options such as seed=7, each once, joined "
-            f"by &: {', '.join(_OPTIONS)}."
+            f"The address {uri!r} is not understood. Options come after a '?', as in {example!r}, each once, joined by "
+            f"&: {', '.join(known)}."
         )
     if "preset" in options and ("seed" in options or "arm_position" in options):
         raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")

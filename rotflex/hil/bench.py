@@ -70,6 +70,11 @@ class Bench:
     servo, joint : nominal parameters, as the student is told them
     identity : plain data that says which bench this is; goes into every recording
     limits, wiring : as above
+
+    Attributes
+    ----------
+    on_sample : called once a sample, with what was measured and the voltage that is about to be set; None for nobody.
+        What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
     """
 
     def __init__(
@@ -87,6 +92,8 @@ class Bench:
         self.limits = limits or Limits()
         self._connect = connect
         self._wiring = wiring or Wiring()
+        self.on_sample: Callable[[Measurement, float], None] | None = None
+        self._latest = Measurement(0.0, 0.0, 0.0)
         self._board: Board | None = None
         self._task: int | None = None
         self._sample = 0
@@ -220,6 +227,7 @@ class Bench:
         servo, link = self._counts.tolist()
         measured = Measurement(self._sample * self._sample_time, servo * self._K_theta, link * self._K_alpha)
         self._sample += 1
+        self._latest = measured
         if abs(measured.theta) > self.limits.theta or abs(measured.alpha) > self.limits.alpha:
             self.stop()
             self._report_limit(measured)
@@ -239,6 +247,8 @@ class Bench:
         if applied != voltage and not np.isfinite(voltage):
             self.stop()
             raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
+        if self.on_sample is not None:
+            self.on_sample(self._latest, applied)
         self._set_motor(applied)
         return applied
 

@@ -15,6 +15,8 @@ from rotflex.hil.controllers import Controller
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
+_SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "recording": "replay"}  # what its identity has
+
 
 def run(
     bench: Bench,
@@ -58,7 +60,7 @@ def run(
     finally:
         bench.stop()
     described = {
-        "source": "virtual bench" if "seed" in bench.identity or "preset" in bench.identity else "bench",
+        "source": next((source for key, source in _SOURCES.items() if key in bench.identity), "bench"),
         "bench": dict(bench.identity),
         "sample_time": sample_time,
         "software": f"rotflex {__version__}",

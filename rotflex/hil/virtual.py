@@ -21,7 +21,7 @@ from rotflex.config import DAC_LIMIT, Servo, srv02
 from rotflex.errors import HILError
 from rotflex.hil.board import CHANNEL, BufferOverflowMode, Clock, check_buffer
 from rotflex.hil.clock import Sampling, SimulatedClock, TimeSource
-from rotflex.plant import HALVINGS, REST, SUBSTEP, Plant, PlantParameters, State
+from rotflex.plant import HALVINGS, REST, SUBSTEP, Moving, Plant, PlantParameters, State
 from rotflex.units import DEG
 
 SERVO_ENCODER, LINK_ENCODER = 0, 1
@@ -57,7 +57,7 @@ class VirtualBoard:
 
     Parameters
     ----------
-    parameters : the true plant
+    plant : the true plant's parameters; or something else that moves, such as a recording
     servo : the nominal servo, for sensor gains and the cable
     state : where the plant starts
     clock : simulated time by default
@@ -65,14 +65,16 @@ class VirtualBoard:
 
     def __init__(
         self,
-        parameters: PlantParameters,
+        plant: PlantParameters | Moving,
         servo: Servo | None = None,
         state: State = REST,
         clock: TimeSource | None = None,
     ) -> None:
-        self.plant = Plant(parameters, state)
         self.servo = servo or srv02()
         self.clock = clock or SimulatedClock()
+        self.plant: Moving = plant if not isinstance(plant, PlantParameters) else Plant(plant, state)
+        if isinstance(self.plant, Plant) and not isinstance(self.clock, SimulatedClock):
+            self.plant.prepare()
         self._open = True
         self._ticks = round(self.clock.now() / TICK)
         self._outputs = [0.0] * _ANALOG_OUTPUTS
