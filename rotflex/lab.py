@@ -87,32 +87,33 @@ class Lab:
     servo, joint : the parts on the bench as the data sheets state them (:mod:`rotflex.config`)
     questions : everything that can be answered, by number
     book : the answers so far
+    address : of the bench, see :func:`rotflex.hil.open`
+    seed : of the student's virtual bench
     """
 
     def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
         self.student = student
         self.questions = EVERYTHING
-        self._uri = uri
-        self._seed = student_seed(student)
+        self.address = uri
+        self.seed = student_seed(student)
         bench = self.bench()
         self.servo = bench.servo
         self.joint = bench.joint
         given_seed = os.environ.get(PROBE_SEED)
-        probe_seed = self._seed if given_seed is None else check_seed(given_seed)
+        probe_seed = self.seed if given_seed is None else check_seed(given_seed)
         self.book = AnswerBook(folder / ANSWERS_FILE, student, bench.identity, probe_seed)
         if not quiet:
             self._welcome()
         self._tell_notices()
 
     def __repr__(self) -> str:
-        return f"<Lab: student {self.student}, bench {self._uri}>"
+        return f"<Lab: student {self.student}, bench {self.address}>"
 
     def _welcome(self) -> None:
         note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
         print(f"Student   {self.student}{note}")
-        print(
-            f"Bench     {self._uri}: arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
-        )
+        parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
+        print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")
 
     def _tell_notices(self) -> None:
@@ -122,7 +123,7 @@ class Lab:
 
     def bench(self) -> hil.Bench:
         """This student's bench, to be opened in a ``with`` statement."""
-        return hil.open(self._uri, seed=self._seed)
+        return hil.open(self.address, seed=self.seed)
 
     # --- answers -------------------------------------------------------------------------------------------------
 
@@ -136,9 +137,13 @@ class Lab:
         AnswerError
             If there is no such question or part; the message names those that there are.
         """
+        print(*self.record(question, **parts), sep="\n")
+
+    def record(self, question: str, /, **parts: Any) -> list[str]:
+        """As :meth:`answer`, but returns the lines: for explorers, which have their own place for them."""
         replies = self.book.answer(find(question), parts)
         self._tell_notices()
-        print(*replies, sep="\n")
+        return [str(reply) for reply in replies]
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
         """An answer that was given earlier, here or in another notebook.
@@ -172,6 +177,18 @@ class Lab:
             raise AnswerError(f"{missing}. Answer it there first.")
         print(missing)
         return default
+
+    def has(self, question: str, part: str) -> bool:
+        """Whether there is an answer to a part.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part.
+        """
+        find_part(find(question), part)
+        self._refresh()
+        return self.book.get(question, part) is not None
 
     def table(self, number: str) -> ResultsTable:
         """A results table ("Table 2" or "Table 3") as filled in so far, to be shown.

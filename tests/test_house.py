@@ -23,6 +23,7 @@ FLOORS = (
     {"experiments"},
     {"workbook"},
     {"lab"},
+    {"widgets"},
 )
 INSTRUCTOR = {"model", "design", "symbolic", "stiffness"}
 #: Know nothing of the course.
@@ -81,7 +82,18 @@ def test_rooms_keep_to_a_readable_size(path):
 
 @pytest.mark.parametrize("room", ["rotflex", "rotflex.lab", "rotflex.experiments"])
 def test_heavy_libraries_load_only_where_they_are_used(room):
-    heavy = ["sympy", "matplotlib", "ipywidgets", "papermill", "sqlalchemy", "dask", "control", "tqdm", "typer"]
+    heavy = [
+        "sympy",
+        "matplotlib",
+        "ipywidgets",
+        "anywidget",
+        "papermill",
+        "sqlalchemy",
+        "dask",
+        "control",
+        "tqdm",
+        "typer",
+    ]
     heavy += ["scipy.signal", "scipy.optimize"]
     code = f"import sys, {room}; print([name for name in {heavy!r} if name in sys.modules])"
     loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip()

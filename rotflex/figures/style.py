@@ -87,7 +87,7 @@ class Picture(Figure):
     alt_text: str = ""
 
     def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, str], dict[str, Any]]:
-        return _bundle(self, self.alt_text)
+        return bundle(self, self.alt_text)
 
 
 def new_picture(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Picture:
@@ -107,7 +107,7 @@ def png(figure: Figure) -> bytes:
     return packed.getvalue()
 
 
-def _bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
+def bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
     """A notebook's display data and metadata for a figure."""
     if os.environ.get(SWITCH) == "off":
         return {"text/plain": repr(figure)}, {}
@@ -140,7 +140,7 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
         raise RotflexError(
             "The figure has no description: give one, as in show(figure, alt='The angle against time.')."
         )
-    data, metadata = _bundle(figure, alt)
+    data, metadata = bundle(figure, alt)
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close(figure)
 

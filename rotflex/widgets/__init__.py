@@ -1,0 +1,36 @@
+"""Explorers: what a notebook shows to be played with. Each has a plain function that gives the same without a page.
+
+=======================  ==============================================  ==================================
+explorer                 made by                                         the same in plain Python
+=======================  ==============================================  ==================================
+poles                    ``explore_poles(A, B, K, lab)``                 ``design(A, B, poles)``
+sine sweep               ``explore_sweep(lab)``                          ``spectra(recording)``
+validation               ``explore_validation(recording, ...)``          ``overlay(recording, parameters)``
+bench                    ``open_console(lab)``                           :mod:`rotflex.experiments`
+results                  ``results_table(lab, "Table 2")``               ``lab.table("Table 2")``
+=======================  ==============================================  ==================================
+"""
+
+from rotflex.widgets.console import open_console
+from rotflex.widgets.overlay import fit_percent, overlay
+from rotflex.widgets.placement import Dominant, design, with_gain
+from rotflex.widgets.poles import explore_poles
+from rotflex.widgets.results import results_table
+from rotflex.widgets.spectra import spectra, stiffness_at
+from rotflex.widgets.sweeps import explore_sweep
+from rotflex.widgets.validations import explore_validation
+
+__all__ = [
+    "Dominant",
+    "design",
+    "explore_poles",
+    "explore_sweep",
+    "explore_validation",
+    "fit_percent",
+    "open_console",
+    "overlay",
+    "results_table",
+    "spectra",
+    "stiffness_at",
+    "with_gain",
+]

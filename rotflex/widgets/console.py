@@ -1,0 +1,337 @@
+"""The bench console: connect, run, watch, stop.
+
+Experiments run in a thread of their own, so that the kernel hears the STOP button. They stop by themselves when the
+page no longer gives a sign of life: closed, or cut off by another cell that keeps the kernel busy.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import time
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotflex import experiments, hil
+from rotflex.errors import BenchError
+from rotflex.figures.style import Picture
+from rotflex.hil.bench import Bench
+from rotflex.recording import Recording
+from rotflex.widgets.explorer import Explorer
+from rotflex.widgets.running import Experiment, Running, outcome
+from rotflex.widgets.scene import Button, Choice, Column, Mechanism, Readout, Row, Scene
+from rotflex.widgets.scope import SECONDS, in_words, picture, playable, reported, scope
+
+if TYPE_CHECKING:
+    from rotflex.lab import Lab
+
+SAFETY = (
+    "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only while "
+    "computer and page do. Interrupting the kernel does not stop a run."
+)
+_FRAME = 1 / 40  # s between two pictures of a run
+_SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
+_LONGEST_STOP = 10.0  # s to wait for a board that does not answer
+_FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
+_EXPERIMENTS: dict[str, Callable[..., Recording]] = {
+    "free decay": experiments.free_decay,
+    "sweep": experiments.sweep,
+    **dict.fromkeys(_FEEDBACK, experiments.tracking),
+    "watch": experiments.watch,
+}
+
+
+class BenchConsole(Explorer):
+    """A bench to be run and watched.
+
+    Parameters
+    ----------
+    lab : the student's session
+    K : (1, 4) gain for the tracking experiments; the student's answer to 3.8 unless given
+    addresses : benches besides the student's own, as :func:`rotflex.hil.open` takes them
+
+    Attributes
+    ----------
+    recording : what was recorded last, or None
+    """
+
+    def __init__(self, lab: Lab, K: ArrayLike | None = None, addresses: Sequence[str] = ()) -> None:
+        self._lab, self._gain = lab, K
+        self._addresses = list(dict.fromkeys([_in_real_time(lab.address), lab.address, *addresses]))
+        self._choose(self._addresses[0], _replayed(self._addresses[0]))
+        self._bench: Bench | None = None
+        self._run: Running | None = None
+        self._settled = True  # whether what came of it has been taken in
+        self._state, self._said = "not connected", ""
+        self.recording: Recording | None = None
+        self._heard = 0.0
+        self._page = False  # whether a page has ever spoken
+        super().__init__()
+        _left_open.add(self)
+
+    # --- what the user does -----------------------------------------------------------------------------------------
+
+    def _hear(self, widget: object, content: Mapping[str, Any], buffers: object) -> None:
+        self._heard, self._page = time.monotonic(), True  # whatever the page says is a sign of life
+        if content.get("kind") == "press" and content.get("name") == "stop":
+            self.stop()  # here and now, whichever thread this is
+        super()._hear(widget, content, buffers)
+
+    def set(self, name: str, value: float | str) -> None:
+        """Another bench, or another experiment."""
+        if self.running:
+            raise BenchError("An experiment is running. Stop it first.")
+        if name == "address" and value in self._addresses:
+            replayed = _replayed(str(value))  # first: with no such file, nothing changes
+            self.disconnect()
+            self._choose(str(value), replayed)
+        elif name == "experiment" and value in self._names():
+            self.choice = str(value)
+
+    def press(self, name: str) -> None:
+        """A button."""
+        if name == "stop":
+            self.stop()
+            return
+        action = {"connect": self.connect, "disconnect": self.disconnect, "start": self.start, "save": self._save}[name]
+        action()
+
+    def _choose(self, address: str, replayed: Recording | None) -> None:
+        self.address, self._replayed = address, replayed
+        self.choice = self._names()[0]
+
+    # --- the same, in words of a program ----------------------------------------------------------------------------
+
+    @property
+    def running(self) -> bool:
+        """Whether an experiment runs, or has only just ended."""
+        return self._run is not None and not self._settled
+
+    def connect(self) -> None:
+        """Open the bench, at 0 V.
+
+        Raises
+        ------
+        BenchError
+            If there is no such bench, or it cannot be opened.
+        """
+        if self._bench is None:
+            self._state = "not connected"
+            bench = hil.open(self.address, seed=self._lab.seed)
+            self._bench = bench.__enter__()
+            self._state, self._said = "connected", "The motor is at 0 V."
+
+    def disconnect(self) -> None:
+        """Stop what runs, and let go of the bench, at 0 V."""
+        self.stop("The bench was disconnected.")
+        if self._run is not None:
+            self._run.wait(_LONGEST_STOP)
+            self._settle()
+        bench, self._bench = self._bench, None
+        if bench is not None:
+            bench.__exit__(None, None, None)
+            self._state, self._said = "not connected", ""
+
+    def start(self) -> None:
+        """Run the chosen experiment.
+
+        Raises
+        ------
+        BenchError
+            If the bench is not connected, or runs already.
+        """
+        if self._bench is None:
+            raise BenchError("Connect the bench first.")
+        if self.running:
+            raise BenchError("An experiment is running already.")
+        experiment = self._experiment()
+        if self._replayed is not None:  # from its beginning
+            self._bench.__exit__(None, None, None)
+            self._bench.__enter__()
+        self.recording, self._settled = None, False
+        self._heard = time.monotonic()
+        self._run = Running(self._bench, experiment, self._alive)
+        self._state, self._said = "running", "It waits for the arm to come to rest, and then begins."
+        self._run.start()
+        if self._loop is not None and self._loop.is_running():
+            self._task = self._loop.create_task(self._show(self._run))
+            return
+        try:
+            self._run.wait()
+        finally:  # an interrupt, too
+            self._run.stop("It was interrupted.")
+            self._run.wait(_LONGEST_STOP)
+            self._settle()
+
+    def stop(self, reason: str = "You stopped it.") -> None:
+        """0 V at the next sample."""
+        if self._run is not None:
+            self._run.stop(reason)
+
+    def close(self) -> None:
+        """Let go of the bench with the widget."""
+        self.disconnect()
+        super().close()
+
+    # --- while it runs ----------------------------------------------------------------------------------------------
+
+    def _alive(self) -> str:
+        if self._page and time.monotonic() - self._heard > _SILENCE:
+            return "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
+        return ""
+
+    async def _show(self, run: Running) -> None:
+        while not run.done:
+            self.refresh()
+            await asyncio.sleep(_FRAME)
+        self._settle()
+        self.refresh()
+
+    def _settle(self) -> None:
+        """What is to be said and kept of a run that has ended."""
+        if self._run is None or self._settled:
+            return
+        self._settled = True
+        self._state, self._said = outcome(self._run)
+        self.notice = self._said
+        self.recording = self._run.recording
+        if self.recording is not None and self._replayed is not None:
+            self.recording = _with_voltage(self.recording, self._replayed)
+        if self._bench is not None and not self._bench.board.is_valid():
+            bench, self._bench = self._bench, None
+            bench.__exit__(None, None, None)
+
+    def _names(self) -> tuple[str, ...]:
+        """What can be run on this bench."""
+        return ("watch",) if self._replayed is not None else tuple(_EXPERIMENTS)
+
+    def _experiment(self) -> Experiment:
+        """What is to be run now."""
+        if self._replayed is not None:
+            duration = float(self._replayed.time[-1] - self._replayed.time[0])
+            return lambda bench: experiments.watch(bench, duration, progress=False)
+        feedback = _FEEDBACK.get(self.choice)
+        if feedback is None:
+            run = _EXPERIMENTS[self.choice]
+            return lambda bench: run(bench, progress=False)
+        gain = self._gain if self._gain is not None else self._answered_gain()
+        if gain is None:
+            raise BenchError("Tracking needs your gain K: answer question 3.8 first, or make the console with K=...")
+        return lambda bench: experiments.tracking(bench, gain, feedback, progress=False)
+
+    def _answered_gain(self) -> Any:
+        return self._lab.value("3.8", "K") if self._lab.has("3.8", "K") else None
+
+    def _save(self) -> None:
+        if self.recording is None:
+            raise BenchError("There is nothing recorded yet.")
+        about = self.recording.metadata
+        words = [about.get("experiment", "recording"), about.get("feedback", "")]
+        name = "_".join(["console", *(str(word).replace(" ", "_") for word in words if word)]) + ".mat"
+        path = self.recording.save(Path.cwd() / name)
+        self.notice = f'Saved as {path.name}: Recording.load("{path.name}") reads it again.'
+
+    # --- what there is to see ---------------------------------------------------------------------------------------
+
+    def view(self) -> Scene:
+        """Servo and arm beside the scope."""
+        samples = self._samples()
+        latest = samples[:, -1] if samples.size else np.zeros(4)
+        play = None
+        if self.recording is not None and not self.running:
+            play = playable(self.recording)
+        return Scene(
+            alt=in_words(samples, self._state, self._said),
+            columns=[
+                Column([Mechanism(float(latest[1]), float(latest[2]))], 0.7),
+                Column(scope(samples, self.running), 1.3),
+            ],
+            controls=self._controls(),
+            readouts=[self._status(), reported(self._bench)],
+            height=430,
+            play=play,
+            live=self.running,
+        )
+
+    def picture(self) -> Picture:
+        """The last run on paper."""
+        samples = self._samples()
+        if not samples.size:
+            raise BenchError("Nothing has been run yet.")
+        return picture(samples, in_words(samples, self._state, self._said))
+
+    def _samples(self) -> Any:
+        if self.recording is not None and not self.running:
+            one = self.recording
+            return np.stack([one.time, one["theta"], one["alpha"], one["vm"]])
+        return np.empty((4, 0)) if self._run is None else self._run.samples(SECONDS if self.running else np.inf)
+
+    def _controls(self) -> list[list[Button | Choice | Any]]:
+        connected, running = self._bench is not None, self.running
+        return [
+            [
+                Choice("address", "bench", {one: one for one in self._addresses}, self.address, running),
+                Button("connect", "Connect", disabled=connected, look="" if connected else "main"),
+                Button("disconnect", "Disconnect", disabled=not connected or running),
+            ],
+            [
+                Choice("experiment", "experiment", {one: one for one in self._names()}, self.choice, running),
+                Button("start", "Start", "main" if connected else "", not connected or running),
+                Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key in this console"),
+                Button("save", "Save the recording", disabled=self.recording is None),
+            ],
+        ]
+
+    def _status(self) -> Readout:
+        run = self._run
+        late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
+        rows = [Row("state", (self._state,)), Row("", (self._said or SAFETY,)), Row("missed deadlines", (late,))]
+        if self._said:
+            rows.append(Row("mind", (SAFETY,)))
+        return Readout("State", rows)
+
+
+def open_console(lab: Lab, K: ArrayLike | None = None, addresses: Sequence[str] = ()) -> BenchConsole:
+    """The bench console, as a notebook makes it; see :class:`BenchConsole`."""
+    return BenchConsole(lab, K, addresses)
+
+
+def _replayed(address: str) -> Recording | None:
+    """The recording of a replay's address."""
+    if not address.startswith("replay:"):
+        return None
+    return Recording.load(address.removeprefix("replay:").partition("?")[0])
+
+
+def _in_real_time(address: str) -> str:
+    """The address of a virtual bench on which time passes as it does for us."""
+    if "clock=" in address or not address.startswith("virtual"):
+        return address
+    return f"{address}{'&' if '?' in address else ':?'}clock=wall"
+
+
+def _with_voltage(watched: Recording, replayed: Recording) -> Recording:
+    """What was watched of a replay, with the voltage that was recorded then."""
+    if "vm" not in replayed:
+        return watched
+    volts = np.interp(watched.time, replayed.time - replayed.time[0], replayed["vm"])
+    return Recording.of(watched.time, watched.metadata, theta=watched["theta"], alpha=watched["alpha"], vm=volts)
+
+
+_left_open: weakref.WeakSet[BenchConsole] = weakref.WeakSet()
+
+
+@atexit.register
+def _let_go() -> None:
+    """The kernel ends: 0 V on every bench that is still open."""
+    console: BenchConsole
+    for console in list(_left_open):
+        try:
+            console.disconnect()
+        except Exception:
+            continue

@@ -1,0 +1,144 @@
+"""An experiment in a thread of its own: it can be watched while it runs, and stopped at any sample."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.errors import HILError, RotflexError, RunStopped
+from rotflex.hil.bench import Bench, Measurement
+from rotflex.recording import Recording
+
+_LATE = 1.0  # sample times after which a sample counts as missed
+_SWITCH = 0.0005  # s; how often threads take turns, so that the page does not hold up the loop
+_FIRST = 4096  # samples there is room for to begin with
+
+Experiment = Callable[[Bench], Recording]
+
+
+class Running:
+    """One run of an experiment.
+
+    Parameters
+    ----------
+    bench : an open bench
+    experiment : what to run on it
+    alive : asked now and then; text that is not empty stops the run, and is the reason
+
+    Attributes
+    ----------
+    recording : when it is done, or None
+    error : why it ended early, or None
+    late : samples that came more than a sample time late, where time does not wait
+    stop_took : s, from the call of :meth:`stop` until the motor was at 0 V
+    at_zero : when it was, by the computer's clock (s since 1970)
+    """
+
+    def __init__(self, bench: Bench, experiment: Experiment, alive: Callable[[], str] = lambda: "") -> None:
+        self._bench, self._experiment, self._alive = bench, experiment, alive
+        self._samples = np.empty((_FIRST, 4))
+        self._count = 0
+        self._asked: str = ""
+        self._asked_at = 0.0
+        self._due = 0.0
+        self.recording: Recording | None = None
+        self.error: Exception | None = None
+        self.late = 0
+        self.stop_took: float | None = None
+        self.at_zero = 0.0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="rotflex-experiment", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self, reason: str = "You stopped it.") -> None:
+        """Ask it to stop: at the next sample, within milliseconds, the motor is at 0 V."""
+        if not self._asked:
+            self._asked_at = time.perf_counter()
+            self._asked = reason
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until it has ended, and whether it has."""
+        return self._ended.wait(timeout)
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._ended.is_set()
+
+    def samples(self, latest: float = np.inf) -> NDArray[np.float64]:
+        """(4, n) time (s), theta, alpha (rad) and voltage (V) of the last so many seconds."""
+        kept = self._samples[: self._count]
+        if kept.size and latest < np.inf:
+            kept = kept[np.searchsorted(kept[:, 0], kept[-1, 0] - latest) :]
+        return kept.T.copy()
+
+    def _run(self) -> None:
+        before = sys.getswitchinterval()
+        sys.setswitchinterval(_SWITCH)
+        self._bench.on_sample = self._note
+        try:
+            self.recording = self._experiment(self._bench)
+        except Exception as error:
+            self.error = error
+        finally:
+            self._bench.on_sample = None
+            sys.setswitchinterval(before)
+            self._end()
+
+    def _end(self) -> None:
+        """0 V, whatever happened; experiments see to it themselves, and this makes sure."""
+        try:
+            self._bench.stop()
+        except Exception as error:
+            self.error = self.error or error
+        finally:
+            self.at_zero = time.time()
+            if self._asked:
+                self.stop_took = time.perf_counter() - self._asked_at
+            self._ended.set()
+
+    def _note(self, measured: Measurement, voltage: float) -> None:
+        if not self._asked:
+            self._asked = self._alive()
+        if self._asked:
+            raise RunStopped(f"{self._asked} The motor is at 0 V.")
+        if measured.time == 0.0:  # an experiment begins: the wait for rest before it has times of its own
+            self._count, self.late = 0, 0
+        if not self._bench.is_simulated:
+            self._see_lateness(measured.time)
+        if self._count == len(self._samples):
+            self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
+        self._samples[self._count] = (*measured, voltage)
+        self._count += 1
+
+    def _see_lateness(self, sample: float) -> None:
+        now = time.perf_counter()
+        if sample == 0.0:
+            self._due = now
+            return
+        previous = self._samples[self._count - 1, 0] if self._count else 0.0
+        if now - self._due - sample > _LATE * (sample - previous):
+            self.late += 1
+
+
+def outcome(run: Running) -> tuple[str, str]:
+    """How a run ended: a word for it, and a sentence for its user."""
+    error: Any = run.error
+    if error is None:
+        return "finished", "The experiment is finished. The motor is at 0 V."
+    if isinstance(error, RunStopped):
+        return "stopped", str(error)
+    if isinstance(error, HILError) and "watchdog" in str(error):
+        return "ended", "The computer was too busy to control the bench, so its watchdog set the motor to 0 V."
+    if isinstance(error, RotflexError):
+        return "ended", str(error)
+    return "ended", f"The experiment ended ({type(error).__name__}: {error}). The motor is at 0 V."

@@ -1,0 +1,308 @@
+"""What an explorer shows, as plain data: plots, handles to drag, controls, readouts.
+
+A scene knows nothing of the page it is drawn on. ``packed`` gives it as the page takes it: JSON, and all curves in one
+buffer of 32-bit floats. Angles on handles and in plots are in whatever unit the axis says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+MOST_POINTS = 1200  #: of a curve; more than a screen has across
+
+Item = dict[str, Any]
+
+
+@dataclass
+class Panel:
+    """One plot.
+
+    Attributes
+    ----------
+    xlabel, ylabel : with units; without an xlabel, the panel shares the axis of the one below it
+    x, y : limits of the axes
+    height : share of its column
+    equal : a unit is as long in both directions
+    bare : without grid lines
+    """
+
+    ylabel: str
+    x: tuple[float, float]
+    y: tuple[float, float]
+    xlabel: str = ""
+    height: float = 1.0
+    equal: bool = False
+    bare: bool = False
+    items: list[Item] = field(default_factory=list)
+    handles: list[Item] = field(default_factory=list)
+
+    def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", **look: Any) -> None:
+        """A curve; ``role`` is what it stands for, as in :data:`rotflex.figures.ROLES`, or ghost, grid, axis."""
+        curve = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        self.items.append({"kind": "line", "x": curve[0], "y": curve[1], "role": role, "label": label, **look})
+
+    def area(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", alpha: float = 0.3) -> None:
+        """The inside of a closed curve."""
+        self.items.append({"kind": "area", "x": x, "y": y, "role": role, "label": label, "alpha": alpha})
+
+    def band(self, low: float, high: float, role: str, label: str = "", axis: str = "y") -> None:
+        """All between two values of an axis."""
+        self.items.append({"kind": "band", "axis": axis, "span": [low, high], "role": role, "label": label})
+
+    def level(self, at: float, role: str, label: str = "", axis: str = "y", **look: Any) -> None:
+        """A straight line across the plot, at a value of an axis."""
+        self.items.append({"kind": "level", "axis": axis, "at": at, "role": role, "label": label, **look})
+
+    def mark(self, x: float, y: float, role: str, shape: str = "cross", label: str = "", size: float = 5) -> None:
+        """A cross, square or circle."""
+        look = {"role": role, "shape": shape, "label": label, "size": size}
+        self.items.append({"kind": "mark", "at": [float(x), float(y)], **look})
+
+    def text(self, x: float, y: float, text: str, anchor: str = "center") -> None:
+        """A word in the plot."""
+        self.items.append({"kind": "text", "at": [float(x), float(y)], "text": text, "anchor": anchor})
+
+    def handle(
+        self,
+        name: str,
+        x: float,
+        y: float,
+        label: str,
+        text: str,
+        step: tuple[float, float],
+        role: str = "measured",
+        shape: str = "cross",
+        axis: str = "both",
+    ) -> None:
+        """Something to drag, or to move with the arrow keys.
+
+        Parameters
+        ----------
+        name : by which the explorer hears of it
+        x, y : where it is
+        label, text : what it is, and where, in words
+        step : of one press of a key, in either direction
+        role, shape : its colour; cross or cursor
+        axis : "x" or "y" if it moves along one axis only
+        """
+        found = {"name": name, "x": float(x), "y": float(y), "label": label, "text": text, "step": list(step)}
+        self.handles.append(found | {"role": role, "shape": shape, "axis": axis})
+
+
+@dataclass
+class Mechanism:
+    """Servo and arm from above.
+
+    Attributes
+    ----------
+    theta, alpha : rad
+    height : share of its column
+    """
+
+    theta: float
+    alpha: float
+    height: float = 1.0
+
+
+@dataclass
+class Column:
+    """Plots above each other; ``width`` is the column's share."""
+
+    panels: Sequence[Panel | Mechanism]
+    width: float = 1.0
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number, by slider or box."""
+
+    name: str
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    value: float
+    disabled: bool = False
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        span = {"min": self.low, "max": self.high, "step": self.step, "value": self.value}
+        return {"kind": "slider", "name": self.name, "label": self.label, "unit": self.unit, **span} | {
+            "disabled": self.disabled
+        }
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of several; ``options`` is value → text."""
+
+    name: str
+    label: str
+    options: Mapping[str, str]
+    value: str
+    disabled: bool = False
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        options = [list(pair) for pair in self.options.items()]
+        named = {"name": self.name, "label": self.label, "options": options}
+        return {"kind": "choice", **named, "value": self.value, "disabled": self.disabled}
+
+
+@dataclass(frozen=True)
+class Button:
+    """Something to press; ``look`` is "main", "stop" (which goes out at once, also by Escape) or plain."""
+
+    name: str
+    label: str
+    look: str = ""
+    disabled: bool = False
+    title: str = ""
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        fixed = {"name": self.name, "label": self.label, "look": self.look, "title": self.title}
+        return {"kind": "button", **fixed, "disabled": self.disabled}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a readout. ``mark`` is "met", "missed" or "unknown", told by ``words`` too: never by colour alone."""
+
+    label: str
+    values: Sequence[str] = ()
+    mark: str = ""
+    words: str = ""
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        return {"label": self.label, "values": list(self.values), "mark": self.mark, "words": self.words}
+
+
+@dataclass(frozen=True)
+class Readout:
+    """A small table beside the plots."""
+
+    title: str
+    rows: Sequence[Row]
+    head: Sequence[str] = ()
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        return {"title": self.title, "rows": [row.packed() for row in self.rows], "head": list(self.head) or None}
+
+
+@dataclass
+class Play:
+    """A recording that the mechanism can go through in its own time.
+
+    Attributes
+    ----------
+    theta, alpha : (n,) rad, evenly spaced in time
+    duration : s
+    """
+
+    theta: NDArray[np.float64]
+    alpha: NDArray[np.float64]
+    duration: float
+
+
+@dataclass
+class Scene:
+    """All that is shown.
+
+    Attributes
+    ----------
+    alt : the plots in words
+    columns : of plots
+    controls : rows of them, above the plots
+    readouts : below the plots
+    height : of the plots, px; as much again for each column on a narrow page
+    play : what the player plays
+    live : whether something runs that must stop when the page is gone
+    """
+
+    alt: str
+    columns: Sequence[Column] = ()
+    controls: Sequence[Sequence[Slider | Choice | Button]] = ()
+    readouts: Sequence[Readout] = ()
+    height: int = 420
+    play: Play | None = None
+    live: bool = False
+
+    def packed(self) -> tuple[dict[str, Any], bytes]:
+        """The scene as JSON, and its numbers."""
+        buffer = _Buffer()
+        columns = []
+        for column in self.columns:
+            panels = [_packed_panel(panel, buffer) for panel in column.panels]
+            columns.append({"width": column.width, "panels": panels})
+        play = None
+        if self.play is not None:
+            theta, alpha = buffer.put(self.play.theta), buffer.put(self.play.alpha)
+            play = {"theta": theta, "alpha": alpha, "duration": self.play.duration}
+        scene = {
+            "alt": self.alt,
+            "columns": columns,
+            "controls": [[control.packed() for control in row] for row in self.controls],
+            "readouts": [readout.packed() for readout in self.readouts],
+            "height": self.height,
+            "play": play,
+            "live": self.live,
+        }
+        return scene, buffer.bytes()
+
+
+def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A long curve with fewer points: of each stretch, the lowest and the highest, so that no peak is lost."""
+    if x.size <= MOST_POINTS:
+        return x, y
+    stretches = MOST_POINTS // 2
+    edges = np.linspace(0, x.size, stretches + 1).astype(int)
+    kept = []
+    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        part = y[start:stop]
+        kept += sorted((start + int(part.argmin()), start + int(part.argmax())))
+    return x[kept], y[kept]
+
+
+def _packed_panel(panel: Panel | Mechanism, buffer: _Buffer) -> Item:
+    if isinstance(panel, Mechanism):
+        return {"kind": "mechanism", "theta": panel.theta, "alpha": panel.alpha, "height": panel.height}
+    items = []
+    for item in panel.items:
+        curve = {axis: buffer.put(item[axis]) for axis in ("x", "y") if axis in item}
+        items.append(item | curve)
+    names = ("xlabel", "ylabel", "height", "equal", "bare", "handles")
+    fixed = {name: getattr(panel, name) for name in names}
+    return {"kind": "plot", "x": list(panel.x), "y": list(panel.y), "items": items, **fixed}
+
+
+class _Buffer:
+    """Curves, one after the other."""
+
+    def __init__(self) -> None:
+        self._parts: list[NDArray[np.float32]] = []
+        self._known: dict[int, list[int]] = {}
+        self._size = 0
+
+    def put(self, values: ArrayLike) -> list[int]:
+        """Add a curve, and return where it is: offset and count. The same array is not added twice."""
+        if id(values) in self._known:
+            return self._known[id(values)]
+        part = np.ascontiguousarray(values, dtype=np.float32)
+        place = [self._size, part.size]
+        self._parts.append(part)
+        self._size += part.size
+        self._known[id(values)] = place  # callers keep their arrays for as long as the scene is packed
+        return place
+
+    def bytes(self) -> bytes:
+        """All of it."""
+        return b"".join(part.tobytes() for part in self._parts)

@@ -1,0 +1,369 @@
+"""The bench console without a page: runs, stops, and always 0 V in the end."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import rotflex.lab
+from rotflex import experiments, hil
+from rotflex.errors import BenchError, RecordingError
+from rotflex.hil.clock import WallClock
+from rotflex.widgets import console as console_module
+from rotflex.widgets.console import BenchConsole
+from rotflex.widgets.running import Running, outcome
+
+K = [18.2, -17.2, 1.59, 0.633]
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+
+
+@pytest.fixture
+def console(lab):
+    made = BenchConsole(lab, K, addresses=["virtual:?seed=7"])
+    made.set("address", "virtual")  # in simulated time
+    yield made
+    made.close()
+
+
+def event(console, kind, name="", **more):
+    console.receive({"kind": kind, "name": name, "view": "page", "n": 1, **more})
+
+
+def rows(console, title):
+    found = next(one for one in console.scene["readouts"] if one["title"] == title)
+    return {row["label"]: row["values"] for row in found["rows"]}
+
+
+def wait_until(condition, seconds=60):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def output(bench):
+    return bench.board._outputs[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "plain"),
+    [
+        ("free decay", experiments.free_decay),
+        ("sweep", experiments.sweep),
+        ("tracking, full state", lambda bench, progress: experiments.tracking(bench, K, progress=progress)),
+        (
+            "tracking, partial state",
+            lambda bench, progress: experiments.tracking(bench, K, "partial", progress=progress),
+        ),
+        ("watch", experiments.watch),
+    ],
+)
+def test_the_console_records_what_the_plain_function_records(console, lab, name, plain):
+    console.connect()
+    event(console, "set", "experiment", value=name)
+    event(console, "press", "start")
+    with lab.bench() as bench:
+        expected = plain(bench, progress=False)
+    for channel in ("theta", "alpha", "vm"):
+        assert (console.recording[channel] == expected[channel]).all()
+    assert rows(console, "State")["state"] == ["finished"]
+    assert console.scene["play"]["duration"] == pytest.approx(expected.time[-1])
+    assert output(console._bench) == 0.0
+
+
+def test_what_the_bench_reports_is_shown(console):
+    assert rows(console, "The bench") == {"not connected": []}
+    event(console, "press", "connect")
+    reported = rows(console, "The bench reports")
+    assert reported["arm_position"] and "±180" in reported["servo angle"][0] and "0.2 s" in reported["watchdog"][0]
+    assert any("emergency stop comes first" in "".join(values) for values in rows(console, "State").values())
+
+
+def test_stop_ends_a_run_at_the_next_sample_and_leaves_0_volts(lab):
+    live = BenchConsole(lab, K)
+    assert "clock=wall" in live.address
+    live.connect()
+    live.set("experiment", "sweep")
+    run = Running(live._bench, live._experiment())
+    run.start()
+    wait_until(lambda: run.samples().shape[1] > 300 and np.abs(run.samples()[3, -50:]).max() > 0)
+    run.stop()
+    assert run.wait(30)
+    assert outcome(run)[0] == "stopped" and "0 V" in outcome(run)[1]
+    assert output(live._bench) == 0.0
+    assert run.recording is None and run.stop_took is not None
+    live.close()
+
+
+def test_a_run_whose_page_is_gone_stops_itself(lab, monkeypatch):
+    monkeypatch.setattr(console_module, "_SILENCE", 0.2)
+    live = BenchConsole(lab, K)
+    live.connect()
+    live.set("experiment", "sweep")
+    live._hear(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
+    live.start()
+    assert live._state == "stopped" and "Nothing was heard of the page" in live._said
+    assert output(live._bench) == 0.0
+    live.close()
+
+
+def test_in_an_event_loop_the_kernel_stays_free_and_frames_come(lab):
+    async def scenario():
+        live = BenchConsole(lab, K)
+        live.press("connect")
+        live.set("experiment", "sweep")
+        before = live.scene["version"]
+        live.press("start")
+        assert live.running  # start() has returned, and the loop is free
+        while live.scene["version"] < before + 10:
+            live._hear(None, {"kind": "alive"}, None)
+            await asyncio.sleep(0.02)
+        assert live.scene["live"] and live.running
+        with pytest.raises(BenchError, match="running"):
+            live.start()
+        event(live, "press", "stop")
+        await asyncio.wait_for(live._task, 30)
+        assert live._state == "stopped" and not live.scene["live"]
+        live.close()
+
+    asyncio.run(scenario())
+
+
+def test_messages_from_another_thread_are_heard_on_the_kernels_loop(lab):
+    """JupyterLab sends them to a subshell, which is a thread of its own; STOP does not wait for the loop."""
+
+    async def scenario():
+        live = BenchConsole(lab, K)
+        live.press("connect")
+        live.set("experiment", "sweep")
+        here = threading.get_ident()
+        heard = []
+        receive = live.receive
+        live.receive = lambda content: (heard.append(threading.get_ident()), receive(content))
+
+        def page(name):
+            sender = threading.Thread(target=live._hear, args=(None, {"kind": "press", "name": name}, None))
+            sender.start()
+            sender.join()
+
+        page("start")
+        await asyncio.sleep(0.2)
+        assert live.running
+        version = live.scene["version"]
+        await asyncio.sleep(0.5)
+        assert live.scene["version"] > version + 3
+        page("stop")
+        time.sleep(0.5)  # the loop is kept busy: the run ends all the same
+        assert live._run.done and live._bench.board._outputs[0] == 0.0
+        await asyncio.wait_for(live._task, 30)
+        assert set(heard) == {here}
+        live.close()
+
+    asyncio.run(scenario())
+
+
+def test_a_run_that_is_interrupted_in_a_terminal_is_stopped(console, monkeypatch):
+    console.connect()
+    console.set("experiment", "sweep")
+
+    def interrupted(self, timeout=None):
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Running, "wait", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        console.start()
+    assert not console.running and output(console._bench) == 0.0
+
+
+def test_a_board_that_fails_at_the_stop_does_not_hang_the_console(console, monkeypatch):
+    console.connect()
+
+    def broken():
+        raise OSError("cable")
+
+    monkeypatch.setattr(console._bench, "stop", broken)
+    event(console, "press", "start")
+    assert not console.running
+    assert rows(console, "State")["state"] == ["ended"]
+    assert "cable" in rows(console, "State")[""][0]
+    monkeypatch.undo()
+
+
+def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
+    from rotflex.errors import HILError
+
+    run = Running(None, None)
+    run.error = HILError("The watchdog has expired; clear it before writing again.")
+    assert "too busy" in outcome(run)[1] and "0 V" in outcome(run)[1]
+
+
+def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(lab):
+    live = BenchConsole(lab, K)
+    live.connect()
+    live.set("experiment", "sweep")
+    live._run = Running(live._bench, live._experiment())
+    live._run.start()
+    wait_until(lambda: live._run.samples().shape[1] > 50)
+    bench, board = live._bench, live._bench.board
+    live.close()
+    assert live._run.done and board._outputs[0] == 0.0 and not board.is_valid()
+    with pytest.raises(BenchError):
+        _ = bench.board
+
+
+ENDING = """
+import sys, time
+import rotflex.lab
+from rotflex.hil import virtual
+from rotflex.widgets.console import BenchConsole
+from rotflex.widgets.running import Running
+
+written = []
+write = virtual.VirtualBoard.write_analog
+def noted(self, channels, count, buffer):
+    write(self, channels, count, buffer)
+    written.append(float(buffer[0]))
+virtual.VirtualBoard.write_analog = noted
+lab = rotflex.lab.start("ada", folder=sys.argv[1], quiet=True)
+console = BenchConsole(lab, [18.2, -17.2, 1.59, 0.633])
+console.connect()
+console.set("experiment", "sweep")
+console._run = Running(console._bench, console._experiment())
+console._run.start()
+while not any(written[-20:]):
+    time.sleep(0.01)
+board, disconnect = console._bench.board, console.disconnect
+def told():
+    disconnect()
+    print("last", written[-1], board.is_valid(), flush=True)
+console.disconnect = told  # what the end of the program calls
+"""
+
+
+def test_a_kernel_that_ends_leaves_0_volts(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", ENDING, str(tmp_path)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.stdout.splitlines()[-1:] == ["last 0.0 False"], done.stderr
+
+
+def test_missed_deadlines_are_counted_and_told(lab, monkeypatch):
+    def slow(self, instant):
+        remaining = instant - self.now()
+        time.sleep(max(remaining, 0) + (0.006 if 0.1 < instant % 0.5 < 0.12 else 0))
+
+    monkeypatch.setattr(WallClock, "wait_until", slow)
+    live = BenchConsole(lab, K)
+    live.connect()
+    live.set("experiment", "watch")
+    run = Running(live._bench, lambda bench: experiments.watch(bench, 1.0, progress=False))
+    run.start()
+    assert run.wait(30)
+    assert run.late > 5
+    live._run = run
+    live._settle()
+    live.refresh()
+    assert rows(live, "State")["missed deadlines"] == [f"{run.late} of 501 samples"]
+    live.close()
+
+
+def test_simulated_time_waits_and_misses_nothing(console):
+    console.connect()
+    console.start()
+    assert console._run.late == 0
+
+
+def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
+    event(console, "press", "start")
+    assert "Connect the bench first" in console.scene["notice"]["text"]
+    console.connect()
+    console._bench.limits = type(console._bench.limits)(theta=0.02)
+    event(console, "press", "start")
+    assert rows(console, "State")["state"] == ["ended"]
+    assert "servo angle reached" in " ".join(map(str, rows(console, "State").values()))
+    assert output(console._bench) == 0.0
+
+
+def test_tracking_needs_a_gain(lab):
+    console = BenchConsole(lab)
+    console.set("address", "virtual")
+    console.connect()
+    console.set("experiment", "tracking, full state")
+    event(console, "press", "start")
+    assert "question 3.8" in console.scene["notice"]["text"]
+    lab.record("3.8", K=np.array([K]))
+    event(console, "press", "start")
+    assert console.recording is not None
+    console.close()
+
+
+def test_an_address_that_does_not_exist_is_told(lab):
+    console = BenchConsole(lab, addresses=["quanser:q2_usb/0"])
+    console.set("address", "quanser:q2_usb/0")
+    event(console, "press", "connect")
+    assert "no bench at 'quanser" in console.scene["notice"]["text"]
+    event(console, "set", "address", value="made up")
+    assert console.address == "quanser:q2_usb/0"
+    with pytest.raises(RecordingError):
+        BenchConsole(lab, addresses=["replay:nothing.mat"]).set("address", "replay:nothing.mat")
+
+
+def test_a_replay_shows_the_voltage_that_was_recorded_then(console, lab, tmp_path):
+    console.connect()
+    console.start()
+    first = console.recording
+    event(console, "set", "experiment", value="sweep")  # what is chosen next does not name what was recorded
+    event(console, "press", "save")
+    assert "console_free_decay.mat" in console.scene["notice"]["text"]
+    replay = BenchConsole(lab, addresses=["replay:console_free_decay.mat"])
+    replay.set("address", "replay:console_free_decay.mat")
+    replay.connect()
+    for _ in range(2):  # and from its beginning, however often
+        replay.start()
+        assert np.abs(replay.recording["alpha"] - first["alpha"]).max() <= 0.51 * replay._bench.servo.K_enc
+        assert replay.recording["vm"] == pytest.approx(first["vm"], abs=1e-9)
+    replay.close()
+
+
+def test_an_observer_that_raises_ends_the_run_before_its_voltage_is_set(lab):
+    class Enough(Exception):
+        pass
+
+    seen = []
+
+    def observe(measured, voltage):
+        seen.append((measured.time, voltage))
+        if len(seen) == 5:
+            raise Enough
+
+    with hil.open("virtual:?seed=3") as bench:
+        bench.on_sample = observe
+        bench.start(0.002)
+        with pytest.raises(Enough):
+            for number in range(10):
+                bench.read()
+                bench.write(0.1 * number)
+        assert output(bench) == pytest.approx(0.3)  # the one before
+        bench.stop()
+        assert output(bench) == 0.0
+    assert [voltage for _, voltage in seen] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
+
+
+def test_runs_leave_the_interpreter_as_it_was(console):
+    before, threads = sys.getswitchinterval(), threading.active_count()
+    console.connect()
+    console.start()
+    assert sys.getswitchinterval() == before
+    wait_until(lambda: threading.active_count() <= threads)
