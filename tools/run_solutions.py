@@ -50,6 +50,8 @@ def run(path: Path) -> None:
     }
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
+        for output in cell.get("outputs", []):  # a widget has a random name; what stands for it on paper stays
+            output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
     scratch = path.with_suffix(".tmp")
     nbformat.write(notebook, scratch)
     scratch.replace(path)
