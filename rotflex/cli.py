@@ -129,9 +129,13 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     return lines
 
 
+_CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
+
+
 def open_jupyterlab(folder: Path, options: list[str]) -> int:
     """Run JupyterLab until it ends or is interrupted, and return its exit code."""
-    command = [sys.executable, "-m", "jupyterlab", f"--ServerApp.root_dir={folder.resolve()}", *options]
+    command = [sys.executable, "-m", "jupyterlab", f"--ServerApp.root_dir={folder.resolve()}"]
+    command += [f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}", *options]
     # In a session of its own, JupyterLab hears Ctrl-C from us only: it would ask, and be ended before it has ended its
     # kernels. Whatever ends this program, then, has to end JupyterLab, too: a closed terminal as well.
     previous = {number: signal.signal(number, _interrupt) for number in _ENDINGS}

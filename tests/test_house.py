@@ -24,6 +24,7 @@ FLOORS = (
     {"workbook"},
     {"lab"},
     {"widgets"},
+    {"server"},
 )
 INSTRUCTOR = {"model", "design", "symbolic", "stiffness"}
 #: Know nothing of the course.
