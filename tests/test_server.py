@@ -6,18 +6,23 @@ import importlib
 from types import SimpleNamespace
 
 from jupyter_server.services.kernels.connection.base import BaseKernelWebsocketConnection
-from jupyter_server.services.kernels.connection.channels import ZMQChannelsWebsocketConnection
 
 from rotflex import cli
 from rotflex.server import PromptConnection
 
 
+class Parent:
+    """What the connection is otherwise."""
+
+    def __init__(self, said):
+        self.connect = lambda: said.append("connected")
+
+
 def test_messages_are_not_gathered(monkeypatch):
     said = []
-    monkeypatch.setattr(ZMQChannelsWebsocketConnection, "connect", lambda self: said.append("connected"))
-    connection = PromptConnection.__new__(PromptConnection)
-    connection.websocket_handler = SimpleNamespace(set_nodelay=lambda on: said.append(on))
-    connection.connect()
+    connection = SimpleNamespace(websocket_handler=SimpleNamespace(set_nodelay=said.append))
+    monkeypatch.setattr("rotflex.server.super", lambda: Parent(said), raising=False)
+    PromptConnection.connect(connection)
     assert said == [True, "connected"]
 
 
