@@ -233,6 +233,32 @@ def test_stop_ends_a_running_experiment(opened):
     wait_for_text(page, ".readouts", "not connected")
 
 
+BUSY = """async (code) => {
+    const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
+    const future = kernel.requestExecute({code});
+    window.said = '';
+    future.onIOPub = (message) => { window.said += message.content.text ?? message.content.evalue ?? ''; };
+    future.done.then(() => { window.ended = true; });
+}"""
+
+
+@pytest.mark.parametrize("opened", ["console"], indirect=True)
+def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
+    """By STOP where JupyterLab has a thread beside the cell for it; else because nothing is heard of the page."""
+    page = opened
+    button(page, "Connect").click()
+    wait_for_text(page, ".readouts", "watchdog")
+    page.locator('[data-name="experiment"]').select_option("sweep")
+    button(page, "Start").click()
+    page.wait_for_selector('[data-name="start"][aria-disabled="true"]')
+    page.evaluate(BUSY, "import time; begun = time.time(); time.sleep(8); print(explorer._run.at_zero - begun)")
+    page.wait_for_timeout(500)
+    button(page, "STOP").click()
+    page.wait_for_function("window.ended")
+    assert 0 < float(page.evaluate("window.said")) < 7
+    wait_for_text(page, ".readouts", "The motor is at 0 V.")
+
+
 @pytest.mark.parametrize("opened", ["console"], indirect=True)
 def test_a_run_is_recorded_and_played(opened, served):
     page = opened
@@ -261,8 +287,14 @@ def test_a_results_table_follows_the_answers_and_is_saved(opened, served):
 
 
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
-def test_a_kernel_that_is_restarted_is_told_of(opened):
+def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened):
     page = opened
+    light = painted(page)
+    dark = "() => window.jupyterapp.commands.execute('apputils:change-theme', {theme: 'JupyterLab Dark'})"
+    page.evaluate(dark)
+    page.wait_for_selector('body[data-jp-theme-light="false"]', state="attached")
+    settled(page)
+    assert painted(page) != light
     page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.restart()")
     page.wait_for_timeout(1000)
     page.locator('[data-name="zeta"]').focus()
@@ -272,6 +304,6 @@ def test_a_kernel_that_is_restarted_is_told_of(opened):
 
 def test_the_page_needs_nothing_from_elsewhere():
     folder = Path(__file__).resolve().parents[1] / "rotflex" / "widgets"
-    for name in ("explorer.js", "explorer.css"):
+    for name in ("drawing.js", "controls.js", "explorer.js", "explorer.css"):
         text = (folder / name).read_text(encoding="utf-8")
         assert "http" not in text and "import " not in text

@@ -3,22 +3,11 @@
 // A scene is plain data (see scene.py): plots with handles that can be dragged, controls, readouts. There is one message
 // at a time under way: while Python works on one, only the latest of those that follow is kept.
 
-const ROLES = {
-  measured: { color: "--measured", width: 1.8 },
-  model: { color: "--model", width: 2, dash: [9, 3, 2, 3] },
-  voltage: { color: "--voltage", width: 1.6 },
-  reference: { color: "--reference", width: 1.2, dash: [6, 3] },
-  highlight: { color: "--highlight", width: 2, dash: [2, 3] },
-  ghost: { color: "--ghost", width: 1.4, dash: [3, 4] },
-  grid: { color: "--grid", width: 1 },
-  axis: { color: "--reference", width: 1 },
-};
 const MARKS = { met: "✓", missed: "✗", unknown: "?" };
 const NARROW = 620; // px; below, columns stand below each other
 const PATIENCE = 4000; // ms without an answer, after which the reader is told
 const SILENCE = 2000; // ms without a new picture of a running bench, after which the reader is told
 const ALIVE = 400; // ms between two signs of life while a bench runs
-const FONT = "12px ui-sans-serif, system-ui, sans-serif";
 
 export function render({ model, el }) {
   const view = new View(model, el);
@@ -57,7 +46,7 @@ class View {
     model.on("change:scene", this.onScene);
     this.resized = new ResizeObserver(() => this.draw());
     this.resized.observe(this.stage);
-    this.themed = new MutationObserver(() => { this.colors = {}; this.draw(); });
+    this.themed = new MutationObserver(() => { this.colors = {}; this.drawSoon(); });
     this.themed.observe(document.body, { attributes: true, attributeFilter: ["data-jp-theme-light", "class"] });
     this.update();
   }
@@ -147,8 +136,7 @@ class View {
     this.showReadouts();
     this.showPlayer();
     this.stayAlive();
-    cancelAnimationFrame(this.drawing);
-    this.drawing = requestAnimationFrame(() => this.draw());
+    this.drawSoon();
   }
 
   stayAlive() {
@@ -227,6 +215,11 @@ class View {
     return (this.colors[name] ??= getComputedStyle(this.host).getPropertyValue(name).trim() || "#888");
   }
 
+  drawSoon() {
+    cancelAnimationFrame(this.drawing);
+    this.drawing = requestAnimationFrame(() => this.draw());
+  }
+
   draw() {
     if (!this.scene?.columns || !this.host.isConnected) return;
     const width = this.stage.clientWidth;
@@ -256,7 +249,7 @@ class View {
       for (const panel of column.panels) {
         const high = (each * panel.height) / parts;
         const box = { left: stacked ? 0 : left, top, width: wide, height: high };
-        (panel.kind === "mechanism" ? this.mechanism : this.plot).call(this, pen, panel, box, seen);
+        (panel.kind === "mechanism" ? mechanism : plot)(this, pen, panel, box, seen);
         top += high;
       }
       left += wide;
@@ -268,133 +261,8 @@ class View {
     this.host.dispatchEvent(new CustomEvent("painted", { detail: this.scene.version }));
   }
 
-  plot(pen, panel, box, seen) {
-    const inner = { left: box.left + 52, top: box.top + 26, width: box.width - 66, height: box.height - 26 - (panel.xlabel ? 40 : 12) };
-    if (inner.width < 20 || inner.height < 20) return;
-    let [x0, x1] = panel.x;
-    let [y0, y1] = panel.y;
-    if (panel.equal) { // a unit is as long in both directions: show more of one of them
-      const unit = Math.max((x1 - x0) / inner.width, (y1 - y0) / inner.height);
-      const more = unit * inner.width - (x1 - x0);
-      x0 -= more;
-      const middle = (y0 + y1) / 2;
-      [y0, y1] = [middle - (unit * inner.height) / 2, middle + (unit * inner.height) / 2];
-    }
-    const X = (x) => inner.left + ((x - x0) / (x1 - x0)) * inner.width;
-    const Y = (y) => inner.top + inner.height - ((y - y0) / (y1 - y0)) * inner.height;
-    const scales = { X, Y, x: (px) => x0 + ((px - inner.left) / inner.width) * (x1 - x0), y: (px) => y0 + ((inner.top + inner.height - px) / inner.height) * (y1 - y0) };
-    pen.font = FONT;
-    pen.lineWidth = 1;
-    pen.strokeStyle = this.color("--grid");
-    pen.fillStyle = this.color("--text");
-    for (const [low, high, place, down, count] of [[x0, x1, X, false, inner.width / 75], [y0, y1, Y, true, Math.max(3, inner.height / 30)]]) {
-      for (const tick of ticks(low, high, Math.max(2, count))) {
-        const at = place(tick.value);
-        pen.beginPath();
-        if (down) { pen.moveTo(inner.left, at); pen.lineTo(inner.left + inner.width, at); }
-        else { pen.moveTo(at, inner.top); pen.lineTo(at, inner.top + inner.height); }
-        if (!panel.bare) pen.stroke();
-        pen.textAlign = down ? "right" : "center";
-        pen.textBaseline = down ? "middle" : "top";
-        if (down && at > inner.top + 4) pen.fillText(tick.text, inner.left - 6, at);
-        else if (!down && panel.xlabel) pen.fillText(tick.text, at, inner.top + inner.height + 5);
-      }
-    }
-    pen.save();
-    pen.beginPath();
-    pen.rect(inner.left, inner.top, inner.width, inner.height);
-    pen.clip();
-    for (const item of panel.items) ITEMS[item.kind](this, pen, item, scales, inner);
-    pen.restore();
-    pen.strokeStyle = this.color("--text");
-    pen.lineWidth = 1;
-    pen.beginPath();
-    pen.moveTo(inner.left, inner.top);
-    pen.lineTo(inner.left, inner.top + inner.height);
-    pen.lineTo(inner.left + inner.width, inner.top + inner.height);
-    pen.stroke();
-    pen.fillStyle = this.color("--text");
-    pen.textBaseline = "bottom";
-    pen.textAlign = "center";
-    if (panel.xlabel) pen.fillText(panel.xlabel, inner.left + inner.width / 2, inner.top + inner.height + 38);
-    pen.textAlign = "left";
-    pen.fillText(panel.ylabel, box.left + 6, inner.top - 6);
-    this.legend(pen, panel, inner, box.left + 6 + pen.measureText(panel.ylabel).width + 14);
-    for (const handle of panel.handles ?? []) { seen.add(handle.name); this.placeHandle(handle, scales, inner); }
-  }
-
-  legend(pen, panel, inner, from) {
-    let right = inner.left + inner.width;
-    for (const item of [...panel.items].reverse()) {
-      if (!item.label) continue;
-      const wide = pen.measureText(item.label).width;
-      right -= wide;
-      if (right - 28 < from) return;
-      pen.textAlign = "left";
-      pen.textBaseline = "bottom";
-      pen.fillStyle = this.color("--text");
-      pen.fillText(item.label, right, inner.top - 6);
-      const y = inner.top - 12;
-      if (item.kind === "mark") ITEMS.glyph(this, pen, item, right - 14, y);
-      else if (item.kind === "line" || item.kind === "level") { this.ink(pen, item); segment(pen, right - 28, y, right - 5, y); }
-      else { pen.globalAlpha = item.alpha ?? 0.3; pen.fillStyle = this.color(ROLES[item.role].color); pen.fillRect(right - 26, y - 5, 21, 10); pen.globalAlpha = 1; }
-      pen.setLineDash([]);
-      right -= 42;
-    }
-  }
-
-  ink(pen, item) {
-    const role = ROLES[item.role];
-    pen.strokeStyle = this.color(role.color);
-    pen.lineWidth = item.width ?? role.width;
-    pen.setLineDash(item.dash ?? role.dash ?? []);
-    pen.lineJoin = "round";
-  }
-
   slice([offset, count]) {
     return this.numbers.subarray(offset, offset + count);
-  }
-
-  mechanism(pen, panel, box) {
-    const pose = this.pose ?? panel;
-    const size = Math.min(box.width, box.height - 24);
-    const [cx, cy, reach] = [box.left + box.width / 2, box.top + 24 + size * 0.5, size * 0.42];
-    pen.font = FONT;
-    pen.fillStyle = this.color("--text");
-    pen.textAlign = "left";
-    pen.textBaseline = "bottom";
-    const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(1)}°`;
-    pen.fillText(`θ ${degrees(pose.theta)}   α ${degrees(pose.alpha)}`, box.left + 6, box.top + 20);
-    const along = (angle, length) => [cx + length * Math.sin(-angle), cy - length * Math.cos(angle)];
-    // Counted anticlockwise from straight up, as seen from above.
-    this.ink(pen, { role: "grid" });
-    pen.beginPath(); pen.arc(cx, cy, reach, 0, 2 * Math.PI); pen.stroke();
-    this.ink(pen, { role: "reference" });
-    segment(pen, cx, cy, ...along(pose.theta, reach));
-    pen.setLineDash([]);
-    pen.save();
-    pen.translate(cx, cy);
-    pen.rotate(-pose.theta);
-    pen.fillStyle = this.color("--body");
-    pen.strokeStyle = this.color("--text");
-    pen.beginPath(); pen.rect(-reach * 0.24, -reach * 0.3, reach * 0.48, reach * 0.6); pen.fill(); pen.stroke();
-    pen.restore();
-    const tip = along(pose.theta + pose.alpha, reach * 0.94);
-    this.ink(pen, { role: "measured", width: 7 });
-    pen.lineCap = "round";
-    segment(pen, cx, cy, ...tip);
-    pen.lineCap = "butt";
-    const mount = reach * 0.26;
-    for (const side of [-1, 1]) { // the two springs, from the body's corners to the arm
-      const corner = [mount * 0.8 * side, -reach * 0.24];
-      const [cos, sin] = [Math.cos(pose.theta), Math.sin(pose.theta)];
-      const at = [cx + corner[0] * cos + corner[1] * sin, cy - corner[0] * sin + corner[1] * cos];
-      const [ex, ey] = along(pose.theta + pose.alpha, reach * 0.62);
-      this.ink(pen, { role: "voltage", width: 1.5 });
-      zigzag(pen, at[0], at[1], ex, ey, 9, 4);
-    }
-    pen.fillStyle = this.color("--text");
-    pen.beginPath(); pen.arc(cx, cy, 4, 0, 2 * Math.PI); pen.fill();
   }
 
   // --- handles ------------------------------------------------------------------------------------------------------
@@ -534,160 +402,4 @@ class View {
     });
     range.addEventListener("input", () => { stop(); show(Number(range.value)); });
   }
-}
-
-// --- what is drawn in a plot ----------------------------------------------------------------------------------------
-
-const ITEMS = {
-  line(view, pen, item, { X, Y }) {
-    const [xs, ys] = [view.slice(item.x), view.slice(item.y)];
-    view.ink(pen, item);
-    pen.beginPath();
-    for (let i = 0; i < xs.length; i++) pen.lineTo(X(xs[i]), Y(ys[i]));
-    pen.stroke();
-    pen.setLineDash([]);
-  },
-  area(view, pen, item, { X, Y }) {
-    const [xs, ys] = [view.slice(item.x), view.slice(item.y)];
-    pen.globalAlpha = item.alpha ?? 0.3;
-    pen.fillStyle = view.color(ROLES[item.role].color);
-    pen.beginPath();
-    for (let i = 0; i < xs.length; i++) pen.lineTo(X(xs[i]), Y(ys[i]));
-    pen.fill();
-    pen.globalAlpha = 1;
-  },
-  band(view, pen, item, { X, Y }, inner) {
-    pen.globalAlpha = item.alpha ?? 0.3;
-    pen.fillStyle = view.color(ROLES[item.role].color);
-    const [from, to] = item.span;
-    if (item.axis === "y") pen.fillRect(inner.left, Y(to), inner.width, Y(from) - Y(to));
-    else pen.fillRect(X(from), inner.top, X(to) - X(from), inner.height);
-    pen.globalAlpha = 1;
-  },
-  level(view, pen, item, { X, Y }, inner) {
-    const at = item.clock && view.cursor != null ? view.cursor : item.at;
-    view.ink(pen, item);
-    if (item.axis === "y") segment(pen, inner.left, Y(at), inner.left + inner.width, Y(at));
-    else segment(pen, X(at), inner.top, X(at), inner.top + inner.height);
-    pen.setLineDash([]);
-  },
-  text(view, pen, item, { X, Y }) {
-    pen.fillStyle = view.color("--faint");
-    pen.textAlign = item.anchor ?? "center";
-    pen.textBaseline = "middle";
-    pen.fillText(item.text, X(item.at[0]), Y(item.at[1]));
-  },
-  mark(view, pen, item, { X, Y }) {
-    ITEMS.glyph(view, pen, item, X(item.at[0]), Y(item.at[1]));
-  },
-  glyph(view, pen, item, x, y) {
-    view.ink(pen, { ...item, width: 2, dash: [] });
-    const r = item.size ?? 5;
-    if (item.shape === "cross") { segment(pen, x - r, y - r, x + r, y + r); segment(pen, x - r, y + r, x + r, y - r); return; }
-    pen.beginPath();
-    if (item.shape === "square") pen.rect(x - r, y - r, 2 * r, 2 * r);
-    else pen.arc(x, y, r, 0, 2 * Math.PI);
-    pen.stroke();
-  },
-};
-
-// --- controls: each makes its elements, and returns a function that brings them up to date -----------------------------
-
-const CONTROLS = {
-  slider(control, row, view) {
-    const label = make("label", "slider", row);
-    make("span", "", label, control.label);
-    const range = make("input", "", label);
-    const number = make("input", "", label);
-    make("span", "unit", label, control.unit);
-    Object.assign(range, { type: "range", min: control.min, max: control.max, step: control.step });
-    Object.assign(number, { type: "number", min: control.min, max: control.max, step: control.step });
-    const name = control.unit ? `${control.label}, ${control.unit}` : control.label;
-    for (const [input, what] of [[range, ""], [number, ", number"]]) {
-      input.setAttribute("aria-label", name + what);
-      input.dataset.name = control.name + (what ? "-number" : "");
-    }
-    const send = (value) => { if (Number.isFinite(value)) view.tell({ kind: "set", name: control.name, value }); };
-    range.addEventListener("input", () => { number.value = range.value; send(range.valueAsNumber); });
-    number.addEventListener("change", () => send(number.valueAsNumber));
-    for (const input of [range, number]) input.addEventListener("keydown", (event) => event.stopPropagation());
-    return ({ value, disabled }) => {
-      range.disabled = number.disabled = Boolean(disabled);
-      const busy = view.open || view.pending;
-      if (!(busy && document.activeElement === range)) range.value = value;
-      if (document.activeElement !== number || !busy) number.value = tidy(value, control.step);
-    };
-  },
-  choice(control, row, view) {
-    const label = make("label", "choice", row);
-    make("span", "", label, control.label);
-    const select = make("select", "", label);
-    select.dataset.name = control.name;
-    for (const [value, text] of control.options) { const option = make("option", "", select, text); option.value = value; }
-    select.addEventListener("change", () => view.tell({ kind: "set", name: control.name, value: select.value }));
-    select.addEventListener("keydown", (event) => event.stopPropagation());
-    return ({ value, disabled }) => { select.value = value; select.disabled = Boolean(disabled); };
-  },
-  button(control, row, view) {
-    const button = make("button", "", row, control.label);
-    button.dataset.name = control.name;
-    button.title = control.title ?? "";
-    const event = { kind: "press", name: control.name };
-    button.addEventListener("click", () => {
-      if (button.getAttribute("aria-disabled") === "true") return; // it keeps the focus, as a disabled one would not
-      if (control.look === "stop") view.urgent(event);
-      else view.tell(event);
-    });
-    return ({ disabled, look }) => {
-      button.setAttribute("aria-disabled", String(Boolean(disabled)));
-      button.className = look ?? "";
-    };
-  },
-};
-
-// --- small things ---------------------------------------------------------------------------------------------------
-
-function make(tag, name, parent, text) {
-  const element = document.createElement(tag);
-  if (name) element.className = name;
-  if (text !== undefined) element.textContent = text;
-  parent.append(element);
-  return element;
-}
-
-function segment(pen, x0, y0, x1, y1) {
-  pen.beginPath();
-  pen.moveTo(x0, y0);
-  pen.lineTo(x1, y1);
-  pen.stroke();
-}
-
-function zigzag(pen, x0, y0, x1, y1, turns, wide) {
-  const [dx, dy] = [(x1 - x0) / (turns + 1), (y1 - y0) / (turns + 1)];
-  const long = Math.hypot(dx, dy) || 1;
-  pen.beginPath();
-  pen.moveTo(x0, y0);
-  for (let i = 1; i <= turns; i++) {
-    const side = i % 2 ? wide : -wide;
-    pen.lineTo(x0 + i * dx - (side * dy) / long, y0 + i * dy + (side * dx) / long);
-  }
-  pen.lineTo(x1, y1);
-  pen.stroke();
-}
-
-function ticks(low, high, count) {
-  const rough = (high - low) / count;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((factor) => factor * power >= rough) * power;
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  const found = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) {
-    found.push({ value: i * step, text: (i * step).toFixed(digits).replace("-", "−") });
-  }
-  return found;
-}
-
-function tidy(value, step) {
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return Number(value).toFixed(digits);
 }

@@ -18,6 +18,7 @@ from rotflex.figures.style import SWITCH, Picture, bundle
 from rotflex.widgets.scene import Scene
 
 _HERE = Path(__file__).parent
+_SCRIPTS = ("drawing.js", "controls.js", "explorer.js")  # one module, in files that can be read
 
 
 class Explorer(anywidget.AnyWidget):
@@ -28,7 +29,7 @@ class Explorer(anywidget.AnyWidget):
     there stays.
     """
 
-    _esm = _HERE / "explorer.js"
+    _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     _css = _HERE / "explorer.css"
     scene = traitlets.Dict().tag(sync=True)
     data = traitlets.Bytes().tag(sync=True)

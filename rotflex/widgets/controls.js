@@ -1,0 +1,66 @@
+// Sliders, choices, buttons: each makes its elements, and returns a function that brings them up to date.
+
+const CONTROLS = {
+  slider(control, row, view) {
+    const label = make("label", "slider", row);
+    make("span", "", label, control.label);
+    const range = make("input", "", label);
+    const number = make("input", "", label);
+    make("span", "unit", label, control.unit);
+    Object.assign(range, { type: "range", min: control.min, max: control.max, step: control.step });
+    Object.assign(number, { type: "number", min: control.min, max: control.max, step: control.step });
+    const name = control.unit ? `${control.label}, ${control.unit}` : control.label;
+    for (const [input, what] of [[range, ""], [number, ", number"]]) {
+      input.setAttribute("aria-label", name + what);
+      input.dataset.name = control.name + (what ? "-number" : "");
+    }
+    const send = (value) => { if (Number.isFinite(value)) view.tell({ kind: "set", name: control.name, value }); };
+    range.addEventListener("input", () => { number.value = range.value; send(range.valueAsNumber); });
+    number.addEventListener("change", () => send(number.valueAsNumber));
+    for (const input of [range, number]) input.addEventListener("keydown", (event) => event.stopPropagation());
+    return ({ value, disabled }) => {
+      range.disabled = number.disabled = Boolean(disabled);
+      const busy = view.open || view.pending;
+      if (!(busy && document.activeElement === range)) range.value = value;
+      if (document.activeElement !== number || !busy) number.value = tidy(value, control.step);
+    };
+  },
+  choice(control, row, view) {
+    const label = make("label", "choice", row);
+    make("span", "", label, control.label);
+    const select = make("select", "", label);
+    select.dataset.name = control.name;
+    for (const [value, text] of control.options) { const option = make("option", "", select, text); option.value = value; }
+    select.addEventListener("change", () => view.tell({ kind: "set", name: control.name, value: select.value }));
+    select.addEventListener("keydown", (event) => event.stopPropagation());
+    return ({ value, disabled }) => { select.value = value; select.disabled = Boolean(disabled); };
+  },
+  button(control, row, view) {
+    const button = make("button", "", row, control.label);
+    button.dataset.name = control.name;
+    button.title = control.title ?? "";
+    const event = { kind: "press", name: control.name };
+    button.addEventListener("click", () => {
+      if (button.getAttribute("aria-disabled") === "true") return; // it keeps the focus, as a disabled one would not
+      if (control.look === "stop") view.urgent(event);
+      else view.tell(event);
+    });
+    return ({ disabled, look }) => {
+      button.setAttribute("aria-disabled", String(Boolean(disabled)));
+      button.className = look ?? "";
+    };
+  },
+};
+
+function make(tag, name, parent, text) {
+  const element = document.createElement(tag);
+  if (name) element.className = name;
+  if (text !== undefined) element.textContent = text;
+  parent.append(element);
+  return element;
+}
+
+function tidy(value, step) {
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return Number(value).toFixed(digits);
+}
