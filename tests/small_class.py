@@ -61,26 +61,27 @@ def contents(out: Path) -> dict[str, Any]:
         return book.dump()
 
 
-def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, scratch: Path) -> int:
-    """Run a command, kill it at random moments so often, and let it come to its end then; how often it was killed.
+def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, scratch: Path) -> None:
+    """Run a command, kill it at random moments so often, and let it come to its end then.
 
     Parameters
     ----------
     words : the command
     kills : times to kill it by SIGKILL
-    longest : s; it is killed after a random time up to this
+    longest : s; it is killed after a random time up to this, or sooner if it has come to its end by then
     seed : for the random times
     scratch : its folder for temporary files, by which all that it starts can be known
     """
     environment = {**os.environ, "TMPDIR": str(scratch)}
     drawn = random.Random(seed)
-    killed = 0
     for _ in range(kills):
-        child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-        time.sleep(drawn.uniform(0, longest))
-        if child.poll() is None:
-            os.kill(child.pid, signal.SIGKILL)
-            killed += 1
-        child.wait()
+        moment, killed = drawn.uniform(0, longest), False
+        while not killed:
+            child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
+            time.sleep(moment)
+            if child.poll() is None:
+                os.kill(child.pid, signal.SIGKILL)
+                killed = True
+            child.wait()
+            moment /= 2
     subprocess.run(words, check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return killed

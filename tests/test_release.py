@@ -122,6 +122,8 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
         ".md",
         ".toml",
         ".py",
+        ".js",
+        ".css",
         ".ipynb",
     }
 
