@@ -102,7 +102,7 @@ def test_stop_ends_a_run_at_the_next_sample_and_leaves_0_volts(lab):
     assert run.wait(30)
     assert outcome(run)[0] == "stopped" and "0 V" in outcome(run)[1]
     assert output(live._bench) == 0.0
-    assert run.recording is None and run.stop_took is not None
+    assert run.recording is None and run.at_zero is not None
     live.close()
 
 
@@ -196,9 +196,59 @@ def test_a_board_that_fails_at_the_stop_does_not_hang_the_console(console, monke
     monkeypatch.setattr(console._bench, "stop", broken)
     event(console, "press", "start")
     assert not console.running
-    assert rows(console, "State")["state"] == ["ended"]
-    assert "cable" in rows(console, "State")[""][0]
+    assert rows(console, "State")["state"] == ["NOT AT 0 V"]
+    said = rows(console, "State")[""][0]
+    assert "cable" in said and "emergency stop" in said and "is at 0 V" not in said
+    assert console._run.at_zero is None
     monkeypatch.undo()
+
+
+def test_a_stop_that_comes_while_the_page_is_asked_for_is_not_lost(console):
+    """From another thread, between the two looks of one sample."""
+    console.connect()
+    run = None
+
+    def alive():
+        run.stop("You stopped it.")
+        return ""
+
+    run = Running(console._bench, lambda bench: experiments.sweep(bench, progress=False), alive)
+    run.start()
+    assert run.wait(60)
+    assert outcome(run) == ("stopped", "You stopped it. The motor is at 0 V.")
+    assert run.samples().shape[1] <= 2
+
+
+def test_a_run_is_settled_by_its_own_watcher(lab):
+    async def scenario():
+        live = BenchConsole(lab, K)
+        live.set("experiment", "sweep")
+        live.connect()
+        live.start()
+        first = live._task
+        live.disconnect()
+        live.connect()
+        live.start()
+        await asyncio.wait_for(first, 30)
+        assert live.running and live.scene["live"] and live._state == "running"
+        live.stop()
+        await asyncio.wait_for(live._task, 30)
+        assert live._state == "stopped"
+        live.close()
+
+    asyncio.run(scenario())
+
+
+def test_a_start_that_waited_for_a_busy_python_is_not_carried_out(console):
+    console.connect()
+    skew = 1e6  # s; the page's clock may be another's
+    now = 1000 * (time.time() - skew)
+    event(console, "set", "experiment", value="free decay", at=now)
+    event(console, "press", "start", at=now - 30_000)
+    assert console._run is None
+    assert "Press it again" in rows(console, "State")[""][0]
+    event(console, "press", "start", at=1000 * (time.time() - skew))
+    assert console.recording is not None
 
 
 def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
@@ -206,6 +256,7 @@ def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
 
     run = Running(None, None)
     run.error = HILError("The watchdog has expired; clear it before writing again.")
+    run._ended.set()
     assert "too busy" in outcome(run)[1] and "0 V" in outcome(run)[1]
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import csv
 import io
 import json
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -190,6 +190,7 @@ def test_the_design_is_kept_as_an_answer(model, lab):
     press(explorer, "keep")
     assert "recorded" in notice(explorer)["text"]
     assert "others" not in notice(explorer)["text"]
+    assert "marked is the code" in notice(explorer)["text"]
     assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
     change(explorer, "zeta", 0.8)
     press(explorer, "keep")
@@ -287,11 +288,23 @@ def test_the_stiffness_under_the_cursor_and_its_uncertainty(lab):
     assert explorer.cursor == explorer.found.peak()
 
 
-def test_an_impossible_sweep_changes_nothing(lab):
+def test_a_number_that_is_typed_is_held_to_its_sliders_range(lab):
+    explorer = SweepExplorer(lab)
+    for name, asked, taken in (("duration", 1e5, 30.0), ("f_start", -3.0, 0.5), ("amplitude", 0.0, 0.5)):
+        change(explorer, name, asked)
+        assert explorer.settings[name] == taken == control(explorer, name)["value"]
+
+
+def test_a_sweep_that_fails_changes_nothing(lab, monkeypatch):
     explorer = SweepExplorer(lab)
     before = explorer.recording
-    change(explorer, "f_start", -3.0)
-    assert "positive" in notice(explorer)["text"]
+
+    def broken(*_, **__):
+        raise BenchError("The cable is loose.")
+
+    monkeypatch.setattr(experiments, "sweep", broken)
+    change(explorer, "f_start", 1.5)
+    assert notice(explorer)["text"] == "The cable is loose."
     assert explorer.recording is before and explorer.settings["f_start"] == 1.0
 
 
@@ -346,9 +359,6 @@ def test_sliders_change_the_model_and_the_fit_begins_where_they_stand(lab, valid
     change(explorer, "K_s", 1.5)
     assert [row["values"][0] for row in readout(explorer, "Model against measurement")["rows"]] != poor
     press(explorer, "fit")
-    deadline = time.monotonic() + 120
-    while explorer.busy and time.monotonic() < deadline:
-        time.sleep(0.05)
     assert not explorer.busy
     from rotflex.hil.draw import student_bench, student_seed
 
@@ -367,11 +377,23 @@ def test_a_fit_that_is_refused_leaves_the_explorer_usable(lab, model):
         short = experiments.validation(bench, *model, signal="step", duration=1.5, progress=False)
     explorer = ValidationExplorer(short, lab.servo, lab.joint)
     press(explorer, "fit")
-    deadline = time.monotonic() + 60
-    while (explorer.busy or control(explorer, "K_s")["disabled"]) and time.monotonic() < deadline:
-        time.sleep(0.02)
     assert notice(explorer)["kind"] == "error" and "Record for longer" in notice(explorer)["text"]
     assert not control(explorer, "K_s")["disabled"]
+
+
+def test_in_a_kernel_the_fit_leaves_the_loop_free(lab, validated):
+    async def scenario():
+        explorer = ValidationExplorer(validated, lab.servo, lab.joint)
+        press(explorer, "fit")
+        assert explorer.busy and "Fitting" in notice(explorer)["text"]
+        for _ in range(6000):
+            await asyncio.sleep(0.01)
+            if not explorer.busy:
+                break
+        assert "Fitted" in notice(explorer)["text"]
+        assert not control(explorer, "K_s")["disabled"]
+
+    asyncio.run(scenario())
 
 
 def test_fitted_friction_before_a_fit_is_a_word(lab, validated):

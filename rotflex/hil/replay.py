@@ -31,11 +31,6 @@ class RecordedPlant:
         self._elapsed = 0.0
 
     @property
-    def duration(self) -> float:
-        """Of the recording, s."""
-        return float(self.recording.time[-1] - self.recording.time[0])
-
-    @property
     def state(self) -> State:
         """Angles between two samples lie on a straight line, of which the rates are the slopes."""
         dt = self.recording.sample_time

@@ -1,7 +1,8 @@
 """The bench console: connect, run, watch, stop.
 
-Experiments run in a thread of their own, so that the kernel hears the STOP button. They stop by themselves when the
-page no longer gives a sign of life: closed, or cut off by another cell that keeps the kernel busy.
+Experiments run in a thread of their own, so that STOP is heard: on the kernel's loop, or, where JupyterLab has a thread
+for it, beside a cell that keeps Python busy. Where it has none, and when the page is closed, no sign of life comes any
+more, and the run stops by itself.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ class BenchConsole(Explorer):
         self.recording: Recording | None = None
         self._heard = 0.0
         self._page = False  # whether a page has ever spoken
+        self._least_behind = np.inf  # s
         super().__init__()
         _left_open.add(self)
 
@@ -81,6 +83,18 @@ class BenchConsole(Explorer):
         if content.get("kind") == "press" and content.get("name") == "stop":
             self.stop()  # here and now, whichever thread this is
         super()._hear(widget, content, buffers)
+
+    def receive(self, event: Mapping[str, Any]) -> None:
+        """Take an event; but a Start that has waited for a busy Python is not wanted any more when it comes."""
+        sent = event.get("at")
+        if isinstance(sent, (int, float)):
+            behind = time.time() - sent / 1000  # of the page's clock, which may not be ours
+            self._least_behind = min(self._least_behind, behind)
+            late = behind - self._least_behind
+            if event.get("name") == "start" and late > _SILENCE:
+                event = {**event, "kind": "late"}
+                self._said = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
+        super().receive(event)
 
     def set(self, name: str, value: float | str) -> None:
         """Another bench, or another experiment."""
@@ -156,7 +170,7 @@ class BenchConsole(Explorer):
         self.recording, self._settled = None, False
         self._heard = time.monotonic()
         self._run = Running(self._bench, experiment, self._alive)
-        self._state, self._said = "running", "It waits for the arm to come to rest, and then begins."
+        self._state, self._said = "running", "Most experiments first wait until the arm hangs still."
         self._run.start()
         if self._loop is not None and self._loop.is_running():
             self._task = self._loop.create_task(self._show(self._run))
@@ -189,8 +203,9 @@ class BenchConsole(Explorer):
         while not run.done:
             self.refresh()
             await asyncio.sleep(_FRAME)
-        self._settle()
-        self.refresh()
+        if run is self._run:  # else another has been started since, and this one was seen to
+            self._settle()
+            self.refresh()
 
     def _settle(self) -> None:
         """What is to be said and kept of a run that has ended."""

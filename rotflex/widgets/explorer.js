@@ -95,7 +95,7 @@ class View {
 
   post(event) {
     try {
-      this.model.send({ ...event, view: this.id, n: this.sent });
+      this.model.send({ ...event, view: this.id, n: this.sent, at: Date.now() });
     } catch { // the kernel is gone
       this.unanswered();
     }
@@ -165,14 +165,14 @@ class View {
     const text = notice?.text ?? "";
     if (this.notice.textContent !== text) this.notice.textContent = text;
     this.notice.dataset.kind = notice?.kind ?? "";
-    this.notice.hidden = !text;
   }
 
   showControls() {
     const rows = this.scene.controls ?? [];
     const shape = JSON.stringify(rows.map((row) => row.map(({ value, disabled, look, ...fixed }) => fixed)));
     if (shape !== this.shape) {
-      const focused = document.activeElement?.dataset?.name;
+      const inside = this.above.contains(document.activeElement); // another view may have the focus
+      const focused = inside ? document.activeElement.dataset.name : "";
       this.shape = shape;
       this.controls.clear();
       this.above.replaceChildren();

@@ -103,7 +103,13 @@ class Explorer(anywidget.AnyWidget):
         """Do something long beside the kernel, which stays free for other messages meanwhile.
 
         ``done`` is called with the result, or with the exception, where events are heard; then the scene is shown anew.
+        Outside of a kernel it is done at once.
         """
+
+        loop = self._loop
+        if loop is None or not loop.is_running():
+            done(_result(work))
+            return
 
         def finish(result: Any) -> None:
             trouble = ""
@@ -114,12 +120,7 @@ class Explorer(anywidget.AnyWidget):
             self.refresh(trouble)
 
         def run() -> None:
-            result: Any
-            try:
-                result = work()
-            except Exception as error:
-                result = error
-            self.later(finish, result)
+            self.later(finish, _result(work))
 
         threading.Thread(target=run, daemon=True).start()
 
@@ -152,6 +153,14 @@ class Explorer(anywidget.AnyWidget):
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
+
+
+def _result(work: Callable[[], Any]) -> Any:
+    """What comes of some work, be it an exception."""
+    try:
+        return work()
+    except Exception as error:
+        return error
 
 
 def _running_loop() -> asyncio.AbstractEventLoop | None:

@@ -119,7 +119,11 @@ class PoleExplorer(Explorer):
         if self._lab is None:
             raise DesignError("There is no session to keep the design in: make the explorer with lab=lab.")
         replies = self._lab.record(self._question, **{self._part: self.design.K})
-        said = [*replies, "The notebooks that follow use it from now on."]
+        said = [
+            *replies,
+            f"The notebooks that follow use it from now on. What is marked is the code in question {self._question}, "
+            "which this button does not change.",
+        ]
         if not np.allclose(self.design.wanted, self._start.poles):
             said.append(
                 f"Question {self._question} asks for the workbook's poles, and these are others: for the report, set "

@@ -36,7 +36,7 @@ class Running:
     recording : when it is done, or None
     error : why it ended early, or None
     late : samples that came more than a sample time late, where time does not wait
-    stop_took : s, from the call of :meth:`stop` until the motor was at 0 V
+    not_zero : why 0 V could not be set in the end, or None
     at_zero : when it was, by the computer's clock (s since 1970)
     """
 
@@ -45,13 +45,12 @@ class Running:
         self._samples = np.empty((_FIRST, 4))
         self._count = 0
         self._asked: str = ""
-        self._asked_at = 0.0
         self._due = 0.0
         self.recording: Recording | None = None
         self.error: Exception | None = None
         self.late = 0
-        self.stop_took: float | None = None
-        self.at_zero = 0.0
+        self.not_zero: Exception | None = None
+        self.at_zero: float | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="rotflex-experiment", daemon=True)
 
@@ -61,9 +60,7 @@ class Running:
 
     def stop(self, reason: str = "You stopped it.") -> None:
         """Ask it to stop: at the next sample, within milliseconds, the motor is at 0 V."""
-        if not self._asked:
-            self._asked_at = time.perf_counter()
-            self._asked = reason
+        self._asked = self._asked or reason
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until it has ended, and whether it has."""
@@ -98,19 +95,16 @@ class Running:
         """0 V, whatever happened; experiments see to it themselves, and this makes sure."""
         try:
             self._bench.stop()
-        except Exception as error:
-            self.error = self.error or error
-        finally:
             self.at_zero = time.time()
-            if self._asked:
-                self.stop_took = time.perf_counter() - self._asked_at
+        except Exception as error:
+            self.not_zero = error
+        finally:
             self._ended.set()
 
     def _note(self, measured: Measurement, voltage: float) -> None:
-        if not self._asked:
-            self._asked = self._alive()
-        if self._asked:
-            raise RunStopped(f"{self._asked} The motor is at 0 V.")
+        reason = self._asked or self._alive()  # read once: stop() is called from other threads
+        if reason:
+            raise RunStopped(f"{reason} The motor is at 0 V.")
         if measured.time == 0.0:  # an experiment begins: the wait for rest before it has times of its own
             self._count, self.late = 0, 0
         if not self._bench.is_simulated:
@@ -133,6 +127,9 @@ class Running:
 def outcome(run: Running) -> tuple[str, str]:
     """How a run ended: a word for it, and a sentence for its user."""
     error: Any = run.error
+    if run.not_zero is not None or not run.done:
+        why = f"{type(run.not_zero).__name__}: {run.not_zero}" if run.not_zero else "it does not answer"
+        return "NOT AT 0 V", f"The bench could not be set to 0 V ({why}). Use the bench's own emergency stop."
     if error is None:
         return "finished", "The experiment is finished. The motor is at 0 V."
     if isinstance(error, RunStopped):

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _DRIVE = {"position": "position loop", "voltage": "motor voltage"}
 _AMPLITUDE = {"position": (3.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}
+_RANGES = {"f_start": (0.5, 3.0, 0.1), "f_stop": (2.0, 8.0, 0.1), "duration": (5.0, 30.0, 1.0)}  # Hz, Hz, s
 _LOOK = {"spectrum": "spectrum of α", "ratio": "ratio |α/θ|"}
 _STEP = 0.01  # Hz, of the cursor
 
@@ -64,7 +65,7 @@ class SweepExplorer(Explorer):
         elif name == "cursor":
             self.move(name, float(value), 0.0)
         else:
-            changed = {**self.settings, name: value}
+            changed = {**self.settings, name: self._within(name, value)}
             if name == "drive":
                 changed["drive"] = "voltage" if value == "voltage" else "position"
                 changed["amplitude"] = _AMPLITUDE[changed["drive"]][0]
@@ -72,6 +73,13 @@ class SweepExplorer(Explorer):
             found = spectra(recording)  # first everything, so that nothing is half changed should it fail
             self.settings, self.recording, self.found = changed, recording, found
             self.cursor = found.peak(self.look)
+
+    def _within(self, name: str, value: float | str) -> float | str:
+        """A setting within its slider's range: a number box keeps to none."""
+        if isinstance(value, str):
+            return value
+        low, high = _RANGES[name][:2] if name in _RANGES else _AMPLITUDE[self.settings["drive"]][2:4]
+        return min(max(value, low), high)
 
     def move(self, name: str, x: float, y: float) -> None:
         """The cursor was moved."""
@@ -130,11 +138,11 @@ class SweepExplorer(Explorer):
         _, unit, low, high, _ = _AMPLITUDE[settings["drive"]]
         sweep: list[list[Slider | Choice | Button]] = [
             [
-                Slider("f_start", "from", "Hz", 0.5, 3.0, 0.1, settings["f_start"]),
-                Slider("f_stop", "to", "Hz", 2.0, 8.0, 0.1, settings["f_stop"]),
+                Slider("f_start", "from", "Hz", *_RANGES["f_start"], settings["f_start"]),
+                Slider("f_stop", "to", "Hz", *_RANGES["f_stop"], settings["f_stop"]),
             ],
             [
-                Slider("duration", "duration", "s", 5.0, 30.0, 1.0, settings["duration"]),
+                Slider("duration", "duration", "s", *_RANGES["duration"], settings["duration"]),
                 Slider("amplitude", "amplitude", unit, low, high, 0.1, settings["amplitude"]),
             ],
         ]

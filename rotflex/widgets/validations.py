@@ -127,9 +127,8 @@ class ValidationExplorer(Explorer):
         residual = Panel("measured − model (deg)", span, _limits(left_theta, left_alpha), "time (s)", height=1.15)
         residual.line(compared.time, left_theta, "ghost", "θ")
         residual.line(compared.time, left_alpha, "voltage", "α")
-        low_high = {name: values for name, values in _RANGES.items()}
         sliders: list[Slider | Choice | Button] = [
-            Slider(name, name, _UNITS[name], *low_high[name], getattr(self.parameters, name), self.busy)
+            Slider(name, name, _UNITS[name], *_RANGES[name], getattr(self.parameters, name), self.busy)
             for name in _RANGES
         ]
         options = {name: text for name, text in _FRICTION.items() if name != "fitted" or self.fitted}
