@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import json
 
 import numpy as np
@@ -53,6 +54,7 @@ def test_an_expression_comes_back_from_json_as_it_was(expression):
     back = decode(json.loads(json.dumps(tree)), NAMES)
     point = {sympy.Symbol(name): sympy.Rational(k + 3, 7) for k, name in enumerate(NAMES)}
     before, after = (complex(e.subs(point).evalf(30)) for e in (expression, back))
+    assume(cmath.isfinite(before))  # 1/sin(pi theta) has poles, too
     assert after == pytest.approx(before, rel=1e-9, abs=1e-12)
 
 
