@@ -203,7 +203,7 @@ class View {
       for (const row of readout.rows) {
         const line = make("tr", row.mark ?? "", body);
         make("th", "", line, row.label).scope = "row";
-        for (const value of row.values) make("td", "", line, value);
+        for (const value of row.values) make("td", value.includes("\n") ? "matrix" : "", line, value);
         if (row.mark) make("td", "mark", line, `${MARKS[row.mark]} ${row.words}`);
       }
     });
