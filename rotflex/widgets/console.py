@@ -297,7 +297,7 @@ class BenchConsole(Explorer):
             [
                 Choice("experiment", "experiment", {one: one for one in self._names()}, self.choice, running),
                 Button("start", "Start", "main" if connected else "", not connected or running),
-                Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key in this console"),
+                Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key, while it runs"),
                 Button("save", "Save the recording", disabled=self.recording is None),
             ],
         ]
@@ -349,4 +349,4 @@ def _let_go() -> None:
         try:
             console.disconnect()
         except Exception:
-            continue
+            continue  # nobody is there to be told; the next bench is to get its 0 V all the same

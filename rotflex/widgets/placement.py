@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
 
 from rotflex import response, simulation
 from rotflex.errors import DesignError
+from rotflex.figures.traces import SETTLING_BAND
 from rotflex.recording import Recording
 from rotflex.signals import rate_limit, step, time_axis
 from rotflex.units import DEG
@@ -232,7 +234,7 @@ def _excess(a: Vector, b: Vector, gains: Vector) -> Vector:
     M = np.zeros((n, 5, 5))
     M[:, :4, :4] = a - b[None] * gains[:, None, :]
     M[:, :4, 4] = b[:, 0] * gains[:, :1]
-    phases = [(dt, _exponentials(M * dt), round((until - since) / dt)) for dt, until, since in _phases()]
+    phases = [(dt, expm(M * dt), round((until - since) / dt)) for dt, until, since in _phases()]
     steps = [(dt, transition) for dt, transition, count in phases for _ in range(count)]
     t = np.cumsum([0.0, *(dt for dt, _ in steps)])
     theta_ref = np.minimum(AMPLITUDE * (RATE * (t + SAMPLE_TIME) - 1), AMPLITUDE)
@@ -250,7 +252,7 @@ def _excess(a: Vector, b: Vector, gains: Vector) -> Vector:
     beyond = theta - AMPLITUDE
     overshoot = 100 * beyond.max(axis=0) / (2 * AMPLITUDE)
     late = t > limits["settling_time"]
-    band = 0.04 * AMPLITUDE
+    band = SETTLING_BAND * AMPLITUDE
     settling = np.abs(beyond[late]).max(axis=0)  # in the band at the limit, and for good
     measures = (
         settling / band,
@@ -265,16 +267,6 @@ def _phases() -> list[tuple[float, float, float]]:
     """Sample time, end and beginning of each phase, s."""
     since = [0.0, *(until for _, until in _PHASES)]
     return [(dt, until, begun) for (dt, until), begun in zip(_PHASES, since, strict=False)]
-
-
-def _exponentials(M: Vector) -> Vector:
-    """exp of many matrices at once, by scaling and squaring."""
-    doublings = max(0, int(np.ceil(np.log2(np.abs(M).sum(axis=-1).max() + 1e-300))) + 5)
-    tiny, identity = M / 2**doublings, np.eye(M.shape[-1])
-    result = identity + tiny @ (identity + tiny / 2 @ (identity + tiny / 3 @ (identity + tiny / 4)))
-    for _ in range(doublings):
-        result = result @ result
-    return result
 
 
 def described(value: complex) -> str:

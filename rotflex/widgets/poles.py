@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from rotflex import response
 from rotflex.errors import DesignError
 from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.figures.traces import SETTLING_BAND
 from rotflex.units import DEG
 from rotflex.widgets.explorer import Explorer
 from rotflex.widgets.paper import save
@@ -27,6 +28,7 @@ _FEEDBACK = {"full": "full state", "partial": "partial state (servo only)"}
 _ZETA, _OMEGA, _REAL = (0.1, 0.99), (5.0, 40.0), (-80.0, -2.0)
 _MOST_GHOSTS = 3
 _PAIR, _P3, _P4 = "pair", "p3", "p4"
+_BAND = tuple(AMPLITUDE / DEG * (1 + side * SETTLING_BAND) for side in (-1, 1))  # deg, about the final angle
 _LIMITS = {one.quantity: one.limit for one in response.SPECIFICATIONS}
 _NAMES = ("settling time", "overshoot", "deflection", "voltage")
 _UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
@@ -223,14 +225,12 @@ class PoleExplorer(Explorer):
         theta = Panel("θ (deg)", span, (-26.0, 30.0), height=1.3)
         alpha = Panel("α (deg)", span, (-16.0, 16.0))
         volts = Panel("Vₘ (V)", span, (-14.0, 14.0), "time after the step (s)", height=1.25)
-        band = 0.04 * AMPLITUDE / DEG
-        theta.band(AMPLITUDE / DEG - band, AMPLITUDE / DEG + band, "highlight", "settling band")
+        theta.band(_BAND[0], _BAND[1], "highlight", "settling band")
         theta.level(_LIMITS["settling_time"], "highlight", axis="x")
         for panel, limit in ((alpha, _LIMITS["max_alpha"] / DEG), (volts, _LIMITS["max_vm"])):
             panel.level(limit, "highlight", "limit")
             panel.level(-limit, "highlight")
-        earlier = [("", ghost) for ghost in self.ghosts]
-        for _, ghost in earlier:
+        for ghost in self.ghosts:
             _draw(ghost, (theta, alpha, volts), "ghost")
         recording = self.design.recording
         if recording is not None:
@@ -342,8 +342,7 @@ def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
         theta, alpha, volts = rest
         if found.recording is not None:
             theta.plot(found.recording.time, found.recording.degrees("theta_ref"), **ROLES["reference"])
-        final, color = AMPLITUDE / DEG, ROLES["highlight"]["color"]
-        theta.axhspan(0.96 * final, 1.04 * final, color=color, alpha=0.4)
+        theta.axhspan(*_BAND, color=ROLES["highlight"]["color"], alpha=0.4)
         for axes, limit in ((alpha, _LIMITS["max_alpha"] / DEG), (volts, _LIMITS["max_vm"])):
             axes.axhline(limit, **ROLES["highlight"])
             axes.axhline(-limit, **ROLES["highlight"])

@@ -259,6 +259,13 @@ class Scene:
         return scene, buffer.bytes()
 
 
+def around(*curves: NDArray[np.float64]) -> tuple[float, float]:
+    """Limits of an axis that hold some curves, with a margin."""
+    low, high = min(float(one.min()) for one in curves), max(float(one.max()) for one in curves)
+    margin = 0.1 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
 def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """A long curve with fewer points: of each stretch, the lowest and the highest, so that no peak is lost."""
     if x.size <= MOST_POINTS:

@@ -10,7 +10,7 @@ from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.recording import Recording
 from rotflex.units import DEG
 from rotflex.widgets.explorer import Explorer
-from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider
+from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex.widgets.spectra import SHOWN, Spectra, spectra, stiffness_at, told_in_words
 
 if TYPE_CHECKING:
@@ -102,8 +102,8 @@ class SweepExplorer(Explorer):
         """Both angles against time, the spectrum and the ratio against frequency, stiffness below."""
         recording, found = self.recording, self.found
         span = (float(recording.time[0]), float(recording.time[-1]))
-        theta = Panel("θ (deg)", span, _around(recording.degrees("theta")))
-        alpha = Panel("α (deg)", span, _around(recording.degrees("alpha")), "time (s)", height=1.15)
+        theta = Panel("θ (deg)", span, around(recording.degrees("theta")))
+        alpha = Panel("α (deg)", span, around(recording.degrees("alpha")), "time (s)", height=1.15)
         if "theta_ref" in recording:
             theta.line(recording.time, recording.degrees("theta"), "measured", "servo angle")
             theta.line(recording.time, recording.degrees("theta_ref"), "reference", "command")
@@ -182,12 +182,6 @@ def _settings_of(recording: Recording | None) -> dict[str, Any]:
 def explore_sweep(lab: Lab | None = None, recording: Recording | None = None) -> SweepExplorer:
     """The sweep explorer, as a notebook makes it; see :class:`SweepExplorer`."""
     return SweepExplorer(lab, recording)
-
-
-def _around(values: Any) -> tuple[float, float]:
-    low, high = float(values.min()), float(values.max())
-    margin = 0.1 * (high - low) or 1.0
-    return low - margin, high + margin
 
 
 def picture(recording: Recording, found: Spectra, cursor: float) -> Picture:

@@ -16,10 +16,11 @@ from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.widgets.explorer import Explorer
 from rotflex.widgets.overlay import fit_percent, overlay, told_in_words
-from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider
+from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 
 _FREE = ("K_s", "B_eq", "B_l", "servo_friction", "link_friction")
 _RANGES = {"K_s": (0.5, 2.5, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}
+_ANGLES = ("theta", "alpha")
 _UNITS = {"K_s": "N·m/rad", "B_eq": "N·m·s/rad", "B_l": "N·m·s/rad"}
 _FRICTION = {"none": "left out (linear model)", "typical": "typical", "fitted": "as fitted"}
 _TYPICAL: dict[str, Any] = {name: (greybox.TYPICAL[name],) * 2 for name in ("servo_friction", "link_friction")}
@@ -119,12 +120,12 @@ class ValidationExplorer(Explorer):
         panels = []
         for name, label in (("theta", "θ (deg)"), ("alpha", "α (deg)")):
             measured, model = compared.degrees(name), compared.degrees(f"{name}_model")
-            panel = Panel(label, span, _limits(measured, model), height=1.3)
+            panel = Panel(label, span, around(measured, model), height=1.3)
             panel.line(compared.time, measured, "measured", "measured")
             panel.line(compared.time, model, "model", "model")
             panels.append(panel)
         left_theta, left_alpha = self._residuals()
-        residual = Panel("measured − model (deg)", span, _limits(left_theta, left_alpha), "time (s)", height=1.15)
+        residual = Panel("measured − model (deg)", span, around(left_theta, left_alpha), "time (s)", height=1.15)
         residual.line(compared.time, left_theta, "ghost", "θ")
         residual.line(compared.time, left_alpha, "voltage", "α")
         sliders: list[Slider | Choice | Button] = [
@@ -152,12 +153,12 @@ class ValidationExplorer(Explorer):
         return picture(self.compared)
 
     def _residuals(self) -> tuple[Any, Any]:
-        compared = self.compared
-        return tuple(compared.degrees(name) - compared.degrees(f"{name}_model") for name in ("theta", "alpha"))  # type: ignore[return-value]
+        theta, alpha = (self.compared.degrees(name) - self.compared.degrees(f"{name}_model") for name in _ANGLES)
+        return theta, alpha
 
     def _figures(self) -> Readout:
         rows = []
-        for name, symbol, left in zip(("theta", "alpha"), "θα", self._residuals(), strict=True):
+        for name, symbol, left in zip(_ANGLES, "θα", self._residuals(), strict=True):
             explained = fit_percent(self.compared[name], self.compared[f"{name}_model"])
             rms = float(np.sqrt(np.mean(left**2)))
             rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms:.3f} deg")))
@@ -167,12 +168,6 @@ class ValidationExplorer(Explorer):
 def explore_validation(recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4) -> ValidationExplorer:
     """The validation explorer, as a notebook makes it; see :class:`ValidationExplorer`."""
     return ValidationExplorer(recording, servo, joint, K_s)
-
-
-def _limits(*curves: Any) -> tuple[float, float]:
-    low, high = min(float(one.min()) for one in curves), max(float(one.max()) for one in curves)
-    margin = 0.1 * (high - low) or 1.0
-    return low - margin, high + margin
 
 
 def picture(compared: Recording) -> Picture:
