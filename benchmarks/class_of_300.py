@@ -21,7 +21,7 @@ from pathlib import Path
 from classes import Graded, environment, grade, grade_command, hand_in, small_course
 from memory import ITSELF, TOTAL, Peaks
 
-from rotflex.grading import release
+from rotflex.instructor.release import student_course as release
 
 INTERVAL = 0.5  # s between two looks at the memory
 

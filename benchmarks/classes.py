@@ -20,7 +20,8 @@ from typing import Any
 
 from memory import Peaks, Sampler
 
-from rotflex.grading import notebooks, release
+from rotflex.instructor.release import student_course as release
+from rotflex.instructor.release import student_notebooks as notebooks
 
 ROOT = Path(__file__).resolve().parents[1]
 NO_NAME = 'student = ""'  # in the cell of parameters

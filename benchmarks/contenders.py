@@ -16,7 +16,7 @@ from pathlib import Path
 
 from classes import ROOT, answered, environment
 
-from rotflex.grading import release
+from rotflex.instructor.release import student_course as release
 
 ASSIGNMENT = "course"
 SUBMITTED, EXECUTED = "submitted", "executed"

@@ -30,7 +30,8 @@ KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "languag
 BEGIN = """
 import numpy as np
 import rotflex.lab
-from rotflex import model, widgets
+from rotflex.instructor import model
+from rotflex import widgets
 lab = rotflex.lab.start("ada")
 system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
 A, B = np.asarray(system.A), np.asarray(system.B)

@@ -32,7 +32,7 @@ from classes import ROOT, answered, environment, grade, grade_command, hand_in
 from contenders import NbGrader, Papermill
 from memory import OTHERS, SANDBOX, TOTAL, WORKERS, Peaks, Sampler
 
-from rotflex.grading import release
+from rotflex.instructor.release import student_course as release
 
 OURS = "rotflex grade --jobs {}"
 FLOOR, IMPORTS = "students' code alone", "its imports"

@@ -172,8 +172,8 @@ def _stop(child: subprocess.Popen[bytes]) -> None:
         signal.signal(signal.SIGINT, previous)
 
 
-if importlib.util.find_spec("rotflex.grading") is not None:
-    from rotflex.grading import commands
+if importlib.util.find_spec("rotflex.instructor") is not None:
+    from rotflex.instructor import commands
 
     commands.register(app)
 

@@ -22,9 +22,9 @@ from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.recording import Channel, Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
+from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
 from rotflex.units import DEG
 
-SAMPLE_TIME = 0.002  #: s, of every experiment
 _STILL_FOR = 0.5  # s without a count, after which the arm is at rest
 _PATIENCE = 20.0  # s to wait for it
 
@@ -139,10 +139,10 @@ def tracking(
     bench: Bench,
     K: ArrayLike,
     feedback: str = "full",
-    amplitude: float = 20 * DEG,
-    frequency: float = 0.33,
-    rate: float = 100.0,
-    duration: float = 10.0,
+    amplitude: float = AMPLITUDE,
+    frequency: float = FREQUENCY,
+    rate: float = RATE,
+    duration: float = DURATION,
     progress: bool = True,
 ) -> Recording:
     """State feedback along a smoothed square wave (Sections 3.4.3 and 3.4.4).

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from rotflex.config import one_of
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
+from rotflex.specifications import SETTLING_BAND, SPECIFICATIONS, Specification
 from rotflex.units import DEG
 
 _REST = 1e-6  # of the wave's height: slower changes from sample to sample are rounding, not movement
@@ -105,26 +106,6 @@ class Summary:
 
 
 @dataclass(frozen=True)
-class Specification:
-    """A limit: ``quantity``, an attribute of :class:`Summary`, must not exceed ``limit``, in ``unit``."""
-
-    number: int
-    name: str
-    quantity: str
-    limit: float
-    unit: str
-
-
-#: Section 3.1, for a ±20 deg square wave.
-SPECIFICATIONS = (
-    Specification(1, "servo angle 4 % settling time", "settling_time", 0.5, "s"),
-    Specification(2, "servo angle overshoot", "overshoot", 5.0, "%"),
-    Specification(3, "largest link deflection", "max_alpha", 12.5 * DEG, "rad"),
-    Specification(4, "largest motor voltage", "max_vm", 10.0, "V"),
-)
-
-
-@dataclass(frozen=True)
 class Finding:
     """Whether one specification is met (``None``: it was not measured), and the same in words."""
 
@@ -134,7 +115,7 @@ class Finding:
     words: str
 
 
-def measure(recording: Recording, band: float = 0.04, final: str = "commanded") -> list[StepResponse]:
+def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "commanded") -> list[StepResponse]:
     """Find the steps of the command and measure the response to each.
 
     Every step of ``theta_ref`` is listed, measurable or not. A recording that opens with the servo on its way to the

@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from rotflex.grading.chain import ArrayFrom, ChoiceIs, GainPlaces, PolesFrom, own_voltage_model
-from rotflex.grading.checks import ForAPerson, Number
-from rotflex.grading.responses import FigureShows, Measured, ResponseOf, Satisfied, run_again, simulated_again
+from rotflex.instructor.marking.checks import ChoiceIs, ForAPerson, Number
+
+from . import tolerances
+from .design_checks import ArrayFrom, GainPlaces, PolesFrom, desired_poles, desired_polynomial, own_voltage_model
+from .response_checks import FigureShows, Measured, ResponseOf, Satisfied, run_again, simulated_again
 
 
 def from_own(question, part):
@@ -22,7 +24,7 @@ def own_polynomial(own, servo):
     return np.poly(np.ravel(own("2.18", "poles"))).real
 
 
-def own_stability(own, servo):
+def own_stability(own, bench):
     """What the workbook's rule makes of the student's own poles."""
     poles = np.ravel(own("2.18", "poles"))
     largest = np.abs(poles).max()
@@ -84,11 +86,11 @@ PRELAB = {
         "strategy": ForAPerson(
             "sigma = zeta omega_n and omega_d = omega_n sqrt(1 - zeta²) make a conjugate pair; p_3 and p_4 are given."
         ),
-        "desired_poles": PolesFrom("the desired poles", lambda d: d.desired_poles, rtol=0.005),
+        "desired_poles": PolesFrom("the desired poles", lambda d: desired_poles(), rtol=tolerances.DESIRED),
         "polynomial": ArrayFrom(
             "the desired polynomial",
-            lambda d: d.desired_polynomial,
-            rtol=0.005,
+            lambda d: desired_polynomial(),
+            rtol=tolerances.DESIRED,
             follow=lambda own, servo: np.poly(np.ravel(own("3.4", "desired_poles"))).real,
             follow_what="the polynomial of your own desired poles",
             slips=(("highest power of s first", lambda p: p[::-1]),),
@@ -98,13 +100,13 @@ PRELAB = {
         "strategy": ForAPerson("The feedback changes the last row only: compare coefficients, power by power."),
         "K_c": ArrayFrom(
             "the gain in companion form",
-            lambda d: (d.desired_polynomial - d.polynomial)[:0:-1],
+            lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
             follow=own_K_c,
             follow_what="the difference of your own two polynomials",
             slips=(
                 ("the gain for the lowest power of s comes first", lambda k: k[::-1]),
                 ("a factor of ten is lost in the first entry", lambda k: k * [0.1, 1, 1, 1]),
-                ("the open-loop coefficients were not taken off", lambda k: np.array([480000.0, 56800, 3280, 94])),
+                ("the open-loop coefficients were not taken off", lambda k: desired_polynomial()[:0:-1]),
             ),
         ),
     },
@@ -141,21 +143,21 @@ DESIGN = {
         "T": ArrayFrom(
             "the controllability matrix",
             lambda d: d.transformation[0],
-            rtol=0.03,
+            rtol=tolerances.CONTROLLABILITY,
             follow=lambda own, servo: ctrb(*own_voltage_model(own, servo)),
             follow_what="that of your own model",
         ),
         "T_c": ArrayFrom(
             "the controllability matrix of the companion form",
             lambda d: d.transformation[1],
-            rtol=0.03,
+            rtol=tolerances.CONTROLLABILITY,
             follow=own_companion_ctrb,
             follow_what="that of your own companion form",
         ),
         "W": ArrayFrom(
             "the transformation matrix",
             lambda d: d.transformation[2],
-            rtol=0.03,
+            rtol=tolerances.CONTROLLABILITY,
             follow=lambda own, servo: own("3.7", "T") @ np.linalg.inv(own("3.7", "T_c")),
             follow_what="T times the inverse of T_c, with your own",
             slips=(("it is the inverse of what is asked for", np.linalg.inv),),
@@ -170,7 +172,7 @@ DESIGN = {
     "3.9": {
         "poles": PolesFrom(
             "the desired poles",
-            lambda d: d.desired_poles,
+            lambda d: desired_poles(),
             follow=closed_loop_poles,
             follow_what="the closed loop of your own model and gain",
         ),
@@ -182,14 +184,6 @@ DESIGN = {
 
 # --- Sections 3.4.2 to 3.4.4: responses -----------------------------------------------------------------------------
 
-TOLERANCES = {
-    # The settling time is read from samples; the overshoot is a small difference of large angles, in encoder counts.
-    "t_s": {"rtol": 0.05, "atol": 0.02},
-    "PO": {"rtol": 0.05, "atol": 0.6},
-    "alpha_max_deg": {"rtol": 0.03, "atol": 0.1},
-    "V_max": {"rtol": 0.05, "atol": 0.1},
-}
-
 
 def experiment(recorded, measured, again):
     """The check of a response and its figure, and of what is measured on it."""
@@ -200,7 +194,7 @@ def experiment(recorded, measured, again):
             "figure": FigureShows(again, own=response, channels=("theta", "alpha", "vm")),
         },
         measured: {
-            **{name: Measured(name, again, response, **room) for name, room in TOLERANCES.items()},
+            **{name: Measured(name, again, response, **room) for name, room in tolerances.MEASURED.items()},
             "satisfied": Satisfied(measured, again, response),
             "conclusion": ForAPerson(
                 "Each specification with its number and margin; what was expected, and why it came out so."
@@ -233,7 +227,7 @@ def measured(source, suffix):
         "3.16": (run_again("partial"), ("3.15", "response")),
     }[source]
     return {
-        f"{name}_{suffix}": Measured(name, again, response, carried=(source, name), **TOLERANCES[name])
+        f"{name}_{suffix}": Measured(name, again, response, carried=(source, name), **tolerances.MEASURED[name])
         for name in ("t_s", "PO", "alpha_max_deg")
     }
 
@@ -247,11 +241,11 @@ GAIN = GainPlaces(follow=from_own("3.8", "K"), follow_what=CARRIED)
 TABLE_3 = {
     "Table 3": {
         "desired_poles": PolesFrom(
-            "the desired poles", lambda d: d.desired_poles, follow=from_own("3.4", "desired_poles"), follow_what=CARRIED
+            "the desired poles", lambda d: desired_poles(), follow=from_own("3.4", "desired_poles"), follow_what=CARRIED
         ),
         "K_c": ArrayFrom(
             "the gain in companion form",
-            lambda d: (d.desired_polynomial - d.polynomial)[:0:-1],
+            lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
             follow=from_own("3.5", "K_c"),
             follow_what=CARRIED,
         ),
@@ -263,7 +257,7 @@ TABLE_3 = {
         ),
         "K": GAIN,
         "poles": PolesFrom(
-            "the desired poles", lambda d: d.desired_poles, follow=from_own("3.9", "poles"), follow_what=CARRIED
+            "the desired poles", lambda d: desired_poles(), follow=from_own("3.9", "poles"), follow_what=CARRIED
         ),
         **measured("3.12", "sim"),
         "K_fsf": GAIN,

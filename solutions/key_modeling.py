@@ -1,14 +1,24 @@
 """How the answers of Section 2 are marked. Part of ``key.py``, which has the policy."""
 
+from functools import partial
+
 import numpy as np
 
 from rotflex.config import joint
-from rotflex.grading.algebra import EquationIs, ExpressionIs, SymbolicMatrixIs, accelerations, at, euler_lagrange, slope
-from rotflex.grading.chain import ArrayFrom, PolesFrom, StateSpaceFunction, own_voltage_model
-from rotflex.grading.checks import ForAPerson, Number, RecordingOf
-from rotflex.grading.curves import FigureFollows, FigureOfSpectrum, SpectrumFunction
-from rotflex.grading.responses import FigureShows, ResponseOf, validated_again
+from rotflex.instructor.marking import expression_checks
+from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
+from rotflex.instructor.marking.expression_checks import ExpressionIs, at
+from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpectrum
 from rotflex.units import DEG, HZ
+
+from . import tolerances
+from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, own_voltage_model
+from .motion import MOTION, STATE, accelerations, euler_lagrange, slope
+from .response_checks import FigureShows, ResponseOf, validated_again
+from .spectrum_checks import SpectrumFunction
+
+EquationIs = partial(expression_checks.EquationIs, motion=MOTION)
+SymbolicMatrixIs = partial(expression_checks.SymbolicMatrixIs, own_symbols=STATE)
 
 
 def sweep(bench):
@@ -77,7 +87,7 @@ def own_rows(inputs):
     return lambda own, p: first + [[slope(own("2.6", f"{q}_ddot"), x, p) for x in inputs] for q in ("theta", "alpha")]
 
 
-STATE = ("theta", "alpha", "theta_dot", "alpha_dot")
+ANGLES = STATE[:4]
 
 PRELAB = {
     "2.1": {
@@ -149,7 +159,7 @@ PRELAB = {
             "The first two rows say that a rate is the derivative of an angle; the coefficients of the accelerations "
             "are the other two."
         ),
-        "A": SymbolicMatrixIs(A, follow=own_rows(STATE), follow_what="your own accelerations"),
+        "A": SymbolicMatrixIs(A, follow=own_rows(ANGLES), follow_what="your own accelerations"),
         "B": SymbolicMatrixIs(B, follow=own_rows(("tau",)), follow_what="your own accelerations"),
     },
     "2.8": {
@@ -173,18 +183,23 @@ PRELAB = {
 
 STIFFNESS = {
     "2.9": {
-        "sweep": RecordingOf(sweep, channel="alpha", rtol=0.01),
+        "sweep": RecordingOf(
+            sweep,
+            channel="alpha",
+            rtol=tolerances.RECORDING,
+            slips={("drive", "position"): "The servo did not follow the sweep: it was sent to the motor as a voltage."},
+        ),
         "figure": FigureFollows(sweep, own=("2.9", "sweep"), channel="alpha"),
     },
     "2.10": {
-        "spectrum": SpectrumFunction(rtol=0.05),
+        "spectrum": SpectrumFunction(rtol=tolerances.SPECTRUM),
         "figure": FigureOfSpectrum(sweep, own=("2.9", "sweep"), channel="alpha", band=(1.0, 5.0)),
     },
     "2.11": {
         "omega_n": Number(
             what="the natural frequency of your bench",
             expected=lambda bench: bench.omega_n,
-            rtol=0.05,
+            rtol=tolerances.OMEGA_N,
             slips=lambda bench: {"it looks like a frequency in Hz; rad/s are asked for": bench.omega_n / HZ},
         ),
         "explanation": ForAPerson(
@@ -197,16 +212,16 @@ STIFFNESS = {
         "J_l": Number(
             what="the inertia of the link on your bench",
             expected=lambda bench: bench.J_l,
-            rtol=0.01,
+            rtol=tolerances.J_L,
             slips=other_anchors,
         ),
         "K_s": Number(
             what="the stiffness of your joint",
             expected=lambda bench: bench.K_s,
-            rtol=0.10,
+            rtol=tolerances.K_S,
             follow=lambda own: own("2.12", "J_l") * own("2.11", "omega_n") ** 2,
             follow_what="J_l·omega_n² with your own J_l and omega_n",
-            follow_rtol=0.02,
+            follow_rtol=tolerances.K_S_FROM_OWN,
             slips=lambda bench: {"it looks like J_l·f² with the frequency in Hz": bench.K_s / HZ**2},
         ),
     },
@@ -281,14 +296,14 @@ TABLE_2 = {
         "omega_n": Number(
             "the natural frequency of your bench",
             lambda bench: bench.omega_n,
-            0.05,
+            tolerances.OMEGA_N,
             follow=lambda own: own("2.11", "omega_n"),
             follow_what="your own answer",
         ),
         "K_s": Number(
             "the stiffness of your joint",
             lambda bench: bench.K_s,
-            0.10,
+            tolerances.K_S,
             follow=lambda own: own("2.12", "K_s"),
             follow_what="your own answer",
         ),
@@ -313,7 +328,7 @@ WARM_UP = {
         "resolution": Number(
             what="the encoder's resolution",
             expected=lambda bench: bench.servo.K_enc,
-            rtol=0.01,
+            rtol=tolerances.RESOLUTION,
             slips=lambda bench: {"these are degrees": bench.servo.K_enc / DEG},
         ),
     },

@@ -35,7 +35,7 @@ def real_log(real_log_path: Path) -> Recording:
 @pytest.fixture(scope="session")
 def sandbox() -> None:
     """Isolation, where it is to be had."""
-    from rotflex.grading import walls
+    from rotflex.instructor.running import isolation_report as walls
 
     lacking = [layer for layer in walls.examine().layers if layer.needed and not layer.good]
     if lacking:

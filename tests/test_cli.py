@@ -11,11 +11,10 @@ import time
 from pathlib import Path
 
 import pytest
+from checkout import ROOT
 from typer.testing import CliRunner
 
 from rotflex import cli
-
-ROOT = Path(__file__).resolve().parents[1]
 
 
 def rotflex(*arguments):
@@ -62,7 +61,16 @@ def test_the_exit_codes_are_in_the_help_of_grade():
 
 
 def test_help_does_not_load_what_only_a_command_needs():
-    heavy = ["numpy", "scipy", "matplotlib", "nbformat", "papermill", "jinja2", "rotflex.lab", "rotflex.grading.grades"]
+    heavy = [
+        "numpy",
+        "scipy",
+        "matplotlib",
+        "nbformat",
+        "papermill",
+        "jinja2",
+        "rotflex.lab",
+        "rotflex.instructor.reports.grades",
+    ]
     code = f"import sys, rotflex.cli; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -191,7 +199,7 @@ def test_jupyterlabs_exit_code_is_the_commands(tmp_path, monkeypatch):
 
 
 def test_release_says_what_it_made(tmp_path):
-    done = rotflex("release", tmp_path / "out", "--source", ROOT)
+    done = rotflex("release", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 0, done.output
     assert (tmp_path / "out" / "rotflex-course" / "notebooks" / "00_start.ipynb").exists()
     assert (tmp_path / "out" / "rotflex-course.zip").exists()
@@ -211,7 +219,7 @@ def test_notebooks_are_derived_anew(tmp_path):
     (tmp_path / "solutions").mkdir()
     original = (ROOT / "solutions" / "00_start.ipynb").read_bytes()
     (tmp_path / "solutions" / "00_start.ipynb").write_bytes(original)
-    assert rotflex("notebooks", "--source", tmp_path).exit_code == 0
+    assert rotflex("notebooks", "--course", tmp_path).exit_code == 0
     assert "# Your code here." in (tmp_path / "notebooks" / "00_start.ipynb").read_text()
 
 
@@ -221,7 +229,7 @@ def test_notebooks_are_derived_anew(tmp_path):
 @pytest.fixture
 def isolated(monkeypatch):
     """As if the walls had been looked at."""
-    monkeypatch.setattr("rotflex.grading.walls.check", lambda: None)
+    monkeypatch.setattr("rotflex.instructor.running.isolation_report.check", lambda: None)
 
 
 def hand_in_nonsense(folder, student="ada"):
@@ -230,12 +238,12 @@ def hand_in_nonsense(folder, student="ada"):
 
 
 def test_grade_refuses_where_it_cannot_isolate_and_names_layer_and_remedy(tmp_path, monkeypatch):
-    from rotflex.isolation.layers import Layer
+    from rotflex.instructor.isolation.layers import Layer
 
     lacking = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True)
-    monkeypatch.setattr("rotflex.isolation.layers.examine", lambda: [lacking])
+    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: [lacking])
     hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 3
     said = " ".join(done.output.split())
     assert "cannot be run in isolation here" in said
@@ -245,13 +253,13 @@ def test_grade_refuses_where_it_cannot_isolate_and_names_layer_and_remedy(tmp_pa
 
 
 def test_grade_stops_where_the_self_test_broke_out(tmp_path, monkeypatch):
-    from rotflex.isolation.selftest import Attempt
+    from rotflex.instructor.isolation.selftest import Attempt
 
     out = Attempt("network", False, "reached a listener outside", True)
-    monkeypatch.setattr("rotflex.isolation.layers.examine", lambda: [])
-    monkeypatch.setattr("rotflex.isolation.selftest.run_all", lambda: [out])
+    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: [])
+    monkeypatch.setattr("rotflex.instructor.isolation.selftest.run_all", lambda: [out])
     hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 3
     assert "reached a listener outside" in " ".join(done.output.split())
     assert not (tmp_path / "out").exists()
@@ -260,7 +268,7 @@ def test_grade_stops_where_the_self_test_broke_out(tmp_path, monkeypatch):
 def test_grade_without_isolation_is_refused_for_root(tmp_path, monkeypatch):
     monkeypatch.setattr("os.geteuid", lambda: 0)
     hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT, "--unsafe-no-isolation")
     assert done.exit_code == 3
     assert "not for root" in done.output
 
@@ -268,7 +276,7 @@ def test_grade_without_isolation_is_refused_for_root(tmp_path, monkeypatch):
 def test_grade_without_isolation_is_stamped_on_everything(tmp_path, monkeypatch):
     monkeypatch.setattr("os.geteuid", lambda: 1000)
     hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT, "--unsafe-no-isolation")
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT, "--unsafe-no-isolation")
     assert done.exit_code == 1
     for said in (
         done.output,
@@ -282,7 +290,7 @@ def test_grade_without_isolation_is_stamped_on_everything(tmp_path, monkeypatch)
 @pytest.mark.parametrize("make", [lambda path: None, Path.mkdir], ids=["missing", "empty"])
 def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated):
     make(tmp_path / "in")
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 2
     assert "rotflex: There" in done.output
     assert not (tmp_path / "out").exists()
@@ -290,7 +298,7 @@ def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated
 
 def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):
     hand_in_nonsense(tmp_path, "[red]ada")
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 1
     assert "[red]ada" in done.output  # not taken for markup
     assert "Run in isolation." in done.output
@@ -299,16 +307,16 @@ def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):
 
 def test_results_among_the_submissions_are_refused(tmp_path, isolated):
     hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "in" / "out", "--source", ROOT)
+    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "in" / "out", "--course", ROOT)
     assert done.exit_code == 2
     assert "among the submissions" in done.output
 
 
 def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_path, isolated):
     hand_in_nonsense(tmp_path)
-    assert rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--source", ROOT).exit_code == 1
+    assert rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT).exit_code == 1
     book = ("--gradebook", tmp_path / "out" / "gradebook.sqlite")
-    assert "Nobody's marks changed" in rotflex("regrade", *book, "--source", ROOT, "--question", "2.11").output
+    assert "Nobody's marks changed" in rotflex("regrade", *book, "--course", ROOT, "--question", "2.11").output
     given = ("mark", "ada", "2.11", "explanation", "0.5", "--reason", "Told me \x1b[31m.", "--by", "prof")
     assert rotflex(*given, *book).exit_code == 0
     assert rotflex("mark", "ada", "2.11", "explanation", "5", "--reason", "?", "--by", "prof", *book).exit_code == 2
@@ -320,7 +328,7 @@ def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_
 @pytest.mark.parametrize(
     "words",
     [
-        ("regrade", "--source", ROOT),
+        ("regrade", "--course", ROOT),
         ("history",),
         ("mark", "ada", "2.11", "explanation", "1", "--reason", "x", "--by", "y"),
     ],
@@ -343,13 +351,13 @@ def test_a_roster_is_taken_in(tmp_path):
 
 
 def test_doctor_shows_the_layers_and_says_what_to_do(monkeypatch):
-    from rotflex.isolation.layers import Layer
+    from rotflex.instructor.isolation.layers import Layer
 
     layers = [
         Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True),
         Layer("cgroups", False, "not to be had", "", False),
     ]
-    monkeypatch.setattr("rotflex.isolation.layers.examine", lambda: layers)
+    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: layers)
     done = rotflex("doctor")
     assert done.exit_code == 3
     assert "apt-get install bubblewrap" in done.output and "it need not be" in done.output

@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, DesignError, LimitExceeded
-from rotflex.hil.draw import student_bench
+from rotflex.hil.student_benches import student_bench
 from rotflex.units import DEG, HZ
 
 

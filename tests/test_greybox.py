@@ -11,7 +11,7 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit
-from rotflex.hil.draw import student_bench
+from rotflex.hil.student_benches import student_bench
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from checkout import ROOT
 
-ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "rotflex"
 
 #: From the ground up (docs/architecture.md); a room may import from its own floor and from those below.

@@ -12,7 +12,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from rotflex import experiments, hil
 from rotflex.errors import IdentificationError
-from rotflex.hil.draw import student_bench
+from rotflex.hil.student_benches import student_bench
 from rotflex.identification import (
     Estimate,
     FrequencyResponse,

@@ -12,9 +12,9 @@ import sympy
 
 import rotflex.lab
 from rotflex.errors import AnswerError, BenchError, ConfigurationError
-from rotflex.hil.draw import student_bench, student_seed
-from rotflex.workbook.probes import inputs
-from rotflex.workbook.questions import QUESTIONS, find
+from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.workbook.probes import COMPOUND_SINES
+from rotflex.workbook.questions import CATALOGUE
 
 
 @pytest.fixture(autouse=True)
@@ -183,11 +183,11 @@ def test_functions_are_tried_on_inputs_of_the_students_seed_or_of_the_environmen
         return np.fft.rfftfreq(len(x), dt), np.abs(np.fft.rfft(x))
 
     quiet().answer("2.10", spectrum=spectrum)
-    assert np.array_equal(seen[0], inputs("compound sines", student_seed("ada"))[0][0])
+    assert np.array_equal(seen[0], COMPOUND_SINES.inputs(student_seed("ada"))[0][0])
     monkeypatch.setenv("ROTFLEX_PROBE_SEED", "987654321")
     seen.clear()
     quiet().answer("2.10", spectrum=spectrum)
-    assert np.array_equal(seen[0], inputs("compound sines", 987654321)[0][0])
+    assert np.array_equal(seen[0], COMPOUND_SINES.inputs(987654321)[0][0])
     assert json.loads((folder / "answers.json").read_text())["probe_seed"] == 987654321
     monkeypatch.setenv("ROTFLEX_PROBE_SEED", "-1")
     with pytest.raises(AnswerError, match="probe seed"):
@@ -223,7 +223,7 @@ def test_the_experiments_call_themselves_what_the_catalogue_expects():
         }
     runs["3.11"] = simulation.closed_loop(A, B, K, np.zeros(500))
     for number, recording in runs.items():
-        question = find(number)
+        question = CATALOGUE.find(number)
         (reply,) = lab.book.answer(question, {question.names[0]: recording})
         assert reply.recorded, str(reply)
         assert reply.hints == (), str(reply)
@@ -232,8 +232,8 @@ def test_the_experiments_call_themselves_what_the_catalogue_expects():
 def test_a_whole_course_of_answers_stays_within_the_size_of_the_file(folder):
     from matplotlib.figure import Figure
 
+    from rotflex.courseware.answers import MAX_BYTES
     from rotflex.recording import Recording
-    from rotflex.workbook.answers import MAX_BYTES
 
     rng = np.random.default_rng(2)
     figure = Figure()
@@ -243,7 +243,7 @@ def test_a_whole_course_of_answers_stays_within_the_size_of_the_file(folder):
     recording = Recording.of(np.arange(5000) * 0.002, **{name: rng.normal(size=5000) for name in names})
     samples = {"figure": figure, "recording": recording, "prose": "word " * 999, "matrix": None, "number": 1 / 3}
     lab = quiet()
-    for question in QUESTIONS.values():
+    for question in CATALOGUE.questions.values():
         lab.answer(question.number, **{part.name: samples.get(part.kind) for part in question.parts})
     answered = json.loads((folder / "answers.json").read_text())["answers"]
     assert sum(len(parts) for parts in answered.values()) >= 40

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from rotflex import response, signals
 from rotflex.errors import ConfigurationError, IdentificationError, RecordingError
 from rotflex.recording import Recording
+from rotflex.specifications import SPECIFICATIONS
 from rotflex.units import DEG
 
 SAMPLE_TIME = 0.002
@@ -373,7 +374,7 @@ def summary(**values):
 
 
 def test_the_specifications_are_the_four_of_the_workbook():
-    stated = [(s.number, s.limit / DEG if s.unit == "rad" else s.limit, s.unit) for s in response.SPECIFICATIONS]
+    stated = [(s.number, s.limit / DEG if s.unit == "rad" else s.limit, s.unit) for s in SPECIFICATIONS]
     assert stated == [(1, 0.5, "s"), (2, 5.0, "%"), (3, pytest.approx(12.5), "rad"), (4, 10.0, "V")]
 
 

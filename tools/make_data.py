@@ -12,7 +12,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from rotflex import design, experiments, hil, model, stiffness
+from rotflex import experiments, hil
+from rotflex.instructor import design, model, stiffness
 from rotflex.recording import Recording
 
 SEED = 2011

@@ -18,7 +18,7 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
-from rotflex.workbook.questions import EVERYTHING
+from rotflex.workbook.questions import CATALOGUE
 
 SOLUTIONS = Path(__file__).resolve().parents[1] / "solutions"
 
@@ -28,7 +28,7 @@ def forget_from(notebook: str) -> None:
     file = SOLUTIONS / "answers.json"
     if file.exists():
         content = json.loads(file.read_text(encoding="utf-8"))
-        kept = {n: parts for n, parts in content["answers"].items() if EVERYTHING[n].notebook < notebook}
+        kept = {n: parts for n, parts in content["answers"].items() if CATALOGUE.everything[n].notebook < notebook}
         file.write_text(json.dumps(content | {"answers": kept}), encoding="utf-8")
 
 

@@ -19,6 +19,7 @@ beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``
 ================  ===========================================================
 """
 
+from rotflex.courseware.pictures import ROLES, Picture, new_picture, show, style
 from rotflex.figures.diagrams import (
     implementation_loop,
     simulation_loop,
@@ -29,7 +30,6 @@ from rotflex.figures.diagrams import (
 from rotflex.figures.mechanism import desired_poles, joint_angles, lumped_model
 from rotflex.figures.poles import pole_map
 from rotflex.figures.spectra import compound_sine_spectrum, frequency_response, naive_against_true, spectrum_plot
-from rotflex.figures.style import ROLES, Picture, new_picture, show, style
 from rotflex.figures.traces import compare_tracking, free_decay, sweep_response, tracking, validation
 
 __all__ = [

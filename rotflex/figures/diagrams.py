@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from rotflex.courseware.pictures import Picture, style
 from rotflex.figures.sketch import THICK, Block, Point, Sketch
-from rotflex.figures.style import Picture, style
 
 _SCALE = 0.4  # inches per unit
 _DESIRED_STATE = r"$x_d = [\,\theta_d\;\;0\;\;0\;\;0\,]^T$"

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
+from rotflex.courseware.pictures import BLUE, Picture, style
 from rotflex.figures.sketch import INK, PAPER, SHADE, THICK, TINT, Sketch, along
-from rotflex.figures.style import BLUE, Picture, style
 
 
 def joint_angles() -> Picture:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
+from rotflex.courseware.pictures import Picture, style
 from rotflex.figures.sketch import INK, PAPER, SHADE, THICK, TINT, Point, Sketch, along
-from rotflex.figures.style import Picture, style
 
 
 def trolley_with_pendulum() -> Picture:

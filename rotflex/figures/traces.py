@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex.figures.style import BLUE, ROLES, WIDTH, Picture, new_picture, style
-from rotflex.response import SPECIFICATIONS
+from rotflex.courseware.pictures import BLUE, ROLES, WIDTH, Picture, new_picture, style
+from rotflex.specifications import LIMITS, SETTLING_BAND
 from rotflex.units import DEG
 
 if TYPE_CHECKING:
@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
     from rotflex.recording import Recording
 
-SETTLING_BAND = 0.04  #: of the final angle, Section 3.1 of the workbook
 _PARTIAL: dict[str, Any] = {"color": BLUE, "linestyle": (0, (4, 1.5)), "linewidth": 1.5}
-_LIMITS = {specification.quantity: specification.limit for specification in SPECIFICATIONS}
 
 
 def sweep_response(recording: Recording) -> Picture:
@@ -108,8 +106,8 @@ def tracking(recording: Recording, specifications: bool = True) -> Picture:
         lower.plot(recording.time, recording["vm"], label="$V_m$", **ROLES["voltage"])
         if specifications:
             _settling_bands(upper, recording.degrees("theta_ref"))
-            _limits(middle, _LIMITS["max_alpha"] / DEG, "deg")
-            _limits(lower, _LIMITS["max_vm"], "V")
+            _limits(middle, LIMITS["max_alpha"] / DEG, "deg")
+            _limits(lower, LIMITS["max_vm"], "V")
         for axes, name in ((upper, r"$\theta$ (deg)"), (middle, r"$\alpha$ (deg)"), (lower, "$V_m$ (V)")):
             _name_axes(axes, name)
             _legend(axes)
@@ -139,8 +137,8 @@ def compare_tracking(full: Recording, partial: Recording) -> Picture:
             lower.plot(recording.time, recording["vm"], label=label, **look | {"linewidth": 1.0})
         _angle(upper, full, "theta_ref", "reference", "reference")
         _settling_bands(upper, full.degrees("theta_ref"))
-        _limits(middle, _LIMITS["max_alpha"] / DEG, "deg")
-        _limits(lower, _LIMITS["max_vm"], "V")
+        _limits(middle, LIMITS["max_alpha"] / DEG, "deg")
+        _limits(lower, LIMITS["max_vm"], "V")
         for axes, name in ((upper, r"$\theta$ (deg)"), (middle, r"$\alpha$ (deg)"), (lower, "$V_m$ (V)")):
             _name_axes(axes, name)
             _legend(axes)

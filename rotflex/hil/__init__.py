@@ -25,8 +25,8 @@ from rotflex.config import joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
-from rotflex.hil.draw import preset, student_bench
 from rotflex.hil.replay import RecordedPlant
+from rotflex.hil.student_benches import preset, student_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 

@@ -11,11 +11,11 @@ results                  ``results_table(lab, "Table 2")``               ``lab.t
 =======================  ==============================================  ==================================
 """
 
+from rotflex.courseware.scene.results import results_table
 from rotflex.widgets.console import open_console
 from rotflex.widgets.overlay import fit_percent, overlay
 from rotflex.widgets.placement import Dominant, design, with_gain
 from rotflex.widgets.poles import explore_poles
-from rotflex.widgets.results import results_table
 from rotflex.widgets.spectra import spectra, stiffness_at
 from rotflex.widgets.sweeps import explore_sweep
 from rotflex.widgets.validations import explore_validation

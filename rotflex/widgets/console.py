@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex import experiments, hil
+from rotflex.courseware.pictures import Picture
+from rotflex.courseware.scene.explorer import Explorer
+from rotflex.courseware.scene.scene import Button, Choice, Column, Mechanism, Readout, Row, Scene
 from rotflex.errors import BenchError
-from rotflex.figures.style import Picture
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
-from rotflex.widgets.explorer import Explorer
 from rotflex.widgets.running import Experiment, Running, outcome
-from rotflex.widgets.scene import Button, Choice, Column, Mechanism, Readout, Row, Scene
 from rotflex.widgets.scope import SECONDS, in_words, picture, playable, reported, scope
 
 if TYPE_CHECKING:

@@ -15,17 +15,24 @@ from scipy.linalg import expm
 
 from rotflex import response, simulation
 from rotflex.errors import DesignError
-from rotflex.figures.traces import SETTLING_BAND
 from rotflex.recording import Recording
 from rotflex.signals import rate_limit, step, time_axis
-from rotflex.units import DEG
+from rotflex.specifications import (
+    AMPLITUDE,
+    FREQUENCY,
+    LIMITS,
+    OMEGA_N,
+    P_3,
+    P_4,
+    RATE,
+    SAMPLE_TIME,
+    SETTLING_BAND,
+    ZETA,
+)
 
 Vector = NDArray[np.float64]
 
-SAMPLE_TIME = 0.002  #: s
-AMPLITUDE = 20 * DEG  #: rad, of the square wave
-HALF_PERIOD = 0.5 / 0.33  #: s
-RATE = 100.0  #: 1/s, limit on the slope of the unit wave
+HALF_PERIOD = 0.5 / FREQUENCY  #: s, of the square wave
 _LEAD = 0.06  # s before the step
 _PHASES = ((0.002, 0.12), (0.01, 1.0))  # s, sample time and end: fine enough for the peak of the voltage, then coarse
 _GRID = (24, 22)  # damping ratios and natural frequencies tried
@@ -42,10 +49,10 @@ class Dominant:
     p3, p4 : rad/s, negative
     """
 
-    zeta: float = 0.6
-    omega_n: float = 20.0
-    p3: float = -30.0
-    p4: float = -40.0
+    zeta: float = ZETA
+    omega_n: float = OMEGA_N
+    p3: float = P_3
+    p4: float = P_4
 
     @property
     def pair(self) -> complex:
@@ -248,17 +255,16 @@ def _excess(a: Vector, b: Vector, gains: Vector) -> Vector:
             volts[k] = gains[:, 0] * target - (gains * state[:, :4, 0]).sum(axis=1)
             if k < len(steps):
                 state = steps[k][1] @ state
-    limits = {one.quantity: one.limit for one in response.SPECIFICATIONS}
     beyond = theta - AMPLITUDE
     overshoot = 100 * beyond.max(axis=0) / (2 * AMPLITUDE)
-    late = t > limits["settling_time"]
+    late = t > LIMITS["settling_time"]
     band = SETTLING_BAND * AMPLITUDE
     settling = np.abs(beyond[late]).max(axis=0)  # in the band at the limit, and for good
     measures = (
         settling / band,
-        overshoot / limits["overshoot"],
-        np.abs(alpha).max(axis=0) / limits["max_alpha"],
-        np.abs(volts).max(axis=0) / limits["max_vm"],
+        overshoot / LIMITS["overshoot"],
+        np.abs(alpha).max(axis=0) / LIMITS["max_alpha"],
+        np.abs(volts).max(axis=0) / LIMITS["max_vm"],
     )
     return np.nan_to_num(np.max(measures, axis=0) - 1, nan=1e3, posinf=1e3)
 

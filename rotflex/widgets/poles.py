@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex import response
+from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.courseware.scene.explorer import Explorer
+from rotflex.courseware.scene.saved_pictures import save
+from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider
 from rotflex.errors import DesignError
-from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
-from rotflex.figures.traces import SETTLING_BAND
+from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
 from rotflex.units import DEG
-from rotflex.widgets.explorer import Explorer
-from rotflex.widgets.paper import save
-from rotflex.widgets.placement import AMPLITUDE, Design, Dominant, Region, described, design, matrices, with_gain
-from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider
+from rotflex.widgets.placement import Design, Dominant, Region, described, design, matrices, with_gain
 
 if TYPE_CHECKING:
     from rotflex.lab import Lab
@@ -29,7 +28,6 @@ _ZETA, _OMEGA, _REAL = (0.1, 0.99), (5.0, 40.0), (-80.0, -2.0)
 _MOST_GHOSTS = 3
 _PAIR, _P3, _P4 = "pair", "p3", "p4"
 _BAND = tuple(AMPLITUDE / DEG * (1 + side * SETTLING_BAND) for side in (-1, 1))  # deg, about the final angle
-_LIMITS = {one.quantity: one.limit for one in response.SPECIFICATIONS}
 _NAMES = ("settling time", "overshoot", "deflection", "voltage")
 _UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
 _MARKS = {True: ("met", "met"), False: ("missed", "not met"), None: ("unknown", "not measured")}
@@ -226,8 +224,8 @@ class PoleExplorer(Explorer):
         alpha = Panel("α (deg)", span, (-16.0, 16.0))
         volts = Panel("Vₘ (V)", span, (-14.0, 14.0), "time after the step (s)", height=1.25)
         theta.band(_BAND[0], _BAND[1], "highlight", "settling band")
-        theta.level(_LIMITS["settling_time"], "highlight", axis="x")
-        for panel, limit in ((alpha, _LIMITS["max_alpha"] / DEG), (volts, _LIMITS["max_vm"])):
+        theta.level(LIMITS["settling_time"], "highlight", axis="x")
+        for panel, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
             panel.level(limit, "highlight", "limit")
             panel.level(-limit, "highlight")
         for ghost in self.ghosts:
@@ -343,7 +341,7 @@ def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
         if found.recording is not None:
             theta.plot(found.recording.time, found.recording.degrees("theta_ref"), **ROLES["reference"])
         theta.axhspan(*_BAND, color=ROLES["highlight"]["color"], alpha=0.4)
-        for axes, limit in ((alpha, _LIMITS["max_alpha"] / DEG), (volts, _LIMITS["max_vm"])):
+        for axes, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
             axes.axhline(limit, **ROLES["highlight"])
             axes.axhline(-limit, **ROLES["highlight"])
         volts.set_xlabel("time after the step (s)")

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.courseware.scene.scene import Panel, Play, Readout, Row
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
 from rotflex.recording import Recording
 from rotflex.units import DEG
-from rotflex.widgets.scene import Panel, Play, Readout, Row
 
 SECONDS = 5.0  #: that the scope shows of a run
 _SAMPLES_TO_PLAY = 60  # 1/s, of a recording that the mechanism goes through

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rotflex import experiments
+from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.courseware.scene.explorer import Explorer
+from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex.errors import BenchError
-from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.recording import Recording
 from rotflex.units import DEG
-from rotflex.widgets.explorer import Explorer
-from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex.widgets.spectra import SHOWN, Spectra, spectra, stiffness_at, told_in_words
 
 if TYPE_CHECKING:

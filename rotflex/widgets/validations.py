@@ -9,14 +9,14 @@ import numpy as np
 
 from rotflex import greybox
 from rotflex.config import Joint, Servo
+from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
+from rotflex.courseware.scene.explorer import Explorer
+from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex.errors import RotflexError
-from rotflex.figures.style import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.greybox import FitResult
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
-from rotflex.widgets.explorer import Explorer
 from rotflex.widgets.overlay import fit_percent, overlay, told_in_words
-from rotflex.widgets.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 
 _FREE = ("K_s", "B_eq", "B_l", "servo_friction", "link_friction")
 _RANGES = {"K_s": (0.5, 2.5, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}

@@ -1,1 +1,1 @@
-"""The workbook: its questions, the form of their answers, and the book in which answers are kept."""
+"""This course: its questions, tables and reports, and the probes of its functions. Each number once."""

@@ -2,18 +2,9 @@
 
 from __future__ import annotations
 
-from rotflex.workbook.parts import (
-    YES_NO,
-    Part,
-    Question,
-    choice,
-    figure,
-    matrix,
-    number,
-    poles,
-    prose,
-    recording,
-)
+from rotflex.courseware.parts import YES_NO, Part, Question, choice, figure, matrix, number, poles, prose
+from rotflex.specifications import SETTLING_BAND
+from rotflex.workbook.recordings import recording
 
 PRELAB = "05_control_prelab"
 DESIGN = "06_control_design"
@@ -33,8 +24,9 @@ _POLYNOMIAL = "its coefficients, highest power of s first."
 
 def _specifications(whose: str) -> tuple[Part, ...]:
     """What is measured on a closed-loop response and held against the specifications of Section 3.1."""
+    band = f"{100 * SETTLING_BAND:g} %"
     return (
-        number("t_s", "s", SETTLING_TIME, "K-1", f"Settling time of {whose} (to 4 % of the final angle)."),
+        number("t_s", "s", SETTLING_TIME, "K-1", f"Settling time of {whose} (to {band} of the final angle)."),
         number("PO", "%", OVERSHOOT, "K-1", f"Overshoot of {whose}, in per cent of the step."),
         number("alpha_max_deg", "deg", DEFLECTION, "K-1", "The largest deflection of the link."),
         number("V_max", "V", VOLTAGE, "K-1", "The largest motor voltage."),

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-from rotflex.workbook.parts import (
-    Part,
-    Question,
-    expression,
-    figure,
-    matrix,
-    number,
-    poles,
-    prose,
-    recording,
-)
+from rotflex.courseware.parts import Part, Question, expression, figure, function, matrix, number, poles, prose
+from rotflex.workbook.probes import COMPOUND_SINES, PLANT_PARAMETERS
+from rotflex.workbook.recordings import recording
 
 PRELAB = "01_modeling_prelab"
 STIFFNESS = "02_finding_stiffness"
@@ -188,14 +180,12 @@ MODELING = (
         "Amplitude spectrum",
         ("K-3",),
         (
-            Part(
+            function(
                 "spectrum",
-                "function",
-                2,
+                COMPOUND_SINES,
+                "K-3",
                 "spectrum(x, dt) -> (f_hz, amplitude): the single-sided amplitude spectrum of samples x taken every "
                 "dt seconds. A sine of amplitude 1 on a bin shows as 1.",
-                "K-3",
-                probe="compound sines",
             ),
             figure("figure", "K-3", "The spectrum of the deflection, up to 10 Hz."),
         ),
@@ -236,14 +226,12 @@ MODELING = (
         "The model in code",
         ("K-3",),
         (
-            Part(
+            function(
                 "state_space",
-                "function",
-                2,
+                PLANT_PARAMETERS,
+                "K-3",
                 "state_space(K_s, J_l, J_eq, B_eq) -> (A, B, C, D): your model with the torque as input and the two "
                 "angles as outputs.",
-                "K-3",
-                probe="plant parameters",
             ),
         ),
     ),

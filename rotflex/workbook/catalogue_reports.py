@@ -6,7 +6,7 @@ modeling has no column for K-1 and K-3, and its report leaves out the spectrum; 
 
 from __future__ import annotations
 
-from rotflex.workbook.parts import ReportItem
+from rotflex.courseware.parts import ReportItem
 
 MODELING_REPORT = "Modeling report"
 CONTROL_REPORT = "Control report"

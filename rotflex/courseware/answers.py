@@ -1,0 +1,245 @@
+"""The book in which a student's answers are kept: ``answers.json``, plain data, never lost.
+
+The file is ``{"format": 1, "student", "bench", "software", "probe_seed", "answers": {question: {part: answer}}}``, an
+answer being the plain data of :mod:`rotflex.courseware.forms`. It is read anew before each change, so that two
+notebooks may be open at once, and is written under a temporary name and renamed, so that a crash leaves the old one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import rotflex
+from rotflex.courseware import forms
+from rotflex.courseware.forms import FormError, NotAnswered
+from rotflex.courseware.parts import Question
+from rotflex.errors import AnswerError
+
+FORMAT = 1
+MAX_BYTES = 1_000_000  #: of the whole file
+_KEYS = {"format", "student", "bench", "software", "probe_seed", "answers"}
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What became of the answer to one part. ``str()`` of it is the acknowledgement."""
+
+    question: str
+    part: str
+    recorded: bool
+    text: str
+    hints: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return "\n".join([f"{self.question}  {self.text}", *(f"      hint: {hint}" for hint in self.hints)])
+
+
+def parse(data: bytes) -> dict[str, Any]:
+    """The content of an ``answers.json``, its outer form checked; answers are read with :func:`forms.decode`.
+
+    Raises
+    ------
+    AnswerError
+        If it is too large, is no JSON, or is not such a file.
+    """
+    if len(data) > MAX_BYTES:
+        raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
+    try:
+        content = json.loads(data, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise AnswerError(f"It is not JSON: {error}") from None
+    if not isinstance(content, dict) or content.keys() != _KEYS:
+        raise AnswerError(f"It should be an object with {', '.join(sorted(_KEYS))}.")
+    if content["format"] != FORMAT:
+        raise AnswerError(
+            f"Its format is {repr(content['format'])[:20]}; this version of rotflex reads format {FORMAT}."
+        )
+    seed = content["probe_seed"]
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise AnswerError("Its probe_seed should be a non-negative integer.")
+    if not isinstance(content["student"], str) or not isinstance(content["bench"], dict):
+        raise AnswerError("Its student should be text, and its bench an object.")
+    answers = content["answers"]
+    if not isinstance(answers, dict) or not all(
+        isinstance(parts, dict) and all(isinstance(answer, dict) for answer in parts.values())
+        for parts in answers.values()
+    ):
+        raise AnswerError("Its answers should be objects by question and part.")
+    return content
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number")
+
+
+class AnswerBook:
+    """A student's answers, and the file that they are kept in.
+
+    Parameters
+    ----------
+    path : of the file; it is written when the first answer is recorded
+    student : whose answers these are
+    bench : identity of the bench, plain data
+    probe_seed : from which the inputs of functions are drawn
+
+    Attributes
+    ----------
+    notices : what happened that the student should know, such as a broken file that was put aside
+    """
+
+    def __init__(self, path: str | os.PathLike[str], student: str, bench: Mapping[str, Any], probe_seed: int) -> None:
+        self.path = Path(path)
+        self.student = student
+        self.bench = dict(bench)
+        self.probe_seed = probe_seed
+        self.notices: list[str] = []
+        self._known: tuple[int, ...] | None = None  # the file as it was read or written last
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read the file again if it has changed: another notebook may have written to it."""
+        found = self._identity(self.path)
+        if found is None or found != self._known:
+            self._most_bytes = len(self._text({}))  # that the file has with these answers
+            self._answers = self._load()
+            self._known = found
+
+    def get(self, question: str, part: str) -> dict[str, Any] | None:
+        """The stored answer to a part as plain data, or None."""
+        answer: dict[str, Any] | None = self._answers.get(question, {}).get(part)
+        return answer
+
+    def answer(self, question: Question, values: Mapping[str, Any]) -> list[Reply]:
+        """Check the form of answers to some parts of a question and record those that have it.
+
+        An earlier answer is kept where there is nothing yet, or something of another form.
+
+        Raises
+        ------
+        AnswerError
+            If the question has no such part (nothing is recorded then), or if the file cannot be written.
+        """
+        parts = [question.part(name) for name in values]
+        if not parts:
+            raise AnswerError(f"Question {question.number} takes {', '.join(question.names)}; nothing was given.")
+        self.refresh()
+        replies = []
+        for part in parts:
+            stored = self.get(question.number, part.name)
+            kept = " (the earlier answer is kept)" if stored else ""
+            try:
+                encoded = forms.encode(part, values[part.name], self.probe_seed)
+                self._record(question.number, part.name, encoded.content)
+            except NotAnswered:
+                text = f"{part.name}  not answered yet{kept}"
+                replies.append(Reply(question.number, part.name, False, text))
+            except FormError as error:
+                text = f"{part.name}  not recorded: {error}{kept}"
+                replies.append(Reply(question.number, part.name, False, text))
+            else:
+                text = f"{forms.show(part, encoded.content)}  recorded"
+                replies.append(Reply(question.number, part.name, True, text, encoded.hints))
+        if any(reply.recorded for reply in replies):
+            self._save()
+        return replies
+
+    def _record(self, question: str, part: str, content: dict[str, Any]) -> None:
+        """Put an answer in its place, unless the file would grow too large with it."""
+        changed = {**self._answers, question: {**self._answers.get(question, {}), part: content}}
+        # Mostly the answer by itself tells that there is room, and the whole need not be put into words to see it.
+        self._most_bytes += len(json.dumps({question: {part: content}})) + 2
+        if self._most_bytes > MAX_BYTES:
+            self._most_bytes = len(self._text(changed))
+            if self._most_bytes > MAX_BYTES:
+                raise FormError(
+                    f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures"
+                )
+        self._answers = changed
+
+    # --- the file ------------------------------------------------------------------------------------------------
+
+    def _text(self, answers: dict[str, dict[str, Any]]) -> bytes:
+        content = {
+            "format": FORMAT,
+            "student": self.student,
+            "bench": self.bench,
+            "software": f"rotflex {rotflex.__version__}",
+            "probe_seed": self.probe_seed,
+            "answers": answers,
+        }
+        return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
+
+    @staticmethod
+    def _identity(path: Path) -> tuple[int, ...] | None:
+        """What tells a file from any other that bears, or bore, its name; None if there is no file."""
+        try:
+            seen = path.stat()
+        except OSError:
+            return None
+        return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns
+
+    def _save(self) -> None:
+        text = self._text(self._answers)
+        if len(text) > MAX_BYTES:  # else it could not be read again
+            raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
+        scratch = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
+        try:
+            try:
+                scratch.write_bytes(text)
+                known = self._identity(scratch)
+                os.replace(scratch, self.path)
+                self._known = known
+            finally:
+                scratch.unlink(missing_ok=True)
+        except OSError as error:
+            raise AnswerError(
+                f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."
+            ) from error
+
+    def _load(self) -> dict[str, dict[str, Any]]:
+        """The answers in the file. One that is broken, or another student's, is put aside under another name."""
+        try:
+            data = self.path.read_bytes()
+        except FileNotFoundError:
+            return {}
+        except OSError as error:
+            raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
+        try:
+            content = parse(data)
+            self._most_bytes += len(data)
+        except AnswerError as error:
+            aside = self._put_aside("broken")
+            self.notices.append(
+                f"{self.path.name} could not be read, and was put aside as {aside}. {error} "
+                "A new one is begun: run the notebooks again to answer again."
+            )
+            return {}
+        if content["student"].casefold() != self.student.casefold():
+            aside = self._put_aside(re.sub(r"[^\w.-]+", "_", content["student"])[:40] or "nobody")
+            self.notices.append(f"The answers of {content['student'][:40]!r} were put aside as {aside}.")
+            return {}
+        answers: dict[str, dict[str, Any]] = content["answers"]
+        if content["probe_seed"] == self.probe_seed:
+            return answers
+        # Outputs of functions belong to the inputs that another seed gave.
+        return {
+            question: {name: answer for name, answer in parts.items() if answer.get("kind") != "function"}
+            for question, parts in answers.items()
+        }
+
+    def _put_aside(self, why: str) -> str:
+        """Rename the file to a name that is not taken, and return that name."""
+        count = 1
+        while True:
+            suffix = f"-{count}" if count > 1 else ""
+            aside = self.path.with_name(f"{self.path.stem}.{why}{suffix}{self.path.suffix}")
+            if not aside.exists():
+                os.replace(self.path, aside)
+                return aside.name
+            count += 1

@@ -1,0 +1,115 @@
+"""A course's catalogue: its questions, results tables and reports, by number. It says nothing of what is right."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from rotflex.courseware.messages import _
+from rotflex.courseware.parts import Question, ReportItem, prose
+from rotflex.errors import AnswerError
+
+
+class Catalogue:
+    """All that can be answered in a course.
+
+    Parameters
+    ----------
+    questions : in the order in which they are asked
+    warm_up : questions that give no points
+    tables : results tables
+    report_items : the rows of the reports' scoring sheets, in order
+    reports : number of a report → its section, notebook and title
+    outcomes : what the outcome codes stand for
+
+    Attributes
+    ----------
+    warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
+    report_items, outcomes : as given
+    everything : all that can be answered, by number
+    notebooks : names of the notebooks with something to answer, in order
+    """
+
+    def __init__(
+        self,
+        questions: Iterable[Question],
+        *,
+        warm_up: Iterable[Question] = (),
+        tables: Iterable[Question] = (),
+        report_items: Iterable[ReportItem] = (),
+        reports: Mapping[str, tuple[str, str, str]] | None = None,
+        outcomes: Mapping[str, str] | None = None,
+    ) -> None:
+        self.warm_up = {question.number: question for question in warm_up}
+        self.questions = {question.number: question for question in questions}
+        self.tables = {table.number: table for table in tables}
+        self.report_items = tuple(report_items)
+        self.reports = {number: self._report(number, *about) for number, about in (reports or {}).items()}
+        self.outcomes = dict(outcomes or {})
+        self.everything = self.warm_up | self.questions | self.tables | self.reports
+        self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
+
+    def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
+        """The report's text: a prose part for each item that is written rather than shown."""
+        items = self.items(number)
+        written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
+        outcomes = dict.fromkeys(part.outcome for part in written)
+        return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
+
+    def items(self, report: str) -> list[ReportItem]:
+        """The rows of a report's scoring sheet."""
+        return [item for item in self.report_items if item.report == report]
+
+    def find(self, number: Any) -> Question:
+        """The question, table or report of a number such as ``"2.11"``, ``"Table 2"`` or ``"Modeling report"``.
+
+        Raises
+        ------
+        AnswerError
+            If there is none; the message names those that there are.
+        """
+        if not isinstance(number, str):
+            example = next(iter(self.questions), "")
+            raise AnswerError(
+                _(
+                    'Give the number of the question as text, as in "{example}" (2.10 and 2.1 are two questions, but '
+                    "one number); it is {number!r}."
+                ).format(example=example, number=number)
+            )
+        if number not in self.everything:
+            near = get_close_matches(number, self.everything, n=1)
+            meant = _(" Did you mean {near!r}?").format(near=near[0]) if near else ""
+            others = [repr(name) for name in (*self.tables, *self.reports)]
+            there = in_words([*spans([*self.warm_up, *self.questions]), *others])
+            raise AnswerError(
+                _("There is no question {number!r}.{meant} There are {there}.").format(
+                    number=number, meant=meant, there=there
+                )
+            )
+        return self.everything[number]
+
+
+def spans(numbers: Iterable[str]) -> list[str]:
+    """Numbers in runs: "0.1", "2.1 to 2.18". A run ends where the part before the point changes, or a number lacks."""
+    runs: list[list[str]] = []
+    for number in numbers:
+        if runs and _follows(runs[-1][-1], number):
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return [run[0] if len(run) == 1 else _("{first} to {last}").format(first=run[0], last=run[-1]) for run in runs]
+
+
+_COUNTED = re.compile(r"(.*?)(\d+)$")
+
+
+def _follows(before: str, number: str) -> bool:
+    one, other = _COUNTED.match(before), _COUNTED.match(number)
+    return bool(one and other and one[1] == other[1] and int(other[2]) == int(one[2]) + 1)
+
+
+def in_words(items: list[str]) -> str:
+    """As in "0.1, 2.1 to 2.18 and 'Table 2'"."""
+    return items[0] if len(items) < 2 else _("{most} and {last}").format(most=", ".join(items[:-1]), last=items[-1])

@@ -1,0 +1,1 @@
+"""Running a course's notebooks with a student's answers in them: which cells are run, and in what frame."""

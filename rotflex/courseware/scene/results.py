@@ -1,0 +1,116 @@
+"""The results tables (Tables 2 and 3 of the workbook), fed by the answers, to be taken along as CSV or HTML."""
+
+from __future__ import annotations
+
+import csv
+import io
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rotflex.courseware.scene.explorer import Explorer
+from rotflex.courseware.scene.saved_pictures import written
+from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
+
+if TYPE_CHECKING:
+    from rotflex.courseware.tables import ResultsTable
+    from rotflex.lab import Lab
+
+_HEAD = ("Description", "Name", "Value", "Unit")
+_EMPTY = "not filled in yet"
+_RISKY = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet would take a cell that begins with these for a formula
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<style>body {{ font-family: sans-serif }} table {{ border-collapse: collapse }} caption {{ font-weight: bold;
+text-align: left }} th, td {{ border-bottom: 1px solid #999; padding: 3px 10px; vertical-align: top }}</style></head>
+<body>{table}</body></html>
+"""
+
+
+class ResultsExplorer(Explorer):
+    """A results table that follows the answers.
+
+    Parameters
+    ----------
+    lab : the student's session
+    number : "Table 2" or "Table 3"
+
+    Raises
+    ------
+    AnswerError
+        If there is no such table.
+    """
+
+    def __init__(self, lab: Lab, number: str) -> None:
+        self._lab, self._number = lab, number
+        self.table = lab.table(number)
+        super().__init__()
+
+    def press(self, name: str) -> None:
+        """Read the answers again, or write a file."""
+        self.table = self._lab.table(self._number)
+        if name == "refresh":
+            return
+        file_name = f"{self._number.lower().replace(' ', '_')}.{name}"
+        text = as_csv(self.table) if name == "csv" else as_html(self.table)
+        # The mark tells spreadsheets that it is UTF-8.
+        encoding = "utf-8-sig" if name == "csv" else "utf-8"
+        path = written(Path.cwd() / file_name, lambda place: _put(place, text.encode(encoding)))
+        self.notice = f"Saved as {path.name}, beside the notebook."
+
+    def view(self) -> Scene:
+        """The table, and the buttons."""
+        missing = sum(not entry for _, _, entry, _ in self.table.rows)
+        rows = [Row(prompt, (name, entry or _EMPTY, unit)) for prompt, name, entry, unit in self.table.rows]
+        left = f"{missing} of {len(rows)} entries are missing." if missing else "All entries are there."
+        return Scene(
+            alt=str(self.table),
+            controls=[
+                [
+                    Button("refresh", "Read the answers again"),
+                    Button("csv", "Save as CSV"),
+                    Button("html", "Save as HTML"),
+                ]
+            ],
+            readouts=[Readout(f"{self.table.title}. {left}", rows, _HEAD)],
+            height=0,
+        )
+
+    def on_paper(self) -> tuple[dict[str, str], dict[str, str]]:
+        """The table itself."""
+        return {"text/html": self.table._repr_html_()}, {}
+
+    def __repr__(self) -> str:
+        return str(self.table)
+
+
+def results_table(lab: Lab, number: str) -> ResultsExplorer:
+    """A results table, as a notebook makes it; see :class:`ResultsExplorer`."""
+    return ResultsExplorer(lab, number)
+
+
+def _put(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+
+
+def as_csv(table: ResultsTable) -> str:
+    """A table as CSV, a line for each entry; the rows of a matrix are lines within its cell."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(_HEAD)
+    writer.writerows([_harmless(cell) for cell in row] for row in table.rows)
+    return text.getvalue()
+
+
+def as_html(table: ResultsTable) -> str:
+    """A table as a page of its own."""
+    return _PAGE.format(title=escape(table.title), table=table._repr_html_())
+
+
+def _harmless(cell: str) -> str:
+    """A cell that no spreadsheet takes for a formula; numbers stay numbers."""
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}" if cell.startswith(_RISKY) else cell
+    return cell

@@ -1,0 +1,48 @@
+"""Files beside the notebook: figures and tables for the report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from rotflex.courseware.pictures import DOTS_PER_INCH, Picture, style
+from rotflex.errors import RotflexError
+
+
+def save(picture: Picture, folder: Path, name: str) -> list[Path]:
+    """A picture as PNG and as SVG; earlier ones of that name are replaced.
+
+    Raises
+    ------
+    RotflexError
+        If they cannot be written.
+    """
+
+    def draw(kind: str) -> Callable[[Path], None]:
+        def write(path: Path) -> None:
+            with style():
+                picture.savefig(path, format=kind, dpi=2 * DOTS_PER_INCH, facecolor="white")
+
+        return write
+
+    return [written(folder / f"{name}.{kind}", draw(kind)) for kind in ("png", "svg")]
+
+
+def written(path: Path, write: Callable[[Path], None]) -> Path:
+    """Write a file whole or not at all.
+
+    Raises
+    ------
+    RotflexError
+        If it cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.new")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise RotflexError(f"{path.name} cannot be written: {error.strerror or error}.") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,203 @@
+"""A student's session in a course: who they are, their answers, and how far they have come.
+
+A course's own ``lab`` builds on it, and adds the bench.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware import forms
+from rotflex.courseware.answers import AnswerBook
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.json_values import plural
+from rotflex.courseware.parts import Question
+from rotflex.courseware.probes import check_seed
+from rotflex.courseware.tables import ResultsTable
+from rotflex.errors import AnswerError, ConfigurationError
+
+ANSWERS_FILE = "answers.json"
+COURSE_FILE = "course.json"  #: in the notebooks' folder: {"student": "..."}
+PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
+DEMO = "demo"  #: the student of whoever gives no name
+_LONGEST_NAME = 80
+_RAISE = object()
+
+
+def student_of(given: str, folder: Path) -> str:
+    """The student's name: the given one, or that of ``course.json`` in the folder, or "demo".
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not usable.
+    """
+    student: Any = given
+    if not given:
+        try:
+            course = json.loads((folder / COURSE_FILE).read_text(encoding="utf-8"))
+            student = course["student"] or DEMO
+        except FileNotFoundError:
+            student = DEMO
+        except (ValueError, TypeError, KeyError) as error:
+            raise ConfigurationError(
+                f'{COURSE_FILE} should be {{"student": "your id"}}; it is not: {error!r}.'
+            ) from None
+    if not isinstance(student, str) or not student.strip() or len(student) > _LONGEST_NAME or not student.isprintable():
+        raise ConfigurationError(
+            f"The student's id should be text on one line, of at most {_LONGEST_NAME} characters; it is {student!r}."
+        )
+    return student.strip()
+
+
+class Session:
+    """A student's session.
+
+    Parameters
+    ----------
+    student : the student's id
+    folder : where answers are kept
+    catalogue : of the course
+    bench : identity of the bench, plain data; it is kept with the answers
+    seed : of the student's bench; inputs of functions are drawn from it, unless grading gives another
+
+    Attributes
+    ----------
+    student : as given
+    questions : everything that can be answered, by number
+    book : the answers so far
+    """
+
+    def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
+        self.student = student
+        self.catalogue = catalogue
+        self.questions = catalogue.everything
+        given_seed = os.environ.get(PROBE_SEED)
+        self.book = AnswerBook(
+            folder / ANSWERS_FILE, student, bench, seed if given_seed is None else check_seed(given_seed)
+        )
+
+    def tell_notices(self) -> None:
+        """Print what happened to the answers that the student should know."""
+        for notice in self.book.notices:
+            print(f"Note      {notice}")
+        self.book.notices.clear()
+
+    # --- answers -------------------------------------------------------------------------------------------------
+
+    def answer(self, question: str, /, **parts: Any) -> None:
+        """Give answers to parts of a question, by name. Each is acknowledged by a line, and kept if its form is right.
+
+        Only the form is looked at (kind, shape, units that are plausible), never the value.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part; the message names those that there are.
+        """
+        print(*self.record(question, **parts), sep="\n")
+
+    def record(self, question: str, /, **parts: Any) -> list[str]:
+        """As :meth:`answer`, but returns the lines: for explorers, which have their own place for them."""
+        replies = self.book.answer(self.catalogue.find(question), parts)
+        self.tell_notices()
+        return [str(reply) for reply in replies]
+
+    def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
+        """An answer that was given earlier, here or in another notebook.
+
+        Parameters
+        ----------
+        question, part : as in ``lab.value("2.12", "K_s")``
+        default : returned, with a word of warning, where there is no answer yet
+
+        Returns
+        -------
+        float, array, text, sympy expression, ...: see :func:`rotflex.courseware.forms.decode`
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part, or no answer yet and no default; the message names the notebook that
+            asks for it.
+        """
+        asked = self.catalogue.find(question)
+        wanted = asked.part(part)
+        self._refresh()
+        content = self.book.get(question, part)
+        if content is not None:
+            try:
+                return forms.decode(wanted, content)
+            except AnswerError as error:
+                raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
+        missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
+        if default is _RAISE:
+            raise AnswerError(f"{missing}. Answer it there first.")
+        print(missing)
+        return default
+
+    def has(self, question: str, part: str) -> bool:
+        """Whether there is an answer to a part.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part.
+        """
+        self.catalogue.find(question).part(part)
+        self._refresh()
+        return self.book.get(question, part) is not None
+
+    def table(self, number: str) -> ResultsTable:
+        """A results table, by its number as "Table 2", as filled in so far, to be shown.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such table.
+        """
+        if number not in self.catalogue.tables:
+            raise AnswerError(f"There is no table {number!r}; there are {', '.join(self.catalogue.tables)}.")
+        self._refresh()
+        return ResultsTable(self.catalogue.tables[number], self.book)
+
+    # --- progress ------------------------------------------------------------------------------------------------
+
+    def progress(self, notebook: str = "") -> None:
+        """Print which questions are answered: all of the course, or those of one notebook.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such notebook.
+        """
+        if notebook and notebook not in self.catalogue.notebooks:
+            raise AnswerError(
+                f"There is no notebook {notebook!r} with questions; there are {', '.join(self.catalogue.notebooks)}."
+            )
+        self._refresh()
+        for question in self.questions.values():
+            if notebook in ("", question.notebook):
+                missing = self._missing(question)
+                state = f"missing: {', '.join(missing)}" if missing else "answered"
+                print(f"{question.number:<16}  {question.title}: {state}")
+
+    def summary(self) -> None:
+        """Print how much of each notebook is answered, a line for each."""
+        self._refresh()
+        for notebook in self.catalogue.notebooks:
+            asked = [question for question in self.questions.values() if question.notebook == notebook]
+            done = sum(not self._missing(question) for question in asked)
+            print(f"{notebook:<26}  {done} of {plural(len(asked), 'question')} answered")
+
+    def _refresh(self) -> None:
+        self.book.refresh()
+        self.tell_notices()
+
+    def _missing(self, question: Question) -> list[str]:
+        """Names of the parts that have no answer."""
+        return [part.name for part in question.parts if self.book.get(question.number, part.name) is None]

@@ -1,0 +1,17 @@
+"""The instructor's: what students never get.
+
+==================================================  ================================================================
+``model``, ``symbolic``, ``design``, ``stiffness``  what this course's questions ask students to build
+``course``, ``verdicts``                            a course as one object; what an answer is judged against
+``release``                                         the student's notebooks, folder and zip
+``running``                                         submissions taken in and run in isolation → ``answers.json``
+``marking``                                         bytes of ``answers.json`` → marks, by the course's key
+``reports``                                         marks for people
+``batch``, ``regrade``, ``commands``                a class, from submissions to the gradebook; the commands
+``isolation``, ``gradebook``                        know of no course at all
+==================================================  ================================================================
+
+Whatever comes from a submission is data: it is never imported, evaluated or unpickled in this process, and nothing that
+a kernel prints or sends is read. A submission's ``answers.json`` is a claim by a stranger; points need positive
+evidence.
+"""

@@ -1,0 +1,255 @@
+"""A class from submissions to marks in the gradebook.
+
+Submissions are independent of each other: whatever one does, the others are graded. What is done is in the gradebook
+at once, and is not run again: a run is known by the content of all that it depends on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import asdict, dataclass, field, replace
+from itertools import islice
+from pathlib import Path
+
+import rotflex
+from rotflex.courseware.run.merge import merged
+from rotflex.errors import GradingError, IsolationError
+from rotflex.instructor.course import Course
+from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+from rotflex.instructor.marking import marking
+from rotflex.instructor.marking.digest import marking_digest
+from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.marking.marking_processes import Marked, Marker
+from rotflex.instructor.running import bundle, executors, intake, runner
+from rotflex.instructor.running.executors import Pool
+from rotflex.instructor.running.intake import Intake, Submission
+from rotflex.instructor.running.runner import Job, Limits
+
+ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
+PROBE_SEED_BITS = 48
+ACTOR = "rotflex grade"  #: who changes marks here, in the audit trail
+_NOTHING_READ = "Nothing of the course could be read in what you handed in."
+_OUR_FAULT = "Grading failed; ask your instructor."
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a class is graded.
+
+    Attributes
+    ----------
+    limits : on what a submission may take
+    jobs : submissions at a time, on this machine
+    scheduler : address of a dask.distributed scheduler, to run them on its workers instead
+    probe_seed : for the inputs on which functions are tried; drawn from the gradebook's secret unless given
+    isolated : in a sandbox, or with the rights of whoever grades
+    every_cell : run the cells that only show something, too
+    """
+
+    limits: Limits = field(default_factory=Limits)
+    jobs: int = 1
+    scheduler: str | None = None
+    probe_seed: int | None = None
+    isolated: bool = True
+    every_cell: bool = False
+
+
+@dataclass(frozen=True)
+class Step:
+    """A submission that is done.
+
+    Attributes
+    ----------
+    graded : what is in the gradebook of it
+    ran : whether it was run just now; else it was known
+    new : whether its marks were made just now
+    """
+
+    graded: Graded
+    ran: bool
+    new: bool = True
+
+
+class Batch:
+    """The submissions of a class, to be graded together.
+
+    Parameters
+    ----------
+    submissions : folder that holds a folder or a zip for each student
+    course : the course, with its key
+    gradebook : where results go
+    settings : how
+
+    Attributes
+    ----------
+    ignored : a word on what lies among the submissions and is none
+    absent : students of the gradebook's roster who have not handed in anything
+
+    Raises
+    ------
+    GradingError
+        If there is nothing to grade, or nothing to grade it by.
+    """
+
+    def __init__(
+        self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
+    ) -> None:
+        self._submissions, self.ignored = intake.submissions(submissions)
+        self._course = course
+        self._key_digest = marking_digest(course)
+        self._bundle = bundle.build(course)
+        self._gradebook = gradebook
+        self._settings = settings or Settings()
+        self._secret = gradebook.secret()
+        there = {one.student.casefold() for one in self._submissions}
+        self.absent = [one.student for one in gradebook.students() if one.student.casefold() not in there]
+
+    def __len__(self) -> int:
+        return len(self._submissions)
+
+    def grade(self) -> Iterator[Step]:
+        """Grade all, and give each as soon as it is in the gradebook.
+
+        Raises
+        ------
+        IsolationError
+            If submissions cannot be isolated; what was graded until then stays.
+        """
+        with ExitStack() as stack:
+            pool = stack.enter_context(self._pool())
+            marker = stack.enter_context(Marker(self._course, pool.places))
+            desks = stack.enter_context(ThreadPoolExecutor(pool.places, thread_name_prefix="rotflex-desk"))
+            coming = iter(self._submissions)
+            # No more than there are places are begun, so that a large class takes no more memory than a small one.
+            busy = {desks.submit(self._grade, one, pool, marker) for one in islice(coming, pool.places)}
+            try:
+                while busy:
+                    done, busy = wait(busy, return_when=FIRST_COMPLETED)
+                    steps = [future.result() for future in done]  # without walls, nothing more is begun
+                    busy |= {desks.submit(self._grade, one, pool, marker) for one in islice(coming, len(done))}
+                    for step in steps:
+                        yield self._keep(step)
+            finally:  # on an interrupt, too: end what is running
+                pool.stop()
+
+    def _pool(self) -> AbstractContextManager[Pool]:
+        scheduler = self._settings.scheduler
+        return executors.here(self._settings.jobs) if scheduler is None else executors.cluster(scheduler)
+
+    def _keep(self, step: Step) -> Step:
+        if step.new:
+            self._gradebook.record(step.graded, actor=ACTOR, reason="run" if step.ran else "marked again")
+        return step
+
+    def _grade(self, submission: Submission, pool: Pool, marker: Marker) -> Step:
+        """Grade one submission, whatever happens, but for the walls."""
+        try:
+            taken = intake.take_in(submission, self._bundle.answer_cells)
+            record = self._identity(submission.student, taken)
+            current = self._gradebook.current(submission.student)
+            if current and (current.run.key, current.key_digest) == (record.key, self._key_digest):
+                return Step(current, ran=False, new=False)
+            known = self._gradebook.find(record.key)
+            ran = known is None
+            if known is None:
+                marker.get_ready()
+            record = self._run(record, taken, pool) if known is None else known.run
+            return Step(self._marked(record, taken, marker), ran)
+        except IsolationError:
+            raise
+        except Exception as error:  # a fault of ours; it must not cost the others their marks
+            return Step(self._failed(submission.student, error), ran=True)
+
+    def _identity(self, student: str, taken: Intake) -> RunRecord:
+        """What a submission's run is known by: equal content has been run already."""
+        settings = self._settings
+        submitted = _digest([taken.sources, taken.problems, taken.notes])
+        limits = asdict(settings.limits)
+        how = [limits, settings.isolated, settings.every_cell]
+        content = _digest([student, submitted, self._bundle.digest, rotflex.__version__, how])
+        seed = settings.probe_seed
+        if seed is None:  # nobody can know it who does not have the gradebook
+            drawn = hmac.digest(self._secret, content.encode(), "sha256")
+            seed = int.from_bytes(drawn) % 2**PROBE_SEED_BITS
+        return RunRecord(
+            key=_digest([content, seed]),
+            student=student,
+            submission=submitted,
+            master=self._bundle.digest,
+            software=f"rotflex {rotflex.__version__}",
+            probe_seed=seed,
+            isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
+            answers=None,
+            problems=tuple(taken.problems),
+            notes=tuple(taken.notes),
+        )
+
+    def _run(self, record: RunRecord, taken: Intake, pool: Pool) -> RunRecord:
+        """Run a submission, and what its run left."""
+        if not taken.sources:
+            return record
+        settings, built = self._settings, self._bundle
+        notebooks = merged(built.pristine, taken.sources, settings.every_cell)
+        job = Job(
+            student=record.student,
+            notebooks=notebooks,
+            probe_seed=record.probe_seed,
+            parameters=built.parameters,
+            imports=built.imports,
+            limits=settings.limits,
+            isolated=settings.isolated,
+        )
+        running = pool.executor.submit(runner.work, runner.job_bytes(job), built.packed)
+        run = runner.run_from(running.result())
+        if not run.complete:
+            raise GradingError("the run was called off")
+        return replace(record, answers=run.answers, problems=(*record.problems, *run.problems))
+
+    def _marked(self, record: RunRecord, taken: Intake, marker: Marker) -> Graded:
+        if not taken.sources:
+            marks = tuple(marking.nothing_earned(self._course, _NOTHING_READ))
+            return Graded(record, mark_records(marks), self._key_digest)
+        marked = marker.mark(record.student, record.answers, record.probe_seed)
+        return Graded(with_words(record, marked), mark_records(marked.marks), self._key_digest)
+
+    def _failed(self, student: str, error: Exception) -> Graded:
+        """No marks, for a reason that is not the student's. Its key is nobody's, so that it is tried again."""
+        fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
+        record = RunRecord(
+            key=f"failed: {student}",
+            student=student,
+            submission="",
+            master=self._bundle.digest,
+            software=f"rotflex {rotflex.__version__}",
+            probe_seed=0,
+            isolation=ISOLATED if self._settings.isolated else NOT_ISOLATED,
+            answers=None,
+            problems=(fault,),
+            notes=(),
+        )
+        return Graded(record, mark_records(tuple(marking.nothing_earned(self._course, _OUR_FAULT))), self._key_digest)
+
+
+def with_words(record: RunRecord, marked: Marked) -> RunRecord:
+    """A run with what was said when its answers were marked: once, and by this key."""
+    problems = dict.fromkeys((*record.problems, *marked.problems))
+    kept = (note for note in record.notes if not note.endswith(marking.UNMARKED))
+    notes = dict.fromkeys((*kept, *marked.notes))
+    return replace(record, problems=tuple(problems), notes=tuple(notes))
+
+
+def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
+    """Marks as the gradebook takes them."""
+    return tuple(
+        MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
+        for one in marks
+    )
+
+
+def _digest(content: object) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

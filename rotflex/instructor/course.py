@@ -1,0 +1,214 @@
+"""A course as one object: its questions, its key, the truth of a student's bench, and what students get.
+
+A course's folder holds the notebooks with solutions, and ``course.py``, whose ``COURSE`` is the object. Beside the
+folder lie the student notebooks (``notebooks/``, derived), and what may be handed out with them (``data/``). Each
+process that needs the course loads it once, by the folder and the entry point, and passes it on from there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rotflex.courseware.messages import _
+from rotflex.errors import AnswerError, GradingError
+
+if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can do
+    from rotflex.courseware.catalogue import Catalogue
+    from rotflex.instructor.verdicts import Key
+
+ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
+SETTING = "ROTFLEX_COURSE"  #: environment variable: the course's folder, where none is named
+USUAL = Path("solutions")  #: the course's folder in a checkout
+NOT_RELEASED = "instructor"  #: the folder of a package that students do not get
+_FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A number of the course that stands in texts, too: wherever the pattern is found, it has to be this one.
+
+    Attributes
+    ----------
+    what : in words, for whoever has to mend a text
+    pattern : regular expression, with the number as its group; white space in it stands for any
+    value : the number
+    """
+
+    what: str
+    pattern: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Course:
+    """A course, as instructors have it.
+
+    Attributes
+    ----------
+    name : of the folder and the zip that students get
+    title : of the course, for people
+    catalogue : of its questions
+    key : question → part → check
+    bench : student's ID → that student's bench as it really is, for the checks of the key
+    knows_bench : whether the truth is known of the bench that answers say they come from (``answers.json``'s ``bench``)
+    packages : import names of the packages that students get; of each, everything but its folder ``instructor``
+    requires : packages that these need besides what rotflex needs, as pip takes them
+    parameters : what notebooks are run with when they are graded, besides ``student``
+    imports : modules that notebooks use, to be imported once for all of them
+    stated : numbers that texts repeat
+    folder, entry : where it was loaded from
+    """
+
+    name: str
+    title: str
+    catalogue: Catalogue
+    key: Key
+    bench: Callable[[str], Any]
+    knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
+    packages: tuple[str, ...] = ("rotflex",)
+    requires: tuple[str, ...] = ()
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    imports: tuple[str, ...] = ()
+    stated: Sequence[Stated] = ()
+    folder: Path = Path()
+    entry: str = ENTRY
+
+    @property
+    def notebooks(self) -> list[Path]:
+        """The notebooks that have a student version, in order."""
+        return [path for path in sorted(self.folder.glob("*.ipynb")) if path.name < _FIRST_INSTRUCTOR_NOTEBOOK]
+
+    @property
+    def student_notebooks(self) -> Path:
+        """The folder in which the derived notebooks are kept."""
+        return self.folder.parent / "notebooks"
+
+    @property
+    def data(self) -> Path:
+        """The folder of what may be handed out with the notebooks."""
+        return self.folder.parent / "data"
+
+
+def find(given: str | Path | None = None, setting: str | None = None) -> Course:
+    """The course that is meant: the one that is given, else that of the environment, else the one here.
+
+    Parameters
+    ----------
+    given : folder, as given by a person; with an entry point after "::" if it is not the usual one
+    setting : the environment's (``ROTFLEX_COURSE``)
+
+    Raises
+    ------
+    GradingError
+        If there is none; the message says how to name one.
+    """
+    named = str(given or setting or USUAL)
+    folder, _sign, entry = named.partition("::")
+    place = Path(folder)
+    if not (place / f"{(entry or ENTRY).partition(':')[0]}.py").is_file() and (place / USUAL / "course.py").is_file():
+        place = place / USUAL  # a checkout was named
+    if not place.is_dir():
+        raise GradingError(
+            _(
+                "There is no course at {place}. Name the course's folder, the one that holds course.py, by --course "
+                "FOLDER or by the environment variable {setting}."
+            ).format(place=place.resolve(), setting=SETTING)
+        )
+    return load(place, entry or ENTRY)
+
+
+def load(folder: Path, entry: str = ENTRY) -> Course:
+    """Load a course: its code is run, for it is ours.
+
+    Parameters
+    ----------
+    folder : of the course
+    entry : module and name in it, as "course:COURSE"
+
+    Raises
+    ------
+    GradingError
+        If it cannot be loaded, or if its key does not fit its catalogue.
+    """
+    folder = folder.resolve()
+    module_name, _sign, name = entry.partition(":")
+    if not (folder / f"{module_name}.py").is_file():
+        raise GradingError(
+            _(
+                "{folder} is not a course's folder: it holds no {module}.py. Name one by --course, or by {setting}."
+            ).format(folder=folder, module=module_name, setting=SETTING)
+        )
+    package = _package(folder)
+    if str(folder.parent) not in sys.path:
+        sys.path.append(str(folder.parent))  # the students' packages may lie beside the course
+    try:
+        module = importlib.import_module(f"{package}.{module_name}")
+    except Exception as error:
+        raise GradingError(
+            _("The course in {folder} cannot be loaded: {kind}: {error}").format(
+                folder=folder, kind=type(error).__name__, error=error
+            )
+        ) from error
+    course = getattr(module, name, None)
+    if not isinstance(course, Course):
+        raise GradingError(
+            _("{folder} should define {name}, a rotflex.instructor.course.Course, in {module}.py.").format(
+                folder=folder, name=name, module=module_name
+            )
+        )
+    _check_key(course)
+    return replace(course, folder=folder, entry=entry)
+
+
+def package_folder(name: str) -> Path:
+    """Where a package of students lies.
+
+    Raises
+    ------
+    GradingError
+        If there is none of that name.
+    """
+    found = importlib.util.find_spec(name)
+    if found is None or found.origin is None:
+        raise GradingError(_("The course needs the package {name}, which is not to be found.").format(name=name))
+    return Path(found.origin).parent
+
+
+def _package(folder: Path) -> str:
+    """A package name of this folder's own, so that courses of equal module names do not mix."""
+    name = f"rotflex_course_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
+    if name not in sys.modules:
+        package = types.ModuleType(name)
+        package.__path__ = [str(folder)]
+        sys.modules[name] = package
+    return name
+
+
+def _check_key(course: Course) -> None:
+    """Raise GradingError unless the key is one of this catalogue."""
+    for number, checks in course.key.items():
+        try:
+            question = course.catalogue.find(number)
+        except AnswerError as error:
+            raise GradingError(_("The key: {error}").format(error=error)) from None
+        if set(checks) != set(question.names):
+            raise GradingError(
+                _("The key: question {number} has the parts {names}, not {given}.").format(
+                    number=number, names=", ".join(question.names), given=", ".join(map(repr, checks)) or "none"
+                )
+            )
+        for part in question.parts:
+            if part.kind not in checks[part.name].kinds:
+                raise GradingError(
+                    _("The key: {number}, {part} is a {kind}; its check is for another kind.").format(
+                        number=number, part=part.name, kind=part.kind
+                    )
+                )

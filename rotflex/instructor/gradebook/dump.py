@@ -1,0 +1,80 @@
+"""The whole content of a gradebook as plain data, in an order that does not depend on who was recorded first."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import defaultdict
+from typing import Any
+
+from sqlalchemy import Connection, Table, select
+
+from rotflex.instructor.gradebook.tables import (
+    answers,
+    audit,
+    comments,
+    decisions,
+    marks,
+    runs,
+    students,
+    submissions,
+)
+
+#: Numbers of rows, times, and what the order in the dump says already.
+_LEFT_OUT = {"id", "student_id", "submission_id", "run_id", "folded", "position"}
+_TIMES = {"first_seen", "recorded", "decided", "written", "changed"}
+
+
+def content(connection: Connection) -> dict[str, Any]:
+    """All students and what is known of them; of answers, size and SHA-256.
+
+    Submissions are in the order of their digests, runs of their keys, marks as recorded, comments by their text; the
+    audit trail of each student in the order in which it grew.
+    """
+    of_student = {
+        table: _grouped(connection, table, "student_id") for table in (submissions, decisions, comments, audit)
+    }
+    of_submission = _grouped(connection, runs, "submission_id")
+    of_run = {table: _grouped(connection, table, "run_id") for table in (marks, answers)}
+
+    def run(row: dict[str, Any]) -> dict[str, Any]:
+        left = [_summary(one["content"]) for one in of_run[answers][row["id"]]]
+        ordered = sorted(of_run[marks][row["id"]], key=lambda one: one["position"])
+        return {**_plain(row), "answers": left[0] if left else None, "marks": list(map(_plain, ordered))}
+
+    def submission(row: dict[str, Any]) -> dict[str, Any]:
+        own = sorted(of_submission[row["id"]], key=lambda one: one["key"])
+        return {**_plain(row), "runs": list(map(run, own))}
+
+    def student(row: dict[str, Any]) -> dict[str, Any]:
+        def own(table: Table, *order: str) -> list[dict[str, Any]]:
+            return sorted(of_student[table][row["id"]], key=lambda one: [one[name] or "" for name in order])
+
+        return {
+            **_plain(row),
+            "submissions": list(map(submission, own(submissions, "digest"))),
+            "decisions": list(map(_plain, own(decisions, "question", "part"))),
+            "comments": list(map(_plain, own(comments, "question", "actor", "text"))),
+            "audit": list(map(_plain, sorted(of_student[audit][row["id"]], key=lambda one: one["id"]))),
+        }
+
+    everybody = sorted(_rows(connection, students), key=lambda one: one["folded"])
+    return {"students": list(map(student, everybody))}
+
+
+def _rows(connection: Connection, table: Table) -> list[dict[str, Any]]:
+    return [dict(row) for row in connection.execute(select(table)).mappings()]
+
+
+def _grouped(connection: Connection, table: Table, column: str) -> dict[int, list[dict[str, Any]]]:
+    groups = defaultdict(list)
+    for row in _rows(connection, table):
+        groups[row[column]].append(row)
+    return groups
+
+
+def _plain(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in row.items() if name not in _LEFT_OUT | _TIMES}
+
+
+def _summary(data: bytes) -> dict[str, Any]:
+    return {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}

@@ -1,0 +1,148 @@
+"""The CSV of a class → its students.
+
+It has a line of headings, of which these are understood, without regard to capitals, spaces and punctuation; others
+are passed over:
+
+===========  =========================================================================================================
+ID           student ID, student number, SIS user ID, SIS ID, OrgDefinedId, ID number, username, SIS login ID, ID,
+             student: the first of these that is there
+name         name, full name, student name; or first and last name; or student, where that is not the ID
+email        email, e-mail, email address
+section      section, group, groups
+===========  =========================================================================================================
+
+Commas, semicolons or tabs; UTF-8 with or without a byte-order mark, or Excel's UTF-16. Cells are text, whatever they
+begin with; only ``="0042"``, by which Excel keeps the zeros of a number, is 0042.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import storable
+
+_IDS = (
+    *("studentid", "studentnumber", "sisuserid", "sisid", "orgdefinedid", "idnumber", "username", "sisloginid"),
+    *("id", "student"),
+)
+_NAMES = ("name", "fullname", "studentname", "student")
+_FIRST_NAMES, _LAST_NAMES = ("firstname", "givenname"), ("lastname", "surname", "familyname")
+_EMAILS = ("email", "emailaddress")
+_SECTIONS = ("section", "group", "groups")
+_KNOWN = {*_IDS, *_NAMES, *_FIRST_NAMES, *_LAST_NAMES, *_EMAILS, *_SECTIONS}
+_KEPT_ZEROS = re.compile(r'="([^"]*)"')
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A student as the roster has them; ``details`` holds name, email and section, as far as it has such columns."""
+
+    student: str
+    details: dict[str, str]
+
+
+def read(path: Path) -> tuple[list[Entry], list[str]]:
+    """The students of a roster, and a word on each line that was not taken.
+
+    Raises
+    ------
+    GradebookError
+        If the file cannot be read, or has no column of IDs.
+    """
+    lines = list(io.StringIO(_text(path), newline=""))
+    skipped = 1 if lines and lines[0].lower().startswith("sep=") else 0  # a line for Excel
+    del lines[:skipped]
+    try:
+        separator = max(",;\t", key=lambda one: len(_KNOWN.intersection(_headings(lines, one))))
+        table = csv.reader(lines, delimiter=separator)
+        columns = _Columns(path, next(table, []))
+        return _entries(columns, ((table.line_num + skipped, list(map(_cell, row))) for row in table))
+    except csv.Error as error:
+        raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
+
+
+def _text(path: Path) -> str:
+    try:
+        data = path.read_bytes()
+        coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+        return data.decode(coding)
+    except OSError as error:
+        raise GradebookError(f"The roster {path} cannot be read: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise GradebookError(f"The roster {path} is not UTF-8. Excel saves it so as 'CSV UTF-8'.") from None
+
+
+def _headings(lines: Sequence[str], separator: str) -> list[str]:
+    return list(map(_heading, next(csv.reader(lines, delimiter=separator), [])))
+
+
+def _heading(cell: str) -> str:
+    return "".join(filter(str.isalnum, cell.casefold()))
+
+
+def _cell(cell: str) -> str:
+    """A cell's text on one line."""
+    kept_zeros = _KEPT_ZEROS.fullmatch(cell.strip())
+    return " ".join((kept_zeros[1] if kept_zeros else cell).split())
+
+
+class _Columns:
+    """Where to find what in a row."""
+
+    def __init__(self, path: Path, line: list[str]) -> None:
+        headings = list(map(_heading, line))
+
+        def first(names: Iterable[str]) -> int | None:
+            return next((headings.index(name) for name in names if name in headings), None)
+
+        student = first(_IDS)
+        if student is None:
+            raise GradebookError(
+                f"The roster {path} has no column of IDs: call one 'student', in the first line. "
+                f"Besides it, 'name', 'email' and 'section' are understood."
+            )
+        self._student = student
+        self.id_heading = _cell(line[student])
+        name = first(name for name in _NAMES if name != headings[student])
+        self._columns = {"email": [first(_EMAILS)], "section": [first(_SECTIONS)], "name": [name]}
+        if name is None:
+            self._columns["name"] = [first(_FIRST_NAMES), first(_LAST_NAMES)]
+
+    def entry(self, row: list[str]) -> Entry:
+        """What a row says."""
+
+        def cell(place: int) -> str:
+            return row[place] if place < len(row) else ""
+
+        details = {}
+        for what, places in self._columns.items():
+            there = [place for place in places if place is not None]
+            if there:
+                details[what] = storable.text(" ".join(filter(None, map(cell, there))))
+        return Entry(cell(self._student), details)
+
+
+def _entries(columns: _Columns, rows: Iterable[tuple[int, list[str]]]) -> tuple[list[Entry], list[str]]:
+    taken: dict[str, tuple[int, Entry]] = {}
+    problems = []
+    for line, row in rows:
+        if not any(row):
+            continue
+        entry = columns.entry(row)
+        folded = entry.student.casefold()
+        if not entry.student:
+            problems.append(f"Line {line} has no ID in the column {columns.id_heading!r}: not taken.")
+        elif not storable.is_student(entry.student):
+            problems.append(f"Line {line}: {entry.student[: storable.LONGEST_ID]!r} cannot be an ID: not taken.")
+        elif folded not in taken:
+            taken[folded] = line, entry
+        elif taken[folded][1] != entry:
+            problems.append(f"Line {line}: {entry.student!r} is in line {taken[folded][0]} already: not taken.")
+    return [entry for _, entry in taken.values()], problems

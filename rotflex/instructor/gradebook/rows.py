@@ -1,0 +1,254 @@
+"""Records ↔ rows. Everything here happens inside a transaction that somebody else began, and will end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, Row, Select, delete, insert, select, update
+
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook.records import GIVEN_BY_A_PERSON, Graded, MarkRecord, MarkState, RunRecord
+from rotflex.instructor.gradebook.tables import answers, audit, decisions, marks, runs, students, submissions
+
+NO_LONGER = "What was given, or what it is out of, is another: the mark that a person gave no longer holds."
+
+Where = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Change:
+    """Who changes something, and why."""
+
+    actor: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A run that is there: the row's number, whose it is, and what it says, persons' marks included."""
+
+    run_id: int
+    student_id: int
+    graded: Graded
+
+
+def now() -> datetime:
+    """The time, in UTC."""
+    return datetime.now(UTC)
+
+
+# --- students ---------------------------------------------------------------------------------------------------------
+
+
+def find_student(connection: Connection, student: str) -> int | None:
+    """The number of a student's row."""
+    return connection.scalar(select(students.c.id).where(students.c.folded == student.casefold()))
+
+
+def known_student(connection: Connection, student: str) -> int:
+    """The number of a student's row. Raises GradebookError if there is none."""
+    student_id = find_student(connection, student)
+    if student_id is None:
+        raise GradebookError(f"There is no student {student!r} in the gradebook.")
+    return student_id
+
+
+def add_student(connection: Connection, student: str, details: Mapping[str, str]) -> int:
+    """A new row for a student; its number."""
+    row = {"student": student, "folded": student.casefold(), "name": "", "email": "", "section": "", **details}
+    return _added(connection, insert(students).values(row))
+
+
+def _added(connection: Connection, statement: Any) -> int:
+    number: int = connection.execute(statement).inserted_primary_key[0]  # type: ignore[index]
+    return number
+
+
+# --- reading a run ----------------------------------------------------------------------------------------------------
+
+
+def find_run(connection: Connection, key: str) -> Stored | None:
+    """The run with a content key."""
+    return _stored(connection, runs.c.key == key)
+
+
+def current_run(connection: Connection, student_id: int) -> Stored | None:
+    """The run of a student that counts."""
+    return _stored(connection, (runs.c.student_id == student_id) & runs.c.current)
+
+
+def _stored(connection: Connection, which: ColumnElement[bool]) -> Stored | None:
+    found: Select[Any] = (
+        select(runs, submissions.c.digest, answers.c.content)
+        .join(submissions, submissions.c.id == runs.c.submission_id)
+        .join(answers, answers.c.run_id == runs.c.id, isouter=True)
+        .where(which)
+    )
+    row = connection.execute(found).one_or_none()
+    if row is None:
+        return None
+    given = persons_marks(connection, row.student_id)
+    shown = tuple(with_decision(mark, given) for mark in _marks(connection, row.id))
+    return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest))
+
+
+def _run(row: Row[Any]) -> RunRecord:
+    return RunRecord(
+        key=row.key,
+        student=row.spelled,
+        submission=row.digest,
+        master=row.master,
+        software=row.software,
+        probe_seed=row.probe_seed,
+        isolation=row.isolation,
+        answers=None if row.content is None else bytes(row.content),
+        problems=tuple(row.problems),
+        notes=tuple(row.notes),
+    )
+
+
+def _marks(connection: Connection, run_id: int) -> list[MarkRecord]:
+    """Marks as the software made them."""
+    columns = (getattr(marks.c, name) for name in MarkRecord.__dataclass_fields__)
+    found = select(*columns).where(marks.c.run_id == run_id).order_by(marks.c.position)
+    return [MarkRecord(*row) for row in connection.execute(found)]
+
+
+def persons_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
+    """The marks that persons set for a student."""
+    found = connection.execute(select(decisions).where(decisions.c.student_id == student_id))
+    return {
+        (row.question, row.part): MarkRecord(
+            row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given
+        )
+        for row in found
+    }
+
+
+def with_decision(mark: MarkRecord, decided: Mapping[Where, MarkRecord]) -> MarkRecord:
+    """A person's mark in place of the software's, if it was for the same thing."""
+    person = decided.get(mark.where)
+    return person if person and (person.given, person.out_of) == (mark.given, mark.out_of) else mark
+
+
+# --- writing a run ----------------------------------------------------------------------------------------------------
+
+
+def put_run(connection: Connection, student_id: int, graded: Graded, there: Stored | None) -> int:
+    """Write a run and what it left, unless that is there already; its row's number."""
+    if there is not None and there.student_id != student_id:
+        raise GradebookError(
+            f"The run {graded.run.key} of {graded.run.student!r} has the key of a run of "
+            f"{there.graded.run.student!r}: a key should depend on the student, too."
+        )
+    run = graded.run
+    if there and there.graded.run == run and there.graded.key_digest == graded.key_digest:
+        return there.run_id
+    row = {
+        "student_id": student_id,
+        "submission_id": _submission(connection, student_id, run.submission),
+        "key": run.key,
+        "spelled": run.student,
+        "master": run.master,
+        "software": run.software,
+        "probe_seed": run.probe_seed,
+        "isolation": run.isolation,
+        "problems": list(run.problems),
+        "notes": list(run.notes),
+        "key_digest": graded.key_digest,
+        "recorded": now(),
+    }
+    if there is None:
+        run_id = _added(connection, insert(runs).values({**row, "current": False}))
+    else:
+        run_id = there.run_id
+        connection.execute(update(runs).where(runs.c.id == run_id).values(row))
+        connection.execute(delete(answers).where(answers.c.run_id == run_id))
+    if run.answers is not None:
+        connection.execute(insert(answers).values(run_id=run_id, content=run.answers))
+    return run_id
+
+
+def _submission(connection: Connection, student_id: int, digest: str) -> int:
+    which = (submissions.c.student_id == student_id) & (submissions.c.digest == digest)
+    found = connection.scalar(select(submissions.c.id).where(which))
+    if found is not None:
+        return found
+    return _added(connection, insert(submissions).values(student_id=student_id, digest=digest, first_seen=now()))
+
+
+def put_marks(connection: Connection, run_id: int, new: Iterable[MarkRecord]) -> None:
+    """Replace a run's marks. One that a person gave, read from here, leaves the software's beneath it as it is."""
+    stored = _marks(connection, run_id)
+    beneath = {mark.where: mark for mark in stored}
+    wanted = []
+    for mark in new:
+        persons = mark.status == GIVEN_BY_A_PERSON
+        if persons and mark.where not in beneath:
+            raise GradebookError(f"Question {mark.question}, {mark.part}: a person's mark is set by set_mark only.")
+        wanted.append(beneath[mark.where] if persons else mark)
+    if wanted == stored:
+        return
+    connection.execute(delete(marks).where(marks.c.run_id == run_id))
+    if wanted:
+        rows = [{"run_id": run_id, "position": place, **vars(mark)} for place, mark in enumerate(wanted)]
+        connection.execute(insert(marks), rows)
+
+
+def make_current(connection: Connection, student_id: int, run_id: int) -> None:
+    """Let a run be the one that counts."""
+    others = (runs.c.student_id == student_id) & runs.c.current & (runs.c.id != run_id)
+    connection.execute(update(runs).where(others).values(current=False))
+    connection.execute(update(runs).where((runs.c.id == run_id) & ~runs.c.current).values(current=True))
+
+
+def put_decision(connection: Connection, student_id: int, mark: MarkRecord, change: Change) -> None:
+    """Write a person's mark in place of an earlier one."""
+    key = {"student_id": student_id, "question": mark.question, "part": mark.part}
+    connection.execute(delete(decisions).where(*(decisions.c[name] == value for name, value in key.items())))
+    values = {"points": mark.points, "out_of": mark.out_of, "reason": mark.reason, "given": mark.given}
+    connection.execute(insert(decisions).values(**key, **values, actor=change.actor, decided=now()))
+
+
+def put_audit(connection: Connection, student_id: int, before: Stored | None, change: Change) -> int:
+    """A row for each mark of a student that is another now than it was before; how many."""
+    after = current_run(connection, student_id)
+    old = {mark.where: mark for mark in before.graded.marks} if before else {}
+    new = {mark.where: mark for mark in after.graded.marks} if after else {}
+    rows = [
+        {
+            "student_id": student_id,
+            "question": where[0],
+            "part": where[1],
+            **_side("before", old.get(where)),
+            **_side("after", new.get(where)),
+            "run": after.graded.run.key if after else "",
+            "actor": change.actor,
+            "why": f"{change.reason} {_of_persons(old.get(where), new.get(where))}".strip(),
+            "changed": now(),
+        }
+        for where in sorted(old.keys() | new.keys())
+        if state(old.get(where)) != state(new.get(where))
+    ]
+    if rows:
+        connection.execute(insert(audit), rows)
+    return len(rows)
+
+
+def state(mark: MarkRecord | None) -> MarkState | None:
+    """What of a mark is audited."""
+    return None if mark is None else MarkState(mark.status, mark.points, mark.out_of, mark.reason)
+
+
+def _side(side: str, mark: MarkRecord | None) -> dict[str, Any]:
+    names = MarkState.__dataclass_fields__
+    return {f"{name}_{side}": getattr(mark, name, None) for name in names}
+
+
+def _of_persons(old: MarkRecord | None, new: MarkRecord | None) -> str:
+    """A word on a person's decision that comes or goes, without a person's doing it."""
+    was, is_now = (mark is not None and mark.status == GIVEN_BY_A_PERSON for mark in (old, new))
+    return NO_LONGER if was and not is_now else ""

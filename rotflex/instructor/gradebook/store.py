@@ -1,0 +1,255 @@
+""":class:`Gradebook`. Each method is one transaction: it is done, or, after an error or a kill, it never was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import insert, select, update
+
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import roster, rows, schema, storable
+from rotflex.instructor.gradebook.database import Database
+from rotflex.instructor.gradebook.dump import content
+from rotflex.instructor.gradebook.records import (
+    GIVEN_BY_A_PERSON,
+    AuditRecord,
+    CommentRecord,
+    Graded,
+    MarkRecord,
+    MarkState,
+    RosterReport,
+    StudentRecord,
+)
+from rotflex.instructor.gradebook.tables import audit, comments, meta, students
+
+
+class Gradebook:
+    """A class's submissions, runs, answers, marks, comments, and every change of a mark.
+
+    It may be used by several processes at once, and by several threads. Students are told apart without regard to
+    capitals. Strangers' text is kept as :mod:`rotflex.instructor.gradebook.storable` says.
+
+    Parameters
+    ----------
+    url : a file (SQLite), or ``sqlite:///file``, or ``postgresql://user:password@host/name``; made if it is not there,
+        migrated if it is older than this software
+
+    Raises
+    ------
+    GradebookError
+        If it cannot be opened, holds something else, or is newer than this software. So do all methods, if the database
+        fails.
+    """
+
+    def __init__(self, url: str | Path) -> None:
+        self._database = Database(url)
+        try:
+            schema.prepare(self._database)
+        except BaseException:
+            self._database.close()
+            raise
+
+    def __enter__(self) -> Gradebook:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self._database.close()
+
+    def secret(self) -> bytes:
+        """32 random bytes, drawn when the gradebook was made; it never leaves the trusted side."""
+        with self._database.reading() as connection:
+            value = connection.scalar(select(meta.c.value).where(meta.c.name == "secret"))
+        if value is None:
+            raise GradebookError(f"The gradebook {self._database.where} has lost its secret: it is damaged.")
+        return bytes(value)
+
+    # --- students -----------------------------------------------------------------------------------------------------
+
+    def import_roster(self, path: Path) -> RosterReport:
+        """Take in a class from a CSV, see :mod:`rotflex.instructor.gradebook.roster`. Students who are not in it stay.
+
+        Raises
+        ------
+        GradebookError
+            If the file as a whole cannot be read; then nothing is taken in.
+        """
+        entries, problems = roster.read(path)
+        added = changed = 0
+        with self._database.writing() as connection:
+            there = {row.folded: row for row in connection.execute(select(students))}
+            for entry in entries:
+                row = there.get(entry.student.casefold())
+                new = {"student": entry.student, **entry.details}
+                if row is None:
+                    rows.add_student(connection, entry.student, entry.details)
+                    added += 1
+                elif any(getattr(row, column) != value for column, value in new.items()):
+                    connection.execute(update(students).where(students.c.id == row.id).values(new))
+                    changed += 1
+        return RosterReport(added, changed, len(entries) - added - changed, tuple(problems))
+
+    def students(self) -> list[StudentRecord]:
+        """All students, by ID."""
+        columns = (students.c.student, students.c.name, students.c.email, students.c.section)
+        with self._database.reading() as connection:
+            found = [StudentRecord(*row) for row in connection.execute(select(*columns))]
+        return sorted(found, key=lambda one: one.student.casefold())
+
+    # --- runs and marks -----------------------------------------------------------------------------------------------
+
+    def record(self, graded: Graded, actor: str, reason: str) -> int:
+        """Record a run, and let its marks be the student's. Recording the same again changes nothing.
+
+        A run with a key that is there replaces that run. A mark that a person set holds on, as long as what was given,
+        and the points that there are for it, stay the same; where they do not, the new mark counts, and the audit trail
+        says so. Should the same be given again, the person's mark counts again.
+
+        Parameters
+        ----------
+        graded : the run and its marks
+        actor, reason : for the audit trail
+
+        Returns
+        -------
+        int
+            How many marks changed: rows in the audit trail.
+
+        Raises
+        ------
+        GradebookError
+            If it is not fit to be recorded: an impossible ID, marks that are not finite, another student's key.
+        """
+        graded = storable.graded(graded)
+        change = _change(actor, reason)
+        with self._database.writing() as connection:
+            student_id = rows.find_student(connection, graded.run.student)
+            if student_id is None:
+                student_id = rows.add_student(connection, graded.run.student, {})
+            before = rows.current_run(connection, student_id)
+            there = rows.find_run(connection, graded.run.key)
+            run_id = rows.put_run(connection, student_id, graded, there)
+            rows.put_marks(connection, run_id, graded.marks)
+            rows.make_current(connection, student_id, run_id)
+            return rows.put_audit(connection, student_id, before, change)
+
+    def remark(self, student: str, marks: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
+        """New marks for the run of a student that counts, all of them; the rest as for :meth:`record`."""
+        new = storable.marks(tuple(marks))
+        change = _change(actor, reason)
+        with self._database.writing() as connection:
+            before = self._must_have_run(connection, student)
+            graded = replace(before.graded, key_digest=storable.text(key_digest))
+            rows.put_run(connection, before.student_id, graded, before)
+            rows.put_marks(connection, before.run_id, new)
+            return rows.put_audit(connection, before.student_id, before, change)
+
+    def set_mark(self, student: str, question: str, part: str, points: float, reason: str, actor: str) -> int:
+        """A person's mark for an answer, in place of the software's; see :meth:`record` for how long it holds.
+
+        Raises
+        ------
+        GradebookError
+            If there is no such mark, or the points are not among those that there are for it.
+        """
+        change = _change(actor, reason)
+        with self._database.writing() as connection:
+            before = self._must_have_run(connection, student)
+            mark = {mark.where: mark for mark in before.graded.marks}.get((question, part))
+            if mark is None:
+                raise GradebookError(f"{student!r} has no mark for question {question}, {part}.")
+            if not 0 <= points <= mark.out_of:  # nor not a number
+                raise GradebookError(f"Question {question}, {part}: give 0 to {mark.out_of:g} points, not {points:g}.")
+            new = replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=change.reason)
+            if new == mark:
+                return 0
+            rows.put_decision(connection, before.student_id, new, change)
+            return rows.put_audit(connection, before.student_id, before, change)
+
+    def find(self, key: str) -> Graded | None:
+        """The run with a content key, and its marks as they are now; it need not be the one that counts."""
+        with self._database.reading() as connection:
+            found = rows.find_run(connection, storable.text(key))
+        return None if found is None else found.graded
+
+    def current(self, student: str) -> Graded | None:
+        """The run of a student that counts, and its marks."""
+        with self._database.reading() as connection:
+            student_id = rows.find_student(connection, storable.text(student))
+            found = None if student_id is None else rows.current_run(connection, student_id)
+        return None if found is None else found.graded
+
+    def all_current(self) -> Iterator[Graded]:
+        """The runs that count, by student; each is read when it is asked for."""
+        for one in self.students():
+            graded = self.current(one.student)
+            if graded is not None:
+                yield graded
+
+    # --- words --------------------------------------------------------------------------------------------------------
+
+    def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
+        """A person's word to a student."""
+        row = {
+            "question": None if question is None else storable.text(question),
+            "text": storable.text(text),
+            "actor": storable.text(actor),
+        }
+        with self._database.writing() as connection:
+            student_id = rows.known_student(connection, storable.text(student))
+            connection.execute(insert(comments).values({**row, "student_id": student_id, "written": rows.now()}))
+
+    def comments(self, student: str) -> list[CommentRecord]:
+        """Persons' words to a student, in the order in which they were written."""
+        found = (
+            select(comments, students.c.student)
+            .join(students)
+            .where(students.c.folded == storable.text(student).casefold())
+            .order_by(comments.c.id)
+        )
+        with self._database.reading() as connection:
+            return [
+                CommentRecord(row.student, row.question, row.text, row.actor, row.written)
+                for row in connection.execute(found)
+            ]
+
+    def audit(self, student: str | None = None, question: str | None = None) -> list[AuditRecord]:
+        """Every change of a mark, in the order in which they were made; of one student or one question, if given."""
+        found = select(audit, students.c.student).join(students).order_by(audit.c.id)
+        if student is not None:
+            found = found.where(students.c.folded == storable.text(student).casefold())
+        if question is not None:
+            found = found.where(audit.c.question == storable.text(question))
+        with self._database.reading() as connection:
+            return [_audit_record(row) for row in connection.execute(found)]
+
+    def dump(self) -> dict[str, Any]:
+        """All but times, the secret and the rows' numbers, as plain data: equal for gradebooks with equal content."""
+        with self._database.reading() as connection:
+            return content(connection)
+
+    def _must_have_run(self, connection: Any, student: str) -> rows.Stored:
+        found = rows.current_run(connection, rows.known_student(connection, storable.text(student)))
+        if found is None:
+            raise GradebookError(f"Nothing of {student!r} has been graded.")
+        return found
+
+
+def _change(actor: str, reason: str) -> rows.Change:
+    return rows.Change(storable.text(actor), storable.text(reason))
+
+
+def _audit_record(row: Any) -> AuditRecord:
+    before, after = (
+        MarkState(*state)
+        if (state := [getattr(row, f"{name}_{side}") for name in MarkState.__dataclass_fields__])[0] is not None
+        else None
+        for side in ("before", "after")
+    )
+    return AuditRecord(row.student, row.question, row.part, before, after, row.run, row.actor, row.why, row.changed)

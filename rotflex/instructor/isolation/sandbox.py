@@ -1,0 +1,293 @@
+"""Run a command behind walls, within limits, and get one file back.
+
+Bubblewrap puts up the walls (:mod:`rotflex.instructor.isolation.walls`). The trusted side, here, starts it, watches
+clock and bytes, kills it from outside and reads the file when everything inside is dead. The order matters:
+
+1. Bubblewrap starts a launcher, a shell of our own, as the sandbox's first process. It says so, and waits.
+2. From outside we take hold of the working folder, which keeps it when all inside have died, and limit the launcher.
+3. The launcher becomes an unprivileged user where we are root; says so; waits again.
+4. Told to go, it runs the command. Had the grader died by now, its pipe would have ended and the launcher with it.
+
+The sandbox's first process dies with bubblewrap, and bubblewrap with the thread that called; and with the first process
+of a process namespace, the kernel kills all others and waits for their end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+from rotflex.errors import IsolationError
+from rotflex.instructor.isolation import cgroups, remedies, seccomp, walls
+from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
+from rotflex.instructor.isolation.walls import HOME, WORK
+from rotflex.instructor.isolation.watching import Conversation
+
+__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "run"]
+
+NO_VARIABLES: Mapping[str, str] = MappingProxyType({})
+_READY, _GO = b"ready\n", b"go\n"
+# The first shell stays, as the namespace's first process: it reaps orphans, and its end is everybody's.
+_WAIT = 'echo ready; read -r word && [ "$word" = go ] || exit 1; '
+_LAUNCHER = "umask 022; " + _WAIT + '"$@"; exit $?'
+_DROPPED = _WAIT + 'exec "$@"'
+_NAMESPACES = ("mnt", "pid", "net", "ipc", "uts")  # whatever bubblewrap says, the sandbox must have its own
+_TO_START, _TO_END = 60.0, 60.0  # s; more than any machine that is alive should need
+_MOST_AT_START = 65536
+
+
+class _CalledOff(Exception):
+    """Given up before the command was run."""
+
+
+def run(
+    command: Sequence[str],
+    *,
+    visible: Sequence[Path],
+    wanted: str,
+    largest: int,
+    stdin: bytes = b"",
+    environment: Mapping[str, str] = NO_VARIABLES,
+    limits: Limits = Limits(),  # noqa: B008 (it cannot be changed)
+    cancelled: threading.Event | None = None,
+) -> Outcome:
+    """Run a command isolated, and get a file that it leaves.
+
+    It starts in an empty working folder (:data:`WORK`), with a home (:data:`HOME`) that is empty, too. When it ends,
+    all that it has started is ended.
+
+    Parameters
+    ----------
+    command : program, by its path or a name to be found in the sandbox, and its arguments
+    visible : absolute paths of what is shown read-only, besides the system and the Python environment. Nothing in them
+        may be a socket or a pipe of the outside: these can be used through a read-only view.
+    wanted : name of the file in the working folder
+    largest : bytes that it may have
+    stdin : standard input
+    environment : variables, besides PATH, HOME, TMPDIR, LANG and USER
+    limits : on what it uses
+    cancelled : set from another thread to give up
+
+    Returns
+    -------
+    How it ended, and the file, however it ended. An exit status of 128 + n is taken for the signal n, as by shells.
+
+    Raises
+    ------
+    IsolationError
+        If the walls cannot be put up; the command is not run, then.
+    """
+    if not sys.platform.startswith("linux"):
+        raise IsolationError(
+            f"Isolation needs Linux; this is {sys.platform}.", "operating system", remedies.of_platform()
+        )
+    if not wanted or os.sep in wanted or wanted in (".", ".."):
+        raise IsolationError(f"The wanted file's name must be a plain one, not {wanted!r}.", "files")
+    if any("\0" in word for word in [*command, *map(str, visible), *environment, *environment.values()]):
+        raise IsolationError("A variable, a path or the command has a NUL character in it.", "files")
+    someone = walls.person()
+    variables = {**walls.default_environment(), **environment}
+    called_off = cancelled or threading.Event()
+    inside = [*walls.dropping(someone), "/bin/sh", "-c", _DROPPED, "sh", *command]
+    with contextlib.ExitStack() as stack:
+        files = {
+            path: stack.enter_context(_file_of(text.encode())) for path, text in walls.synthetic_files(someone).items()
+        }
+        told = walls.arguments(someone, visible, variables, limits, files)
+        groups = stack.enter_context(cgroups.made(limits, cgroups.places()))
+        bubble = stack.enter_context(_Bubble(told, inside, list(files.values())))
+        try:
+            bubble.stand(called_off)
+            standing = bubble.limit(limits, groups)
+            bubble.drop(called_off)
+        except _CalledOff:
+            return Outcome(Ending.CANCELLED, None, None, "", b"", 0.0)
+        started = time.monotonic()
+        ending = bubble.go(stdin, limits, called_off)
+        seconds = time.monotonic() - started
+        code = bubble.end()
+        file, trouble = read_wanted(bubble.folder, wanted, largest)
+        output = bytes(bubble.talk.heard[: limits.output])
+    return Outcome(ending, code if ending is Ending.FINISHED else None, file, trouble, output, seconds, standing)
+
+
+class _Bubble:
+    """A running bubblewrap, from its start to the end of everything in it (a ``with`` block)."""
+
+    def __init__(self, told: Sequence[str], inside: Sequence[str], files: Sequence[int]) -> None:
+        self._told, self._inside, self._files = told, inside, files
+        self._first: int | None = None  # descriptor of the sandbox's first process
+        self._limited = 0  # its number
+        self.folder = -1
+
+    def __enter__(self) -> _Bubble:
+        program = shutil.which("bwrap")
+        if program is None:
+            raise IsolationError("Bubblewrap (bwrap) is not installed.", "bubblewrap", remedies.INSTALL)
+        filtering = seccomp.program(os.uname().machine)
+        self._filtered = filtering is not None
+        with contextlib.ExitStack() as stack:
+            passed, told = list(self._files), list(self._told)
+            if filtering is not None:
+                passed.append(stack.enter_context(_file_of(filtering)))
+                told += ["--seccomp", str(passed[-1])]
+            # In a file, for nobody else on this machine to read in the list of processes.
+            passed.append(stack.enter_context(_file_of("\0".join([*told, ""]).encode())))
+            command = [program, "--args", str(passed[-1]), "--", "/bin/sh", "-c", _LAUNCHER, "sh", *self._inside]
+            try:
+                self.process = subprocess.Popen(
+                    command,
+                    bufsize=0,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    pass_fds=passed,
+                    cwd="/",
+                )
+            except OSError as error:
+                raise IsolationError(f"Bubblewrap cannot be started: {error.strerror}.", "bubblewrap") from error
+        self.talk = Conversation(self.process, _MOST_AT_START)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self.end()
+        finally:
+            self.talk.close()
+            for descriptor in (self.folder, self._first):
+                if descriptor not in (None, -1):
+                    os.close(descriptor)
+
+    def stand(self, cancelled: threading.Event) -> None:
+        """Wait until the walls stand, and take hold of the working folder and of the first process."""
+        self._await_ready(cancelled)
+        try:
+            self._limited = _child_of(self.process.pid)
+            self._first = os.pidfd_open(self._limited)
+            shared = [kind for kind in _NAMESPACES if _namespace(self._limited, kind) == _namespace("self", kind)]
+            if shared:
+                raise IsolationError(f"The sandbox shares namespaces with us: {', '.join(shared)}.", "namespaces")
+            self.folder = os.open(f"/proc/{self._limited}/root{WORK}", os.O_RDONLY | os.O_DIRECTORY)
+        except (ValueError, OSError) as error:
+            raise IsolationError(
+                f"The sandbox cannot be reached from outside: {error}.", "file system", remedies.of_namespaces()
+            ) from error
+
+    def limit(self, limits: Limits, groups: cgroups.Groups) -> tuple[str, ...]:
+        """Limit the first process, and so all that it starts; which optional walls stand."""
+        import resource
+
+        processors = os.cpu_count() or 1
+        wanted = {
+            resource.RLIMIT_AS: limits.memory,
+            resource.RLIMIT_FSIZE: limits.file_size,
+            resource.RLIMIT_NOFILE: limits.open_files,
+            resource.RLIMIT_NPROC: limits.processes + (0 if walls.is_root() else 2),  # the two shells are the same user
+            resource.RLIMIT_CPU: math.ceil(limits.seconds * processors) + 60,  # a backstop: the clock comes first
+            # Not 0, with which a core file would still go to a program outside (man 5 core).
+            resource.RLIMIT_CORE: 1,
+            resource.RLIMIT_MSGQUEUE: 0,
+            resource.RLIMIT_MEMLOCK: 0,
+        }
+        try:
+            for kind, value in wanted.items():
+                _, hard = resource.prlimit(self._limited, kind)
+                most = value if hard == resource.RLIM_INFINITY else min(value, hard)
+                resource.prlimit(self._limited, kind, (most, most))
+        except (OSError, ValueError) as error:
+            raise IsolationError(f"The sandbox cannot be limited: {error}.", "limits") from error
+        return (*groups.add(self._limited), *(("system calls",) if self._filtered else ()))
+
+    def drop(self, cancelled: threading.Event) -> None:
+        """Let the launcher become who is to run the command."""
+        self.talk.say(_GO)
+        self._await_ready(cancelled)
+
+    def go(self, stdin: bytes, limits: Limits, cancelled: threading.Event) -> Ending:
+        """Let it run the command, until it ends or must be ended."""
+        self.talk.most = limits.output
+        self.talk.say(_GO + stdin, last=True)
+        ending = self.talk.until(time.monotonic() + limits.seconds, cancelled)
+        assert ending is not None
+        return ending
+
+    def end(self) -> int:
+        """Kill all that is inside, wait until it is gone, and return the exit status (minus the signal).
+
+        Raises
+        ------
+        IsolationError
+            If something does not go away.
+        """
+        if self._first is None:  # the end of its input ends it; killed at a bad moment, it could leave a child behind
+            self.talk.hang_up()
+        else:
+            with contextlib.suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._first, signal.SIGKILL)
+        try:
+            code = self.process.wait(timeout=_TO_END)
+            if self._first is not None and not _is_over(self._first, _TO_END):
+                raise subprocess.TimeoutExpired("bwrap", _TO_END)
+        except subprocess.TimeoutExpired as error:
+            self.process.kill()
+            raise IsolationError(
+                f"What runs in the sandbox was killed and does not end (process {self._limited}).",
+                "processes",
+                "Look at it with ps; restart this machine if it stays.",
+            ) from error
+        return 128 - code if 128 < code <= 128 + signal.NSIG else code
+
+    def _await_ready(self, cancelled: threading.Event) -> None:
+        ending = self.talk.until(time.monotonic() + _TO_START, cancelled, lambda heard: heard.endswith(_READY))
+        if ending is Ending.CANCELLED:
+            raise _CalledOff
+        said = self.talk.heard.decode(errors="replace").strip()
+        if ending is not None:
+            layer, remedy = remedies.explain(said)
+            raise IsolationError(f"The sandbox cannot be put up: {said or ending.value}.", layer, remedy)
+        self.talk.heard.clear()
+
+
+def _child_of(parent: int) -> int:
+    """The only child of a process. (Bubblewrap would tell (--info-fd), but can be killed while it does.)"""
+    with contextlib.suppress(FileNotFoundError):  # an option of the kernel's
+        return int(Path(f"/proc/{parent}/task/{parent}/children").read_text("ascii"))
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # some end meanwhile
+            if int(stat.read_text("ascii", "replace").rpartition(")")[2].split()[1]) == parent:
+                return int(stat.parent.name)
+    raise ProcessLookupError("it has no first process")
+
+
+def _namespace(process: int | str, kind: str) -> str:
+    return os.readlink(f"/proc/{process}/ns/{kind}")
+
+
+def _is_over(process: int, seconds: float) -> bool:
+    """Whether a process (its descriptor) ends within this time."""
+    poll = select.poll()
+    poll.register(process, select.POLLIN)
+    return bool(poll.poll(seconds * 1000))
+
+
+@contextlib.contextmanager
+def _file_of(data: bytes) -> Iterator[int]:
+    """A descriptor from which to read this, without a file system."""
+    descriptor = os.memfd_create("told")
+    try:
+        os.write(descriptor, data)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        yield descriptor
+    finally:
+        os.close(descriptor)

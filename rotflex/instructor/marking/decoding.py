@@ -1,0 +1,139 @@
+"""A stranger's ``answers.json``, strictly read: bytes in, claims out. Nothing is evaluated or unpickled."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rotflex.courseware import answers, expressions, forms
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.errors import AnswerError
+from rotflex.instructor.marking.time_limit import within
+
+MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
+MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are
+_MOST_NOTES = 20
+_SHOWN = 40  # characters of a stranger's text in a note
+_PATIENCE = 5.0  # s for one answer
+
+
+@dataclass
+class Claims:
+    """What a run claims to have answered.
+
+    Attributes
+    ----------
+    student, bench : whose answers, and on which bench, by their own account
+    values : (question, part) → value, see :func:`rotflex.courseware.forms.decode`
+    contents : (question, part) → the plain data that it was read from
+    malformed : (question, part) → why the data is not an answer to it
+    problems, notes : what an instructor should, or may want to, know
+    """
+
+    student: str = ""
+    bench: Mapping[str, Any] = field(default_factory=dict)
+    values: dict[tuple[str, str], Any] = field(default_factory=dict)
+    contents: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    malformed: dict[tuple[str, str], str] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
+    """Read the bytes of an ``answers.json``; None is a file that is not there.
+
+    Parameters
+    ----------
+    data : as the run left them
+    probe_seed : from which the inputs of functions were to be drawn
+    catalogue : of what can be answered
+    """
+    claims = Claims()
+    if data is None:
+        claims.notes.append("No answer was recorded when the notebooks were run.")
+        return claims
+    try:
+        _strict(data)
+        content = answers.parse(data)
+    except AnswerError as error:
+        claims.problems.append(f"answers.json cannot be read. {error}")
+        return claims
+    claims.student, claims.bench = content["student"], content["bench"]
+    for number, parts in content["answers"].items():
+        for name, answer in parts.items():
+            _claim(claims, catalogue, number, name, answer)
+    if content["probe_seed"] != probe_seed:
+        _drop_functions(claims, catalogue)
+    if len(claims.notes) > _MOST_NOTES:
+        claims.notes[_MOST_NOTES:] = [f"And {len(claims.notes) - _MOST_NOTES} more of this sort."]
+    return claims
+
+
+def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer: dict[str, Any]) -> None:
+    """Read one answer."""
+    # Not by find(), which takes its time to look for what may have been meant: there may be thousands of them.
+    everything = catalogue.everything
+    if number not in everything or name not in everything[number].names:
+        claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
+        return
+    claims.contents[number, name] = answer
+    try:
+        with within(_PATIENCE):  # an expression can be built to be slow, or larger than anything can hold
+            claims.values[number, name] = forms.decode(everything[number].part(name), answer)
+    except AnswerError as error:
+        claims.malformed[number, name] = str(error)
+    except (ArithmeticError, ValueError, RecursionError, MemoryError) as error:
+        claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
+
+
+def _drop_functions(claims: Claims, catalogue: Catalogue) -> None:
+    """Outputs on other inputs than those that were drawn say nothing."""
+    for where in [where for where in claims.values if catalogue.everything[where[0]].part(where[1]).kind == "function"]:
+        del claims.values[where]
+        claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
+
+
+# --- JSON, strictly ---------------------------------------------------------------------------------------------------
+
+
+def _strict(data: bytes) -> None:
+    """Refuse what JSON allows and no ``lab.answer`` writes.
+
+    Raises
+    ------
+    AnswerError
+        If there are names twice in an object, larger integers than an answer can have, or more levels.
+    """
+    if len(data) > answers.MAX_BYTES:
+        return  # refused, with its own words, by what reads it next
+    try:
+        content = json.loads(data, object_pairs_hook=_unique, parse_int=_bounded)
+    except RecursionError:
+        raise AnswerError("It is nested too deeply.") from None
+    except ValueError as error:
+        raise AnswerError(f"It is not JSON: {error}") from None
+    level, depth = [content], 0
+    while level:
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise AnswerError("It is nested too deeply.")
+        level = [inner for item in level if isinstance(item, list | dict) for inner in _inside(item)]
+
+
+def _inside(item: list[Any] | dict[str, Any]) -> list[Any]:
+    return list(item.values()) if isinstance(item, dict) else item
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content = dict(pairs)
+    if len(content) != len(pairs):
+        raise ValueError("a name is there twice in one object")
+    return content
+
+
+def _bounded(digits: str) -> int:
+    if len(digits) > 25 or abs(int(digits)) > MAX_INTEGER:
+        raise ValueError("an integer is too large")
+    return int(digits)

@@ -1,0 +1,137 @@
+"""Marking in processes of its own: what a stranger claims can be built to be expensive, and must stop nothing.
+
+Each answer has a time, each process a size. Should a process die of an answer all the same, that submission is one for
+a person, and the next one is marked in a new process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import multiprocessing
+import os
+import threading
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotflex.errors import GradingError
+from rotflex.instructor import course as courses
+from rotflex.instructor.course import Course
+from rotflex.instructor.marking import decoding, marking
+from rotflex.instructor.marking.marking import Mark
+
+_MEMORY = 4 * 1024**3  # bytes of address space
+_IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
+_PATIENCE = 600.0  # s for all answers of a submission
+
+
+@dataclass(frozen=True)
+class Marked:
+    """The marks of a submission, and what there is to say about its answers."""
+
+    marks: tuple[Mark, ...]
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Marker:
+    """Marks answers by a course's key.
+
+    Parameters
+    ----------
+    course : each process loads it for itself, from its folder
+    places : how many submissions to mark at a time
+    """
+
+    def __init__(self, course: Course, places: int) -> None:
+        self._course, self._places = course, places
+        self._lock = threading.Lock()
+        self._pool = self._new_pool(places)
+
+    def _new_pool(self, places: int) -> ProcessPoolExecutor:
+        # Not forked: this program has threads.
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(
+            places, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
+        )
+
+    def __enter__(self) -> Marker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end(self._pool)
+
+    def get_ready(self) -> None:
+        """Start a marking process, if none is idle, while there is something else to wait for."""
+        with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
+            self._pool.submit(_warm)
+
+    def mark(self, student: str, answers: bytes | None, probe_seed: int) -> Marked:
+        """Mark a submission's answers.
+
+        Raises
+        ------
+        GradingError
+            If the answers killed the process that marked them, or took it too long.
+        """
+        pool = self._pool
+        try:
+            return pool.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
+        except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
+            with self._lock:
+                if self._pool is pool:
+                    self._pool = self._new_pool(self._places)
+                    self._end(pool)
+        # It may have been another submission's answers that broke the pool.
+        alone = self._new_pool(1)
+        try:
+            return alone.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
+        except (BrokenExecutor, TimeoutError) as error:
+            raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
+        finally:
+            self._end(alone)
+
+    @staticmethod
+    def _end(pool: ProcessPoolExecutor) -> None:
+        """End a pool now, whatever its processes do."""
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(cancel_futures=True)
+
+
+# --- in the marking process -------------------------------------------------------------------------------------------
+
+_courses: list[Course] = []
+
+
+def _begin(folder: Path, entry: str) -> None:
+    with contextlib.suppress(ImportError):  # Windows has no such limits
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _courses[:] = [courses.load(folder, entry)]
+
+
+def _warm() -> None:
+    """Import what checks import when they are called: there is time for it while the submission runs."""
+    for name in _IMPORTED:
+        importlib.import_module(name)
+
+
+def _end_with_parent() -> None:
+    """The pool's processes would wait for ever for a program that was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
+    (course,) = _courses
+    claims = decoding.decode(answers, probe_seed, course.catalogue)
+    if claims.student and claims.student.casefold() != student.casefold():
+        claims.notes.append(f"The answers say that they are {claims.student[:80]!r}'s.")
+    marks = marking.mark(course, claims, course.bench(student), probe_seed)
+    return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))

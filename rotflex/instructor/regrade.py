@@ -1,0 +1,69 @@
+"""Stored answers marked again by a changed key. No notebook is run."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+from rotflex.errors import AnswerError, GradingError
+from rotflex.instructor.batch import mark_records, with_words
+from rotflex.instructor.course import Course
+from rotflex.instructor.gradebook import Gradebook, Graded
+from rotflex.instructor.marking.digest import marking_digest
+from rotflex.instructor.marking.marking_processes import Marker
+
+ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
+
+
+def regrade(
+    gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1
+) -> Iterator[tuple[Graded, Graded]]:
+    """Mark everybody's stored answers by the key as it is now; each student's marks before and after.
+
+    Parameters
+    ----------
+    gradebook : with the answers
+    course : the course, with its key
+    questions : whose marks are to change; all if there are none
+    jobs : submissions to mark at a time
+
+    Raises
+    ------
+    GradingError
+        If the gradebook has no answers, or the key not one of the questions.
+    """
+    _check(questions, course)
+    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as desks:
+        everybody = list(gradebook.all_current())
+        if not everybody:
+            raise GradingError("There is nothing in the gradebook to mark again.")
+        digest = marking_digest(course)
+        for before, after in zip(
+            everybody, desks.map(lambda one: _marked(one, marker, questions, digest), everybody), strict=True
+        ):
+            gradebook.record(after, actor=ACTOR, reason=f"marked again: {', '.join(questions) or 'all questions'}")
+            yield before, gradebook.current(before.run.student) or after
+
+
+def _check(questions: Collection[str], course: Course) -> None:
+    for number in questions:
+        try:
+            course.catalogue.find(number)
+        except AnswerError as error:
+            raise GradingError(str(error)) from None
+        if number not in course.key:
+            raise GradingError(f"The key has no question {number}.")
+
+
+def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Graded:
+    run = graded.run
+    if run.answers is None:  # nothing was read of it, or it could not be run: there is nothing to mark
+        return graded
+    marked = marker.mark(run.student, run.answers, run.probe_seed)
+    if not questions:
+        return Graded(with_words(run, marked), mark_records(marked.marks), digest)
+    new = {(one.question, one.part): one for one in mark_records(marked.marks) if one.question in questions}
+    kept = [new.pop((one.question, one.part), one) for one in graded.marks]
+    # The other marks are still those of the key before: the next grading of the class looks at them again.
+    return replace(graded, marks=(*kept, *new.values()))

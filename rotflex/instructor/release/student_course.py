@@ -1,0 +1,258 @@
+"""What students get: a folder and a zip with notebooks, their packages, and how to install them. No solution, no key,
+no stored answer.
+
+Of each package, everything is released but its folder ``instructor``.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotflex.courseware.messages import _
+from rotflex.errors import GradingError
+from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
+from rotflex.instructor.release import student_notebooks
+
+DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
+_COURSE = "_course"  # in the package, where an installed one has its notebooks
+_NEVER = ("__pycache__", "*.pyc", ".*")
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold; every file bears it, so that bytes repeat
+
+_README = """\
+# {title}
+
+You need Python {python} or newer. In this folder, once:
+
+Windows
+
+    py -m venv .venv
+    .venv\\Scripts\\pip install .
+
+macOS, Linux
+
+    python3 -m venv .venv
+    .venv/bin/pip install .
+
+Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex`):
+
+    .venv/bin/rotflex lab --student YOUR-ID
+
+JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID that your instructor knows you by: your
+own virtual bench is made from it.
+
+Write in the cells that say `# Your code here.` and leave the others as they are: when your work is marked, the code of
+those cells is taken over, and nothing else. Before you hand in, choose *Kernel → Restart Kernel and Run All Cells…* in
+each notebook and see that it runs to its end.
+
+Hand in the folder `notebooks`, or a zip of it.
+"""
+
+
+@dataclass(frozen=True)
+class Release:
+    """Where a release lies, and the names of its notebooks."""
+
+    folder: Path
+    archive: Path
+    notebooks: tuple[str, ...]
+
+
+def derived(course: Course) -> dict[str, str]:
+    """The student notebooks of a course: file name → text, in order.
+
+    Raises
+    ------
+    GradingError
+        If there are none, or if one cannot be derived.
+    """
+    if not course.notebooks:
+        raise GradingError(_("There are no notebooks in {folder}.").format(folder=course.folder))
+    found = {}
+    for path in course.notebooks:
+        notebook = student_notebooks.read(path)
+        found[path.name] = student_notebooks.text(
+            student_notebooks.student_version(notebook, path.name, course.catalogue)
+        )
+    return found
+
+
+def write_notebooks(course: Course) -> list[Path]:
+    """Derive the course's student notebooks anew, and return their paths.
+
+    Raises
+    ------
+    GradingError
+        If a notebook cannot be derived, or if there is one there that no solution leads to.
+    """
+    texts = derived(course)
+    folder = course.student_notebooks
+    folder.mkdir(exist_ok=True)
+    strays = sorted({path.name for path in folder.glob("*.ipynb")} - texts.keys())
+    if strays:
+        raise GradingError(
+            _("{folder} holds {strays}, which no notebook in {source} leads to: remove it.").format(
+                folder=folder, strays=", ".join(strays), source=course.folder
+            )
+        )
+    for name, content in texts.items():
+        (folder / name).write_text(content, encoding="utf-8", newline="\n")
+    return [folder / name for name in texts]
+
+
+def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, ...]:
+    """Put the student's course into a new folder, and return the names of its notebooks.
+
+    Parameters
+    ----------
+    course : the course
+    folder : must not exist yet
+    with_data : hand out the sample recordings, too
+
+    Raises
+    ------
+    GradingError
+        If a part of the course is missing or cannot be derived.
+    """
+    texts = derived(course)
+    about = _distribution()
+    (folder / "notebooks").mkdir(parents=True)
+    for name, content in texts.items():
+        (folder / "notebooks" / name).write_text(content, encoding="utf-8", newline="\n")
+    for name in course.packages:
+        _copy_package(package_folder(name), folder / name)
+    if with_data:
+        if not course.data.is_dir():
+            raise GradingError(_("There is no data to hand out: {folder} is missing.").format(folder=course.data))
+        shutil.copytree(course.data, folder / "data", ignore=shutil.ignore_patterns(*_NEVER))
+    (folder / "LICENSE").write_text(_licence(about), encoding="utf-8", newline="\n")
+    python = (about.metadata["Requires-Python"] or "").removeprefix(">=")
+    readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem)
+    (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
+    project = _project_file(course, about, with_data)
+    (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
+    return tuple(texts)
+
+
+def release(course: Course, out: Path, with_data: bool = False, replace: bool = False) -> Release:
+    """Build the student's course as a folder of its name in ``out``, and as a zip.
+
+    Parameters
+    ----------
+    course : the course
+    out : where to; made if needed
+    with_data : hand out the sample recordings, too
+    replace : an earlier release in ``out`` may be deleted
+
+    Raises
+    ------
+    GradingError
+        If a part of the course is missing or cannot be derived, or if there is a release in ``out`` already.
+    """
+    folder, archive = out / course.name, out / f"{course.name}.zip"
+    if folder.exists() and not replace:
+        raise GradingError(f"There is {folder} already: remove it, choose another place, or say --replace.")
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".rotflex-release-", dir=out) as scratch:
+        built = Path(scratch) / course.name
+        names = build(course, built, with_data)
+        _write_archive(built, Path(scratch) / archive.name)
+        if folder.exists():
+            shutil.rmtree(folder)
+        built.replace(folder)
+        (Path(scratch) / archive.name).replace(archive)
+    return Release(folder, archive, names)
+
+
+def _copy_package(package: Path, target: Path) -> None:
+    """A package without its folder ``instructor``, and without notebooks that an installed one comes with."""
+    everywhere = shutil.ignore_patterns(*_NEVER)
+
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        here = {_COURSE, NOT_RELEASED} if Path(folder) == package else set()
+        return everywhere(folder, names) | here.intersection(names)
+
+    shutil.copytree(package, target, ignore=left_out)
+
+
+def _distribution() -> importlib.metadata.Distribution:
+    try:
+        return importlib.metadata.distribution(DISTRIBUTION)
+    except importlib.metadata.PackageNotFoundError:
+        raise GradingError(
+            _("{name} is not installed here, so that its requirements are not known: pip install it.").format(
+                name=DISTRIBUTION
+            )
+        ) from None
+
+
+def _licence(about: importlib.metadata.Distribution) -> str:
+    for file in about.metadata.get_all("License-File") or ():
+        text = about.read_text(f"licenses/{file}")
+        if text is not None:
+            return text
+    raise GradingError(_("{name} is installed without its licence.").format(name=DISTRIBUTION))
+
+
+def _project_file(course: Course, about: importlib.metadata.Distribution, with_data: bool) -> str:
+    """The student's ``pyproject.toml``: what the students' distribution says, and what the course needs besides."""
+    needed = [*(one for one in about.requires or () if "extra ==" not in one), *course.requires]
+    contents = {
+        "name": course.name,
+        "description": course.title,
+        "requires-python": about.metadata["Requires-Python"],
+        "license": about.metadata["License-Expression"],
+        "license-files": ["LICENSE"],
+        "dynamic": ["version"],
+        "dependencies": needed,
+    }
+    installed = {"notebooks": f"{DISTRIBUTION}/{_COURSE}/notebooks"}
+    if with_data:
+        installed["data"] = f"{DISTRIBUTION}/{_COURSE}/data"
+    return "\n".join(
+        [
+            "[build-system]",
+            'requires = ["hatchling>=1.24"]',
+            'build-backend = "hatchling.build"',
+            "",
+            "[project]",
+            # What JSON writes of text and lists of text, TOML reads.
+            *(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in contents.items()),
+            "",
+            "[project.scripts]",
+            'rotflex = "rotflex.cli:app"',
+            "",
+            "[tool.hatch.version]",
+            'path = "rotflex/__init__.py"',
+            "",
+            "[tool.hatch.build]",
+            "ignore-vcs = true  # wherever this folder is unpacked",
+            "",
+            "[tool.hatch.build.targets.wheel]",
+            f"packages = {json.dumps(course.packages)}",
+            "",
+            "[tool.hatch.build.targets.wheel.force-include]",
+            *(f'"{here}" = "{there}"' for here, there in installed.items()),
+            "",
+        ]
+    )
+
+
+def _write_archive(folder: Path, archive: Path) -> None:
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
+        for path in _files(folder):
+            entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", _EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # whatever made it: attributes are Unix's
+            entry.external_attr = 0o644 << 16
+            packed.writestr(entry, path.read_bytes())
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    return iter(sorted(path for path in folder.rglob("*") if path.is_file()))

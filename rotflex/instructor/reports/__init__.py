@@ -1,0 +1,1 @@
+"""Marks for people: tables, feedback, the state of a batch."""

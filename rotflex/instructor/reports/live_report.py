@@ -1,0 +1,156 @@
+"""How a batch is going: on the screen, or as lines of JSON for scripts."""
+
+from __future__ import annotations
+
+import json
+import sys
+from types import TracebackType
+
+from rotflex.instructor.reports.feedback import points
+from rotflex.instructor.reports.result import Result
+from rotflex.instructor.reports.safe_text import no_escapes
+
+_MOST_ROWS = 60  # of the table at the end
+
+
+class Watcher:
+    """Takes note of what is done.
+
+    Parameters
+    ----------
+    total : submissions that there are
+    ignored : words on what lies among them and is none
+    absent : students who have not handed in anything
+
+    Attributes
+    ----------
+    trouble : whether something was not as it should be
+    """
+
+    def __init__(self, total: int, ignored: list[str], absent: list[str]) -> None:
+        self.total = total
+        self.ignored, self.absent = ignored, absent
+        self.trouble = bool(ignored)
+        self.ran = self.known = self.failed = 0
+
+    def __enter__(self) -> Watcher:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
+        pass
+
+    def add(self, ran: bool, result: Result) -> None:
+        """Note one submission, and whether it was run just now."""
+        self.ran += ran
+        self.known += not ran
+        self.failed += bool(result.problems)
+        self.trouble |= bool(result.problems)
+
+
+class Lines(Watcher):
+    """An object a line on the standard output: one for each submission as it is done, one for all in the end."""
+
+    def __enter__(self) -> Lines:
+        for word in self.ignored:
+            self._say({"event": "ignored", "what": word})
+        for student in self.absent:
+            self._say({"event": "absent", "student": student})
+        return self
+
+    def add(self, ran: bool, result: Result) -> None:
+        """Note one submission, and whether it was run just now."""
+        super().add(ran, result)
+        self._say(
+            {
+                "event": "graded",
+                "student": result.student,
+                "ran": ran,
+                "points": result.total,
+                "out_of": result.out_of,
+                "awaiting": result.awaiting,
+                "problems": result.problems,
+                "stamp": result.stamp,
+            }
+        )
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
+        counts = {"ran": self.ran, "known": self.known, "failed": self.failed, "total": self.total}
+        self._say({"event": "interrupted" if kind else "done", **counts})
+
+    @staticmethod
+    def _say(data: dict[str, object]) -> None:
+        print(json.dumps(data), flush=True)
+
+
+class Screen(Watcher):
+    """A bar that tells what is done, what failed, and how long it will take; a table in the end."""
+
+    def __init__(self, total: int, ignored: list[str], absent: list[str]) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import TimeRemainingColumn as TimeLeft
+
+        super().__init__(total, ignored, absent)
+        # In a pipe or a log, lines are not cut.
+        self._console = Console(width=None if sys.stdout.isatty() else 200)
+        self._bar = Progress(
+            TextColumn("Grading"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[words]}"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeLeft(),
+            console=self._console,
+        )
+        self._results: list[Result] = []
+
+    def __enter__(self) -> Screen:
+        for word in self.ignored:
+            self._console.print(no_escapes(word), style="yellow", markup=False)
+        self._bar.start()
+        self._task = self._bar.add_task("", total=self.total, words="")
+        return self
+
+    def add(self, ran: bool, result: Result) -> None:
+        """Note one submission, and whether it was run just now."""
+        super().add(ran, result)
+        self._results.append(result)
+        words = f"{self.ran} run, {self.known} known, {self.failed} with trouble"
+        self._bar.update(self._task, advance=1, words=words)
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
+        self._bar.stop()
+        if self._results:
+            self._table()
+        if self.absent:
+            self._console.print(no_escapes(f"Nothing handed in: {', '.join(self.absent)}"), markup=False)
+        if kind is not None:
+            self._console.print("What is graded is in the gradebook: the same command goes on from here.")
+
+    def _table(self) -> None:
+        from rich.table import Table
+        from rich.text import Text
+
+        results = sorted(self._results, key=lambda result: result.student)
+        table = Table(title="Marks")
+        table.add_column("student")
+        table.add_column("points", justify="right")  # question by question they are in grades.csv
+        table.add_column("awaiting", justify="right")
+        table.add_column("trouble")
+        # In a large class, those with trouble come first, and the rest is in grades.csv.
+        shown = results
+        if len(results) > _MOST_ROWS:
+            shown = sorted(results, key=lambda one: not one.problems)[:_MOST_ROWS]
+        for result in shown:
+            # Text: what looks like markup in a name or a message is none.
+            table.add_row(
+                Text(no_escapes(result.student)),
+                f"{points(result.total)} of {points(result.out_of)}",
+                points(result.awaiting) if result.awaiting else "",
+                Text(no_escapes("\n".join(result.problems))),
+            )
+        self._console.print(table)
+        if len(shown) < len(results):
+            self._console.print(f"and {len(results) - len(shown)} more, in grades.csv")
+        self._console.print(results[0].stamp, markup=False)

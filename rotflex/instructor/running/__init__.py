@@ -1,0 +1,1 @@
+"""Submissions taken in and run, in isolation; bytes of ``answers.json`` come back."""

@@ -1,0 +1,92 @@
+"""What an answer is judged against, and what comes of it: cases, verdicts, and the protocol of a check."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Protocol
+
+from rotflex.courseware.parts import Part
+
+
+class Status(StrEnum):
+    """What became of an answer."""
+
+    RIGHT = "right"
+    FOLLOW_THROUGH = "right, given your own earlier answers"
+    PARTLY = "partly right"
+    WRONG = "wrong"
+    MISSING = "missing"
+    FOR_A_PERSON = "for a person"
+    BY_A_PERSON = "given by a person"
+
+
+class Own(Protocol):
+    """The student's own answers: ``own("2.12", "J_l")``. Raises LookupError where there is none that can be used."""
+
+    def __call__(self, question: str, part: str) -> Any: ...
+
+
+@dataclass(frozen=True)
+class Case:
+    """What an answer is judged against.
+
+    Attributes
+    ----------
+    bench : the student's own, as it really is: what the course's ``bench`` gives
+    own : the student's other answers
+    probe_seed : from which the inputs of functions were drawn
+    virtual : whether the answers come from the virtual bench; of another one, nothing is known here
+    """
+
+    bench: Any
+    own: Own
+    probe_seed: int
+    virtual: bool = True
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A status, the share of the points (0 to 1) that goes with it, and why."""
+
+    status: Status
+    share: float
+    reason: str
+
+
+class Check(Protocol):
+    """A way to compare an answer."""
+
+    kinds: tuple[str, ...]
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Judge an answer to a part."""
+
+
+def right(reason: str) -> Verdict:
+    """All of the points."""
+    return Verdict(Status.RIGHT, 1.0, reason)
+
+
+def follow_through(reason: str) -> Verdict:
+    """All of the points, for what is right given the student's own earlier answers."""
+    return Verdict(Status.FOLLOW_THROUGH, 1.0, reason)
+
+
+def partly(share: float, reason: str) -> Verdict:
+    """Some of the points."""
+    return Verdict(Status.PARTLY, share, reason)
+
+
+def wrong(reason: str) -> Verdict:
+    """No points."""
+    return Verdict(Status.WRONG, 0.0, reason)
+
+
+def for_a_person(reason: str) -> Verdict:
+    """No points yet."""
+    return Verdict(Status.FOR_A_PERSON, 0.0, reason)
+
+
+Key = Mapping[str, Mapping[str, Check]]  #: question → part → check

@@ -1,0 +1,42 @@
+"""This course as one object: what the general machinery of grading gets to know of it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rotflex.instructor.course import Course
+from rotflex.workbook.questions import CATALOGUE
+
+from .key import KEY
+from .stated import STATED
+from .true_bench import TrueBench
+
+
+def on_virtual_bench(bench: Mapping[str, Any]) -> bool:
+    """Whether answers are said to come from a virtual bench: of a real one, nothing is known."""
+    return str(bench.get("uri", "virtual")).partition(":")[0] == "virtual"
+
+
+COURSE = Course(
+    name="rotflex-course",
+    title="The rotary flexible joint laboratory",
+    catalogue=CATALOGUE,
+    key=KEY,
+    bench=TrueBench,
+    knows_bench=on_virtual_bench,
+    parameters={"bench": "virtual"},
+    imports=(
+        "rotflex.experiments",
+        "rotflex.figures.prelab",
+        "rotflex.greybox",
+        "rotflex.lab",
+        "rotflex.simulation",
+        "rotflex.workbook.reports",
+        "control",
+        "scipy.linalg",
+        "scipy.optimize",
+        "scipy.signal",
+        "scipy.stats",
+        "sympy",
+    ),
+    stated=STATED,
+)

@@ -1,0 +1,51 @@
+"""What the student's own expressions lead to: equations of motion, accelerations; by differences, at bounded cost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rotflex.instructor.marking.expression_checks import Point, at
+
+STATE = ("theta", "alpha", "theta_dot", "alpha_dot", "tau")
+MOTION = frozenset((*STATE, "theta_ddot", "alpha_ddot"))  #: the symbols of what moves; all others are parameters
+
+_STEP = 1e-3  # a second difference of a quadratic form is exact but for rounding
+_RATES = {"theta": "theta_dot", "alpha": "alpha_dot"}
+_ACCELERATIONS = {"theta": "theta_ddot", "alpha": "alpha_ddot"}
+
+
+def slope(expression: Any, name: str, point: Point) -> float:
+    """The partial derivative of an expression at a point."""
+    up, down = point[name] + _STEP, point[name] - _STEP
+    return (at(expression, {**point, name: up}) - at(expression, {**point, name: down})) / (2 * _STEP)
+
+
+def _mixed(expression: Any, first: str, second: str, point: Point) -> float:
+    """The second derivative in two symbols at a point."""
+    up, down = point[second] + _STEP, point[second] - _STEP
+    return (slope(expression, first, {**point, second: up}) - slope(expression, first, {**point, second: down})) / (
+        2 * _STEP
+    )
+
+
+def euler_lagrange(lagrangian: Any, coordinate: str, point: Point) -> float:
+    """d/dt(∂L/∂q̇) − ∂L/∂q at a point, which gives angles, rates and accelerations (Equation 2.1)."""
+    rate = _RATES[coordinate]
+    change = sum(_mixed(lagrangian, rate, q, point) * point[_RATES[q]] for q in _RATES)
+    change += sum(_mixed(lagrangian, rate, _RATES[q], point) * point[_ACCELERATIONS[q]] for q in _RATES)
+    return change - slope(lagrangian, coordinate, point)
+
+
+def accelerations(first: Any, second: Any, point: Point) -> tuple[float, float]:
+    """theta_ddot and alpha_ddot from two equations of motion, which are linear in them, with B_l = 0 (2.6)."""
+
+    def residuals(theta_ddot: float, alpha_ddot: float) -> np.ndarray:
+        where = {**point, "B_l": 0.0, "theta_ddot": theta_ddot, "alpha_ddot": alpha_ddot}
+        return np.array([at(equation.lhs - equation.rhs, where) for equation in (first, second)])
+
+    constant = residuals(0.0, 0.0)
+    matrix = np.column_stack([residuals(1.0, 0.0) - constant, residuals(0.0, 1.0) - constant])
+    solved = np.linalg.solve(matrix, -constant)
+    return float(solved[0]), float(solved[1])

@@ -1,0 +1,301 @@
+"""Checks of closed-loop responses, simulated and on the bench, and of what is measured on them.
+
+Nothing measured is taken on trust: the experiment is run again here, on the student's own virtual bench with their own
+gain, or simulated again with their own model, and the student's recording and numbers are held against that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex import response
+from rotflex.courseware.json_values import thin
+from rotflex.courseware.parts import Part
+from rotflex.errors import RotflexError
+from rotflex.instructor.marking.checks import misfit, refused_recording
+from rotflex.instructor.marking.figure_checks import DEGREES, RADIANS, SECONDS, curves, has_unit
+from rotflex.instructor.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
+from rotflex.recording import Recording
+from rotflex.specifications import LIMITS as OF_SUMMARY
+from rotflex.units import DEG
+
+from .design_checks import Design, own_voltage_model
+
+Vector = NDArray[np.float64]
+Again = Callable[[Case, dict[str, Any]], list[Recording]]
+_VOLTS = r"v|volts?"
+_THINNED_VOLTAGE_RTOL = 0.6  # of a curve that follows a voltage between few samples; one that is not it has 1 or more
+
+
+def own_gain(case: Case) -> Vector:
+    """The student's gain (3.8, else 3.10), else the one that is right for their bench."""
+    for question in ("3.8", "3.10"):
+        try:
+            return np.reshape(case.own(question, "K"), 4)
+        except LookupError:
+            continue
+    return np.ravel(Design(case.bench.servo, case.bench.joint, case.bench.K_s).K)
+
+
+def simulated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
+    """The simulation of 3.11 with the student's model and gain: either fidelity, with the limit or without."""
+    try:
+        A, B = own_voltage_model(case.own, case.bench.servo)
+    except LookupError:
+        A, B = Design(case.bench.servo, case.bench.joint, case.bench.K_s).voltage_model
+    return case.bench.simulations(A, B, own_gain(case))
+
+
+def run_again(feedback: str) -> Again:
+    """The experiment of 3.13 or 3.15 on the student's bench, with the gain that their recording says, or their own."""
+
+    def again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
+        gains = [own_gain(case)]
+        said = metadata.get("K")
+        if isinstance(said, list) and len(said) == 4 and all(isinstance(k, int | float) for k in said):
+            gains.insert(0, np.array(said, dtype=float))
+        runs = []
+        for gain in gains:
+            try:
+                runs.append(case.bench.tracking(tuple(gain.tolist()), feedback))
+            except RotflexError:  # a limit of the bench was passed
+                continue
+        return runs
+
+    return again
+
+
+def validated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
+    """The validation of 2.15 on the student's bench, with their own model; square wave or step."""
+    try:
+        A, B = own_voltage_model(case.own, case.bench.servo)
+    except LookupError:
+        A, B = Design(case.bench.servo, case.bench.joint, case.bench.K_s).voltage_model
+    signal = "step" if metadata.get("signal") == "step" else "square"
+    return [case.bench.validation(A, B, signal)]
+
+
+@dataclass(frozen=True)
+class ResponseOf:
+    """A recording that comes out the same, channel by channel, when the experiment is run again.
+
+    Parameters
+    ----------
+    again : runs it; any of the results will do
+    channels : to compare; those in ``model`` are of the student's model and cost half of the points if they differ
+    rtol : largest RMS difference, relative
+    """
+
+    again: Again
+    channels: tuple[str, ...]
+    model: tuple[str, ...] = ()
+    rtol: float = 0.04
+    kinds = ("recording",)
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Run it again and compare samples."""
+        refused = refused_recording(part, value, case)
+        if refused is not None:
+            return refused
+        runs = [run for run in self.again(case, value["metadata"]) if value["n"] == len(run)]
+        if not runs:
+            return wrong("It cannot be run again: it has another length than the notebook's, or the loop is unstable.")
+        worst = [max(self._misfit(value, run, channel) for channel in self.channels) for run in runs]
+        best = runs[int(np.argmin(worst))]
+        if min(worst) > self.rtol:
+            return wrong("Run again on your own bench, with your own answers, the experiment gives another response.")
+        if any(self._misfit(value, best, channel) > self.rtol for channel in self.model):
+            return partly(0.5, "The bench's channels are right; your model of question 2.14 gives other curves.")
+        return right("It comes out the same when the experiment is run again with your own answers.")
+
+    def _misfit(self, value: dict[str, Any], run: Recording, channel: str) -> float:
+        samples = value["channels"][channel]["values"]
+        return misfit(samples, run[channel][thin(len(run), samples.size)])
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number read off a response, near what the package reads off the same experiment run again.
+
+    Parameters
+    ----------
+    quantity : "t_s", "PO", "alpha_max_deg" or "V_max"
+    again : runs it
+    recording : (question, part) of the student's recording, for its settings
+    rtol, atol : tolerance: the larger of the two counts
+    carried : (question, part) of an answer that this one only carries over
+    """
+
+    quantity: str
+    again: Again
+    recording: tuple[str, str]
+    rtol: float = 0.03
+    atol: float = 0.0
+    carried: tuple[str, str] | None = None
+    kinds = ("number",)
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Run it again, measure, and compare."""
+        if not case.virtual:
+            return for_a_person("It was not measured on the virtual bench; a person will look at it.")
+        expected = [measured[self.quantity] for measured in measured_again(case, self.again, self.recording)]
+        if self.carried is not None and not any(self._near(value, target) for target in expected):
+            try:
+                if self._near(value, float(case.own(*self.carried))):
+                    return follow_through("It is your own answer, carried over.")
+            except LookupError:
+                pass  # nothing of their own to carry over
+        if not expected:
+            return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
+        if any(self._near(value, target) for target in expected):
+            return right("Agrees with what is measured when the experiment is run again with your own answers.")
+        if any(abs(value * DEG - t) <= self.rtol * t or abs(value / DEG - t) <= self.rtol * t for t in expected if t):
+            return wrong("Mind the unit: degrees and radians are mixed up.")
+        return wrong("Not what is measured when the experiment is run again with your own answers.")
+
+    def _near(self, value: float, target: float) -> bool:
+        # What never settles has no settling time to be near.
+        return np.isfinite(target) and abs(value - target) <= max(self.rtol * abs(target), self.atol)
+
+
+def measured_again(case: Case, again: Again, recording: tuple[str, str]) -> list[dict[str, float]]:
+    """What is measured on the runs of an experiment; nothing for runs on which nothing can be."""
+    try:
+        metadata = case.own(*recording)["metadata"]
+    except LookupError:
+        metadata = {}
+    found = []
+    for run in again(case, metadata):
+        try:
+            summary = response.worst(response.measure(run))
+        except RotflexError:
+            continue
+        numbers = (summary.settling_time, summary.overshoot, summary.max_alpha, summary.max_vm)
+        if None not in numbers:
+            t_s, PO, max_alpha, max_vm = (float(number or 0.0) for number in numbers)
+            found.append({"t_s": t_s, "PO": PO, "alpha_max_deg": max_alpha / DEG, "V_max": max_vm})
+    return found
+
+
+#: Section 3.1, by the names of the answers.
+LIMITS = {
+    "t_s": OF_SUMMARY["settling_time"],
+    "PO": OF_SUMMARY["overshoot"],
+    "alpha_max_deg": OF_SUMMARY["max_alpha"] / DEG,
+    "V_max": OF_SUMMARY["max_vm"],
+}
+
+
+@dataclass(frozen=True)
+class Satisfied:
+    """Whether the specifications are met: as the student's own numbers say, if these are there."""
+
+    question: str
+    again: Again
+    recording: tuple[str, str]
+    kinds = ("choice",)
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Compare with the student's own numbers, else with the experiment run again."""
+        try:
+            own = {name: float(case.own(self.question, name)) for name in LIMITS}
+        except LookupError:
+            own = {}
+        if own:
+            if value == _meets(own) or _touches(own):
+                return right("It agrees with the numbers that you measured.")
+            return wrong("Your own numbers, held against the four limits, say otherwise.")
+        answers = {_meets(measured) for measured in measured_again(case, self.again, self.recording)}
+        return right("It is so.") if value in answers else wrong("Hold each number against its limit.")
+
+
+def _touches(measured: dict[str, float]) -> bool:
+    """Whether a number is on its limit, to rounding, and none beyond: 10 V at which it was cut off may be either."""
+    shares = [measured[name] / limit for name, limit in LIMITS.items()]
+    return 1 - 1e-3 <= max(shares) <= 1 + 1e-3
+
+
+def _meets(measured: dict[str, float]) -> str:
+    return "yes" if all(measured[name] <= limit for name, limit in LIMITS.items()) else "no"
+
+
+@dataclass(frozen=True)
+class FigureShows:
+    """A figure with a curve for each of some channels over time, with units.
+
+    Parameters
+    ----------
+    again : runs the experiment again
+    own : (question, part) of the student's own recording, which is just as good to show
+    channels : to be seen; angles in degrees or radians, the voltage in volts
+    rtol : largest RMS difference, relative
+    """
+
+    again: Again
+    own: tuple[str, str]
+    channels: tuple[str, ...]
+    rtol: float = 0.15
+    kinds = ("figure",)
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Look for each channel, then at the labels."""
+        if not case.virtual:
+            return for_a_person("It does not come from the virtual bench; a person will look at it.")
+        missing, unlabelled = [], []
+        shown = self._shown(case)
+        for channel in self.channels:
+            found = (self._axis(value, *samples[channel], channel, rtol) for samples, rtol in shown)
+            axis = next(filter(None, found), None)
+            if axis is None:
+                missing.append(channel)
+            elif not self._is_labelled(axis, channel):
+                unlabelled.append(channel)
+        if len(missing) == len(self.channels):
+            return wrong("No curve in the figure follows the recording that it should show.")
+        share = 1 - (len(missing) + len(unlabelled) / 2) / len(self.channels)
+        if share == 1:
+            return right(f"Curves of {', '.join(self.channels)} over time, with units.")
+        reasons = [f"no curve follows {', '.join(missing)}"] * bool(missing)
+        reasons += [f"units are missing on the axes of {', '.join(unlabelled)}"] * bool(unlabelled)
+        return partly(round(share, 2), f"The figure shows the recording, but {' and '.join(reasons)}.")
+
+    def _shown(self, case: Case) -> list[tuple[dict[str, tuple[Vector, Vector]], float]]:
+        """Times and values, by channel, of what may be seen: the experiment run again, or the student's recording.
+
+        With each, how far a voltage may be off. Of the student's recording, few of its ragged samples are kept.
+        """
+        try:
+            own = case.own(*self.own)
+        except LookupError:
+            own = {"metadata": {}, "channels": {}}
+        shown = [
+            ({channel: (run.time, run[channel]) for channel in self.channels}, self.rtol)
+            for run in self.again(case, own["metadata"])
+        ]
+        if all(channel in own["channels"] for channel in self.channels):
+            values = {channel: own["channels"][channel]["values"] for channel in self.channels}
+            thinned = {n: (thin(own["n"], v.size) * own["sample_time"], v) for n, v in values.items()}
+            shown.append((thinned, _THINNED_VOLTAGE_RTOL))
+        return shown
+
+    def _axis(
+        self, figure: dict[str, Any], time: Vector, values: Vector, channel: str, voltage_rtol: float
+    ) -> dict[str, Any] | None:
+        """The axes on which a curve follows a channel, over a fifth of the recording at least."""
+        scales, rtol = ((1.0,), voltage_rtol) if channel == "vm" else ((1 / DEG, 1.0), self.rtol)
+        for axis, x, y in curves(figure):
+            if np.ptp(x) < 0.2 * time[-1] or x.min() < -1e-6 or x.max() > time[-1] + 1e-6:
+                continue
+            wanted = np.interp(x, time, values)
+            if any(misfit(y, scale * wanted) <= rtol for scale in scales):
+                return axis
+        return None
+
+    def _is_labelled(self, axis: dict[str, Any], channel: str) -> bool:
+        unit = _VOLTS if channel == "vm" else f"{DEGREES}|{RADIANS}"
+        return has_unit(axis["xlabel"], SECONDS) and has_unit(axis["ylabel"], unit)

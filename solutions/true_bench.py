@@ -1,0 +1,93 @@
+"""A student's own bench as it really is, for comparison."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotflex import experiments, hil
+from rotflex.config import Joint, Servo, joint, srv02
+from rotflex.errors import RotflexError
+from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.recording import Recording
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.simulation import closed_loop
+from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, LIMITS, RATE, SAMPLE_TIME
+
+
+class TrueBench:
+    """What ``solutions/key.py`` compares with.
+
+    Parameters
+    ----------
+    student : the ID from which the bench is drawn
+
+    Attributes
+    ----------
+    servo, joint : the parts as the student is told them
+    K_s : the stiffness that the bench really has, N·m/rad
+    """
+
+    def __init__(self, student: str) -> None:
+        self._seed = student_seed(student)
+        spec = student_bench(self._seed)
+        self.servo: Servo = srv02()
+        self.joint: Joint = joint(spec.arm_position)
+        self.K_s = spec.parameters.K_s
+        self._simulated: dict[bytes, list[Recording]] = {}
+        self._tracked: dict[tuple[tuple[float, ...], str], Recording] = {}
+
+    @property
+    def J_l(self) -> float:
+        """Moment of inertia of the link, kg·m²."""
+        return self.joint.J_l
+
+    @property
+    def omega_n(self) -> float:
+        """Natural frequency of the link, rad/s."""
+        return math.sqrt(self.K_s / self.J_l)
+
+    @cached_property
+    def sweep(self) -> Recording:
+        """The sweep of question 2.9, run again: the virtual bench does the same every time."""
+        with self._open() as bench:
+            return experiments.sweep(bench, progress=False)
+
+    def tracking(self, K: tuple[float, ...], feedback: str) -> Recording:
+        """State feedback with a gain, run again (3.13, 3.15)."""
+        if (K, feedback) not in self._tracked:
+            with self._open() as bench:
+                self._tracked[K, feedback] = experiments.tracking(bench, K, feedback, progress=False)
+        return self._tracked[K, feedback]
+
+    def simulations(self, A: ArrayLike, B: ArrayLike, K: ArrayLike) -> list[Recording]:
+        """The simulation of 3.11 with a model and a gain: either fidelity, with the limit or without.
+
+        One is left out where its loop runs away.
+        """
+        A, B, K = (np.asarray(matrix, dtype=float) for matrix in (A, B, K))
+        which = A.tobytes() + B.tobytes() + K.tobytes()
+        if which not in self._simulated:
+            self._simulated[which] = list(_simulations(A, B, K))
+        return self._simulated[which]
+
+    def validation(self, A: ArrayLike, B: ArrayLike, signal: str) -> Recording:
+        """The validation with a model, run again (2.15)."""
+        with self._open() as bench:
+            return experiments.validation(bench, A, B, signal, progress=False)
+
+    def _open(self) -> hil.Bench:
+        return hil.open("virtual", seed=self._seed)
+
+
+def _simulations(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Iterator[Recording]:
+    command = smooth_square_wave(time_axis(DURATION, SAMPLE_TIME), FREQUENCY, AMPLITUDE, RATE)
+    for fidelity in ("exact", "workbook"):
+        for saturation in (None, LIMITS["max_vm"]):
+            with contextlib.suppress(RotflexError):  # this loop runs away, this way at least
+                yield closed_loop(A, B, K, command, fidelity=fidelity, saturation=saturation)

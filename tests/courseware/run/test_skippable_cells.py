@@ -1,0 +1,121 @@
+"""Cells that only show something are left out of a graded run, and nothing comes out differently."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from made_courses import OURS
+
+from rotflex.courseware.run import skippable_cells
+from rotflex.courseware.run.merge import merged
+from rotflex.instructor.release import student_notebooks
+from rotflex.instructor.running import bundle, runner
+
+
+def cell(name, source, *tags):
+    return {"id": name, "cell_type": "code", "source": source, "metadata": {"tags": list(tags)}}
+
+
+def left_out(answer, shown="picture = 1", another="print(picture)"):
+    """What is left out of a notebook of an answer cell and two illustrations, the second of which uses the first."""
+    illustrations = (cell("one", shown, "illustration"), cell("two", another, "illustration"))
+    return skippable_cells.skippable([*illustrations, cell("answer", answer)])
+
+
+def test_what_nothing_depends_on_is_left_out():
+    assert left_out("x = 1\nprint(x)") == {"one", "two"}
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "x = picture",
+        "def f():\n    return picture",
+        "f = lambda x: x + picture",
+        "[picture for x in range(3)]",
+        "if True:\n    picture = 2\nprint(picture)",
+        "for i in []:\n    picture = 2\nprint(picture)",
+        "try:\n    picture = 2\nexcept Exception:\n    pass\nprint(picture)",
+        "picture += 1",
+        "del picture",
+        "print(picture)\npicture = 2",
+        "with open('x') as f:\n    print(picture)\n    picture = 2",
+        "class A:\n    x = picture",
+    ],
+)
+def test_what_an_answer_may_use_is_run(answer):
+    assert left_out(answer) == {"two"}
+
+
+def test_what_that_uses_in_turn_is_run_too():
+    assert left_out("y = second", another="second = picture") == set()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "picture = 2\nprint(picture)",
+        "if True:\n    picture = 2\n    print(picture)",
+        "def f(picture):\n    return picture",
+        "[picture for picture in range(3)]",
+        "for picture in range(3):\n    print(picture)",
+        "with open('x') as picture:\n    print(picture)",
+        "import picture\npicture.go()",
+        "x.picture",
+        "f(picture=1)",
+        "'picture'",
+    ],
+)
+def test_a_name_of_an_answers_own_is_no_use_of_another(answer):
+    assert left_out(answer) == {"one", "two"}
+
+
+@pytest.mark.parametrize(
+    "answer",
+    ["globals()['pic' + 'ture']", "eval('picture')", "%time picture", "!ls", "import sys", "x = = 1", "Out[1]", "_"],
+)
+def test_where_it_cannot_be_read_off_everything_is_run(answer):
+    assert left_out(answer) == set()
+
+
+def test_only_illustrations_are_left_out():
+    assert skippable_cells.skippable([cell("one", "a = 1"), cell("two", "b = 2")]) == set()
+
+
+def test_no_answer_cell_and_no_call_of_the_laboratory_is_an_illustration():
+    for path in OURS.notebooks:
+        for one in student_notebooks.read(path).cells:
+            if skippable_cells.ILLUSTRATION in one.metadata.get("tags", []):
+                assert one.cell_type == "code" and not student_notebooks.is_answer(one), (path.name, one.id)
+                assert "lab.answer" not in one.source, (path.name, one.id)
+
+
+def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(sandbox):
+    """The whole course, solved. What an illustration draws, or runs on a bench, must leave no trace."""
+    made = bundle.build(OURS)
+    solved = {
+        path.name: {
+            one.id: one.source for one in student_notebooks.read(path).cells if student_notebooks.is_answer(one)
+        }
+        for path in OURS.notebooks
+    }
+    runs = [
+        runner.run(
+            made.packed,
+            runner.Job(
+                "ada", merged(made.pristine, solved, every_cell), 5, parameters=made.parameters, imports=made.imports
+            ),
+        )
+        for every_cell in (True, False)
+    ]
+    assert runs[0].problems == runs[1].problems == ()
+    assert len(json.loads(runs[0].answers)["answers"]) >= 39
+    assert runs[0].answers == runs[1].answers
+
+
+def test_a_good_part_of_the_course_is_left_out():
+    made = bundle.build(OURS)
+    cells = [one for notebook in made.pristine.values() for one in notebook["cells"] if one["cell_type"] == "code"]
+    kept = [one for notebook in merged(made.pristine, {}).values() for one in notebook["cells"]]
+    assert len(kept) < 0.65 * len(cells)

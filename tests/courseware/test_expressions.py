@@ -1,0 +1,233 @@
+"""Expressions to trees and back."""
+
+from __future__ import annotations
+
+import cmath
+import json
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import assume, given, reject, settings
+from hypothesis import strategies as st
+from sympy.physics.mechanics import dynamicsymbols
+
+from rotflex.courseware.expressions import MAX_EXPONENT, check, decode, encode, encode_equation
+from rotflex.courseware.json_values import FormError, NotAnswered
+from rotflex.errors import AnswerError
+
+NAMES = ("theta", "alpha", "theta_dot", "alpha_dot", "theta_ddot", "alpha_ddot", "tau", "J_eq", "J_l", "B_eq", "K_s")
+theta_dot, alpha, J_eq, J_l, K_s, tau = sympy.symbols("theta_dot alpha J_eq J_l K_s tau")
+
+leaves = st.one_of(
+    st.sampled_from(NAMES).map(sympy.Symbol),
+    st.integers(-1000, 1000).map(sympy.Integer),
+    st.fractions(max_denominator=1000)
+    .filter(lambda f: abs(f) < 1000)
+    .map(lambda f: sympy.Rational(*f.as_integer_ratio())),
+    st.floats(-1e6, 1e6, allow_subnormal=False).map(sympy.Float),
+    st.just(sympy.pi),
+)
+expressions = st.recursive(
+    leaves,
+    lambda inner: st.one_of(
+        st.tuples(inner, inner).map(lambda pair: pair[0] + pair[1]),
+        st.tuples(inner, inner).map(lambda pair: pair[0] * pair[1]),
+        st.tuples(inner, st.sampled_from([2, -1])).map(lambda pair: pair[0] ** pair[1]),
+        st.sampled_from(NAMES).map(lambda name: sympy.sqrt(sympy.Symbol(name))),
+        inner.map(sympy.sin),
+        inner.map(sympy.cos),
+    ),
+    max_leaves=6,
+)
+
+
+@given(expressions)
+@settings(max_examples=100, deadline=None)
+def test_an_expression_comes_back_from_json_as_it_was(expression):
+    assume(not expression.has(sympy.zoo, sympy.nan, sympy.oo))
+    try:
+        tree = encode(expression, NAMES)
+    except FormError as error:
+        assert "too large" in str(error)
+        reject()
+    back = decode(json.loads(json.dumps(tree)), NAMES)
+    point = {sympy.Symbol(name): sympy.Rational(k + 3, 7) for k, name in enumerate(NAMES)}
+    before, after = (complex(e.subs(point).evalf(30)) for e in (expression, back))
+    assume(cmath.isfinite(before))  # 1/sin(pi theta) has poles, too
+    assert after == pytest.approx(before, rel=1e-9, abs=1e-12)
+
+
+def test_the_tree_of_the_spring_energy_is_the_documented_one():
+    tree = encode(K_s * alpha**2 / 2, NAMES)
+    assert tree[0] == "mul"
+    assert sorted(map(str, tree[1:])) == sorted(
+        map(str, (["rational", 1, 2], ["symbol", "K_s"], ["pow", ["symbol", "alpha"], ["int", 2]]))
+    )
+
+
+def test_functions_of_time_are_taken_as_the_symbols_that_are_meant():
+    t = sympy.Symbol("t")
+    theta, alpha_t = sympy.Function("theta")(t), sympy.Function("alpha")(t)
+    energy = J_eq * theta.diff(t) ** 2 / 2 + J_l * (theta + alpha_t).diff(t) ** 2 / 2
+    expected = J_eq * theta_dot**2 / 2 + J_l * (theta_dot + sympy.Symbol("alpha_dot")) ** 2 / 2
+    assert sympy.expand(decode(encode(energy, NAMES)) - expected) == 0
+    assert decode(encode(theta.diff(t, 2), NAMES)) == sympy.Symbol("theta_ddot")
+    assert decode(encode(sympy.Derivative(theta + alpha_t, t), NAMES)) == theta_dot + sympy.Symbol("alpha_dot")
+    assert decode(encode(dynamicsymbols("theta").diff(), NAMES)) == theta_dot
+
+
+def test_symbols_with_assumptions_or_another_spelling_are_the_given_ones():
+    assert decode(encode(sympy.Symbol("K_s", positive=True), NAMES)) == K_s
+    assert decode(encode(sympy.Symbol("Ks"), NAMES)) == K_s
+    assert decode(encode(sympy.Symbol("K_{s}"), NAMES)) == K_s
+
+
+@pytest.mark.parametrize("wrapped", [[tau / J_eq], (tau / J_eq,), {tau / J_eq}, sympy.Matrix([[tau / J_eq]])])
+def test_the_wrappers_of_solve_and_of_matrix_products_are_taken_off(wrapped):
+    assert decode(encode(wrapped, NAMES)) == tau / J_eq
+
+
+def test_plain_numbers_are_expressions():
+    assert decode(encode(0, NAMES)) == 0
+    assert decode(encode(np.float64(0.5), NAMES)) == sympy.Float(0.5)
+
+
+def test_an_equation_for_the_asked_symbol_stands_for_its_right_side():
+    theta_ddot = sympy.Symbol("theta_ddot")
+    assert decode(encode(sympy.Eq(theta_ddot, tau / J_eq), NAMES, "theta_ddot")) == tau / J_eq
+    with pytest.raises(FormError, match="equation"):
+        encode(sympy.Eq(alpha, tau / J_eq), NAMES, "theta_ddot")
+
+
+@pytest.mark.parametrize(
+    ("value", "hint"),
+    [
+        (sympy.Symbol("J_t"), "J_t, which is not among the given symbols: theta, alpha"),
+        ("K_s*alpha", "without quotes"),
+        (True, "True or False"),
+        (sympy.tan(alpha), "tan"),
+        (sympy.Symbol("tau") ** alpha, "exponent"),
+        (sympy.oo, "division by zero"),
+        (sympy.Integer(1) / sympy.Integer(0), "division by zero"),
+        (sympy.I * alpha, "contains I"),
+        (lambda: 1, "function"),
+        (object(), "not a sympy expression"),
+        (sympy.eye(2), "a matrix"),
+        (np.ones(3), "not a"),
+        (sympy.Integral(alpha, alpha), "Integral"),
+        (alpha**1000, "too large"),
+        (sympy.Add(*(alpha**n * K_s**m for n in range(40) for m in range(40))), "too large"),
+    ],
+)
+def test_what_is_not_an_expression_in_the_given_symbols_is_told(value, hint):
+    with pytest.raises(FormError, match=hint):
+        encode(value, NAMES)
+
+
+@pytest.mark.parametrize("nothing", [None, ..., [None]])
+def test_a_preset_is_nothing_yet(nothing):
+    with pytest.raises(NotAnswered):
+        encode(nothing, NAMES)
+
+
+def test_an_equation_may_be_given_in_three_ways():
+    left, right = J_l * alpha, tau
+    expected = left - right
+    for given_form in (sympy.Eq(left, right), (left, right), [left, right], left - right, [sympy.Eq(left, right)]):
+        lhs, rhs = encode_equation(given_form, NAMES)
+        assert sympy.expand(decode(lhs) - decode(rhs) - expected) == 0
+
+
+def test_a_comparison_in_place_of_an_equation_is_told():
+    with pytest.raises(FormError, match=r"sympy\.Eq"):
+        encode_equation(alpha == tau, NAMES)
+    with pytest.raises(FormError, match=r"sympy\.Eq"):
+        encode_equation(sympy.Eq(alpha, alpha), NAMES)
+    with pytest.raises(FormError, match="two sides"):
+        encode_equation((alpha, tau, J_l), NAMES)
+    with pytest.raises(NotAnswered):
+        encode_equation(None, NAMES)
+    with pytest.raises(NotAnswered):
+        encode_equation((alpha, None), NAMES)
+
+
+def deep(levels):
+    tree = ["symbol", "alpha"]
+    for _ in range(levels):
+        tree = ["sin", tree]
+    return tree
+
+
+def tower(levels):
+    tree = ["mul", ["int", 2], ["symbol", "alpha"]]
+    for _ in range(levels):
+        tree = ["pow", tree, ["int", 16]]
+    return tree
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        None,
+        "alpha",
+        [],
+        [["symbol", "alpha"]],
+        ["symbol"],
+        ["symbol", "__class__"],
+        ["symbol", "x" * 40],
+        ["symbol", "x"],
+        ["symbol", 3],
+        ["int", True],
+        ["int", 1.5],
+        ["int", 10**21],
+        ["rational", 1, 0],
+        ["rational", 1, -2],
+        ["float", float("nan")],
+        ["float", float("inf")],
+        ["float", 10**400],
+        ["eval", ["int", 1]],
+        ["add"],
+        ["pi", 3],
+        ["pow", ["int", 10], ["symbol", "alpha"]],
+        ["pow", ["int", 10], ["int", 10**9]],
+        ["pow", ["int", 0], ["int", -1]],
+        ["sin", ["int", 1], ["int", 2]],
+        deep(50),
+        deep(5000),
+        tower(3),
+        ["add", *([["int", 1]] * 2000)],
+    ],
+)
+def test_a_strangers_tree_is_refused(tree):
+    with pytest.raises(AnswerError):
+        decode(tree, NAMES)
+
+
+@pytest.mark.parametrize("kinds", [("exp", "exp"), ("sin", "exp"), ("cos", "sqrt", "exp"), ("exp", "sin", "exp")])
+def test_an_exponential_within_an_exponential_or_a_sine_is_refused(kinds):
+    # sin(exp(exp(18))) is a sine of a number with 10^8 bits.
+    tree = ["mul", ["int", 18], ["symbol", "alpha"]]
+    for kind in reversed(kinds):
+        tree = [kind, tree]
+    with pytest.raises(AnswerError, match="exponential"):
+        check(tree)
+
+
+def test_exponentials_beside_each_other_are_expressions():
+    tree = ["mul", ["exp", ["sin", ["symbol", "alpha"]]], ["pow", ["exp", ["symbol", "tau"]], ["int", 2]]]
+    assert decode(tree, NAMES) == sympy.exp(sympy.sin(alpha)) * sympy.exp(2 * sympy.Symbol("tau"))
+
+
+def test_trees_with_the_largest_numbers_that_pass_can_be_built():
+    # As many digits and exponents as the bounds allow.
+    largest = ["int", 10**20 - 1]
+    product = ["mul", *([largest] * 300)]
+    tree = ["add", ["pow", product, ["int", MAX_EXPONENT]], ["pow", product, ["rational", 63, 64]]]
+    check(tree)
+    assert decode(tree).is_number
+
+
+def test_an_undefined_expression_is_refused():
+    with pytest.raises(AnswerError, match="undefined"):
+        decode(["pow", ["add", ["int", 1], ["int", -1]], ["int", -1]])

@@ -1,0 +1,429 @@
+"""The figures: what they show, and how they read."""
+
+from __future__ import annotations
+
+import functools
+import io
+import itertools
+import re
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.patches import FancyArrowPatch
+from PIL import Image
+
+from rotflex import config, figures
+from rotflex.courseware.pictures import ROLES, png
+from rotflex.errors import RecordingError
+from rotflex.recording import Recording
+
+PER_RADIAN = 180 / np.pi
+T = np.arange(0, 10, 0.005)
+SQUARE = np.where(np.sin(2 * np.pi * 0.33 * T) >= 0, 20.0, -20.0) / PER_RADIAN
+SWEEP = Recording.of(
+    T,
+    theta_ref=0.05 * np.sin(2 * np.pi * (T + 0.2 * T**2)),
+    theta=0.045 * np.sin(2 * np.pi * (T + 0.2 * T**2) - 0.1),
+    alpha=0.15 * np.exp(-((T - 6.2) ** 2)) * np.sin(2 * np.pi * (T + 0.2 * T**2)),
+)
+DECAY = Recording.of(T, alpha=0.14 * np.exp(-0.4 * T) * np.cos(20 * T))
+VALIDATION = Recording.of(
+    T,
+    theta=np.sin(T),
+    theta_model=1.1 * np.sin(T),
+    alpha=0.1 * np.cos(3 * T),
+    alpha_model=0.11 * np.cos(3 * T),
+)
+TRACKING = Recording.of(
+    T, theta_ref=SQUARE, theta=0.97 * SQUARE, alpha=0.1 * np.sin(9 * T), vm=6 * np.cos(9 * T) * np.exp(-T)
+)
+SWINGING = Recording.of(
+    T,
+    theta_ref=SQUARE,
+    theta=0.95 * SQUARE,
+    alpha=0.2 * np.sin(2 * np.pi * T),
+    vm=5 * np.cos(9 * T) * np.exp(-T),
+)
+F = np.linspace(0, 20, 401)
+HUMP = 1 / (0.01 + (F - 3.17) ** 2)
+OPEN_LOOP = [0, -18.86, -8.092 + 26.984j, -8.092 - 26.984j]
+CLOSED_LOOP = [-12 + 16j, -12 - 16j, -30, -40]
+
+DIAGRAMS = {
+    "joint_angles": figures.joint_angles,
+    "lumped_model": figures.lumped_model,
+    "desired_poles": figures.desired_poles,
+    "sweep_experiment": figures.sweep_experiment,
+    "validation_experiment": figures.validation_experiment,
+    "state_feedback": figures.state_feedback,
+    "simulation_loop": figures.simulation_loop,
+    "implementation_loop": figures.implementation_loop,
+}
+PLOTS = {
+    "compound_sine_spectrum": figures.compound_sine_spectrum,
+    "sweep_response": lambda: figures.sweep_response(SWEEP),
+    "free_decay": lambda: figures.free_decay(DECAY, peaks=[0.314, 0.628, 0.942]),
+    "validation": lambda: figures.validation(VALIDATION),
+    "tracking": lambda: figures.tracking(TRACKING),
+    "compare_tracking": lambda: figures.compare_tracking(TRACKING, SWINGING),
+    "spectrum_plot": lambda: figures.spectrum_plot(F, HUMP, peak=3.17),
+    "frequency_response": lambda: figures.frequency_response(F, HUMP, coherence=np.ones_like(F), peak=3.17),
+    "naive_against_true": lambda: figures.naive_against_true((F, np.roll(HUMP, 20)), (F, HUMP), (F, 9 * HUMP), 3.17),
+    "pole_map": lambda: figures.pole_map({"open loop": OPEN_LOOP, "closed loop": CLOSED_LOOP}, zeta=0.6, omega_n=20),
+    "pole_map_bare": lambda: figures.pole_map(OPEN_LOOP),
+}
+EVERY = DIAGRAMS | PLOTS
+
+
+@functools.cache
+def rendered(name):
+    """A figure, and the image that a notebook shows of it."""
+    figure = EVERY[name]()
+    return figure, png(figure)
+
+
+@pytest.fixture(params=EVERY)
+def figure(request):
+    return rendered(request.param)[0]
+
+
+@pytest.fixture(params=EVERY)
+def image(request):
+    return rendered(request.param)[1]
+
+
+@pytest.fixture(params=PLOTS)
+def plot(request):
+    return rendered(request.param)[0]
+
+
+def labelled(axes):
+    return {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
+
+
+def luminance(colour):
+    """Relative luminance of an sRGB colour, as WCAG 2 defines it."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in mpl.colors.to_rgb(colour)]
+    return float(np.dot(linear, (0.2126, 0.7152, 0.0722)))
+
+
+# --- every figure -----------------------------------------------------------------------------------------------------
+
+
+def test_has_a_description_in_sentences(figure):
+    assert len(figure.alt_text) > 50
+    assert figure.alt_text[0].isupper()
+    assert figure.alt_text.endswith(".")
+    assert not re.search(r"[\n$\\{}]|\bnan\b|\w- \w|  ", figure.alt_text)
+
+
+def test_renders_to_a_small_opaque_image_that_is_not_blank(image):
+    assert len(image) < 80_000
+    pixels = np.asarray(Image.open(io.BytesIO(image)).convert("RGBA"))
+    assert (pixels[..., 3] == 255).all()
+    inked = (pixels[..., :3].min(axis=2) < 128).mean()
+    assert 0.005 < inked < 0.4
+
+
+@pytest.mark.parametrize("name", ["joint_angles", "tracking"])
+def test_same_figure_gives_the_same_bytes(name):
+    assert png(EVERY[name]()) == rendered(name)[1]
+
+
+def test_no_words_are_cut_off_or_on_top_of_each_other(figure):
+    with figures.style():
+        canvas = FigureCanvasAgg(figure)
+        figure.draw_without_rendering()
+        words = [text for text in figure.findobj(mpl.text.Text) if text.get_text().strip() and text.get_visible()]
+        # A tick beyond the axes' limits has a label that is not drawn.
+        hidden = {
+            label
+            for axes in figure.axes
+            for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim()))
+            for tick in axis.get_major_ticks()
+            for label in (tick.label1, tick.label2)
+            if not min(limits) <= tick.get_loc() <= max(limits)
+            or (axis is axes.xaxis and not tick.label1.get_visible())
+        }
+        boxes = [
+            (text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in words if text not in hidden
+        ]
+    width, height = canvas.get_width_height()
+    for words, box in boxes:
+        assert box.x0 >= -0.5 and box.y0 >= -0.5 and box.x1 <= width + 0.5 and box.y1 <= height + 0.5, (
+            f"{words!r} is cut"
+        )
+    for (one, a), (other, b) in itertools.combinations(boxes, 2):
+        overlap = (min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0))
+        assert min(overlap) < 2, f"{one!r} and {other!r} overlap"
+
+
+def test_drawing_leaves_pyplot_and_the_settings_alone():
+    import matplotlib.pyplot as plt
+
+    before = dict(mpl.rcParams)
+    for draw in EVERY.values():
+        draw()
+    assert plt.get_fignums() == []
+    assert dict(mpl.rcParams) == before
+
+
+# --- plots ------------------------------------------------------------------------------------------------------------
+
+
+def test_axes_are_labelled_with_units(plot):
+    for axes in plot.axes:
+        assert re.search(r"\(.+\)$", axes.get_ylabel()), axes.get_ylabel()
+        below = [other for other in plot.axes if other in axes.get_shared_x_axes().get_siblings(axes)]
+        assert re.search(r"\(.+\)$", below[-1].get_xlabel()), "x axis"
+
+
+def test_lines_in_one_plot_differ_in_style_and_not_only_in_colour(plot):
+    for axes in plot.axes:
+        lines = labelled(axes).values()
+        looks = {(line.get_marker(), str(line._unscaled_dash_pattern)) for line in lines}
+        assert len(looks) == len(lines)
+
+
+def test_lines_take_their_colours_from_the_palette(plot):
+    okabe_ito = {"#000000", "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"}
+    for axes in plot.axes:
+        assert {to_hex(line.get_color()) for line in labelled(axes).values()} <= okabe_ito
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_colours_stand_out_from_white(role):
+    assert (1 + 0.05) / (luminance(ROLES[role]["color"]) + 0.05) >= 3  # WCAG 2, 1.4.11, for graphics
+
+
+def test_image_keeps_the_colours_even_of_one_small_mark():
+    image = Image.open(io.BytesIO(png(figures.free_decay(DECAY, peaks=[0.314])))).convert("RGB")
+    pixels = np.asarray(image).reshape(-1, 3).astype(int)
+    for role in ("measured", "highlight"):
+        wanted = 255 * np.array(mpl.colors.to_rgb(ROLES[role]["color"]))
+        assert np.abs(pixels - wanted).max(axis=1).min() <= 4
+    assert (pixels >= 253).all(axis=1).mean() > 0.5  # paper
+
+
+def test_sweep_response_draws_the_recording_in_degrees():
+    upper, lower = figures.sweep_response(SWEEP).axes
+    np.testing.assert_array_equal(labelled(upper)["measured"].get_xdata(), T)
+    np.testing.assert_allclose(labelled(upper)["measured"].get_ydata(), SWEEP["theta"] * PER_RADIAN)
+    np.testing.assert_allclose(labelled(upper)["reference"].get_ydata(), SWEEP["theta_ref"] * PER_RADIAN)
+    np.testing.assert_allclose(labelled(lower)["measured"].get_ydata(), SWEEP["alpha"] * PER_RADIAN)
+
+
+def test_sweep_response_does_without_a_reference():
+    upper, _ = figures.sweep_response(Recording.of(T, theta=SWEEP["theta"], alpha=SWEEP["alpha"])).axes
+    assert list(labelled(upper)) == ["measured"]
+
+
+def test_sweep_response_describes_when_the_link_swings_most():
+    assert "near 6 s, by about 9 deg" in figures.sweep_response(SWEEP).alt_text  # 0.15 rad is 8.6 deg
+
+
+def test_validation_draws_measured_and_model_in_degrees():
+    for axes, angle in zip(figures.validation(VALIDATION).axes, ("theta", "alpha"), strict=True):
+        np.testing.assert_allclose(labelled(axes)["measured"].get_ydata(), VALIDATION[angle] * PER_RADIAN)
+        np.testing.assert_allclose(labelled(axes)["model"].get_ydata(), VALIDATION[f"{angle}_model"] * PER_RADIAN)
+
+
+def test_tracking_draws_the_recording():
+    theta, alpha, vm = figures.tracking(TRACKING).axes
+    np.testing.assert_allclose(labelled(theta)[r"$\theta$"].get_ydata(), TRACKING["theta"] * PER_RADIAN)
+    np.testing.assert_allclose(labelled(theta)["reference"].get_ydata(), TRACKING["theta_ref"] * PER_RADIAN)
+    np.testing.assert_allclose(labelled(alpha)[r"$\alpha$"].get_ydata(), TRACKING["alpha"] * PER_RADIAN)
+    np.testing.assert_array_equal(labelled(vm)["$V_m$"].get_ydata(), TRACKING["vm"])
+
+
+def test_tracking_draws_the_specifications_of_section_3_1():
+    theta, alpha, vm = figures.tracking(TRACKING).axes
+    bands = sorted((patch.get_y(), patch.get_y() + patch.get_height()) for patch in theta.patches)
+    np.testing.assert_allclose(bands, [(-20.8, -19.2), (19.2, 20.8)])
+    for axes, limit in ((alpha, 12.5), (vm, 10.0)):
+        levels = sorted(float(line.get_ydata()[0]) for line in axes.lines if len(line.get_ydata()) == 2)
+        assert levels == pytest.approx([-limit, limit])
+        assert axes.get_ylim()[0] < -limit and axes.get_ylim()[1] > limit
+
+
+def test_tracking_without_specifications_draws_the_signals_only():
+    theta, alpha, vm = figures.tracking(TRACKING, specifications=False).axes
+    assert not theta.patches
+    assert len(alpha.lines) == len(vm.lines) == 1
+
+
+def test_tracking_of_a_recording_without_voltage_says_what_is_missing():
+    with pytest.raises(RecordingError, match="'vm'"):
+        figures.tracking(Recording.of(T, theta_ref=SQUARE, theta=SQUARE, alpha=SQUARE))
+
+
+def test_compare_tracking_draws_both_recordings():
+    theta, alpha, vm = figures.compare_tracking(TRACKING, SWINGING).axes
+    np.testing.assert_allclose(labelled(theta)["reference"].get_ydata(), SQUARE * PER_RADIAN)
+    for name, recording in (("full", TRACKING), ("partial", SWINGING)):
+        np.testing.assert_allclose(labelled(theta)[name].get_ydata(), recording["theta"] * PER_RADIAN)
+        np.testing.assert_allclose(labelled(alpha)[name].get_ydata(), recording["alpha"] * PER_RADIAN)
+        np.testing.assert_array_equal(labelled(vm)[name].get_ydata(), recording["vm"])
+
+
+def test_compare_tracking_tells_in_words_which_one_swings_more():
+    # Whole periods of a sine of 0.2 rad, 11.5 deg: its root mean square is 8.1 deg.
+    words = figures.compare_tracking(TRACKING, SWINGING).alt_text
+    assert "8.1 deg with partial" in words
+    assert "8.1 deg with full" in figures.compare_tracking(SWINGING, TRACKING).alt_text
+
+
+def test_compare_tracking_takes_recordings_of_different_length():
+    theta, *_ = figures.compare_tracking(TRACKING, SWINGING.between(0, 4)).axes
+    assert labelled(theta)["partial"].get_xdata()[-1] < 4
+    assert theta.get_xlim() == (T[0], T[-1])
+
+
+def test_free_decay_marks_the_peaks_on_the_curve():
+    (axes,) = figures.free_decay(DECAY, peaks=[0.0, 1.0]).axes
+    marks = labelled(axes)["peaks"]
+    np.testing.assert_allclose(marks.get_xdata(), [0.0, 1.0])
+    np.testing.assert_allclose(
+        marks.get_ydata(), [0.14 * PER_RADIAN, 0.14 * np.exp(-0.4) * np.cos(20) * PER_RADIAN], atol=1e-6
+    )
+
+
+def test_compound_sine_shows_its_three_amplitudes_and_nothing_else():
+    signal, spectrum = figures.compound_sine_spectrum().axes
+    t, g = signal.lines[0].get_data()
+    np.testing.assert_allclose(g, 3 * np.sin(2 * np.pi * t) + 2 * np.sin(4 * np.pi * t) + 0.5 * np.sin(10 * np.pi * t))
+    f, amplitude = spectrum.lines[0].get_data()
+    expected = np.zeros_like(f)
+    for frequency, height in ((1, 3), (2, 2), (5, 0.5)):
+        expected[np.isclose(f, frequency)] = height
+    assert np.count_nonzero(expected) == 3
+    np.testing.assert_allclose(amplitude, expected, atol=1e-9)
+
+
+@settings(max_examples=10, deadline=None)
+@given(values=st.lists(st.floats(0.01, 1e4), min_size=8, max_size=60), f_max=st.floats(1.0, 9.0))
+def test_spectrum_plot_draws_what_it_is_given_up_to_the_limit(values, f_max):
+    f = np.linspace(0, 10, len(values))
+    (axes,) = figures.spectrum_plot(f, values, f_max=f_max).axes
+    drawn = axes.lines[0].get_data()
+    inside = [(x, y) for x, y in zip(f, values, strict=True) if x <= f_max]
+    np.testing.assert_array_equal(np.column_stack(drawn), inside)
+    assert axes.get_ylim()[1] > max(y for _, y in inside)
+
+
+def test_frequency_response_marks_the_peak_and_draws_the_coherence():
+    coherence = np.linspace(0, 1, F.size)
+    gain, below = figures.frequency_response(F, HUMP, coherence, peak=3.17, f_range=(1, 5)).axes
+    inside = (F >= 1) & (F <= 5)
+    np.testing.assert_array_equal(gain.lines[0].get_ydata(), HUMP[inside])
+    np.testing.assert_array_equal(below.lines[0].get_ydata(), coherence[inside])
+    np.testing.assert_allclose(gain.lines[1].get_xdata(), 3.17)
+
+
+def test_naive_against_true_finds_each_peak_and_marks_the_resonance():
+    shifted = 1 / (0.01 + (F - 4.5) ** 2)
+    figure = figures.naive_against_true((F, shifted), (F, HUMP), (F, 7 * HUMP), resonance=3.17)
+    for axes, peak in zip(figure.axes, (4.5, 3.15, 3.15), strict=True):
+        assert f"peak at {peak:.2f} Hz" in axes.get_title(loc="left")
+        assert any(np.allclose(line.get_xdata(), 3.17) for line in axes.lines)
+    assert "peaks at 4.5 Hz" in figure.alt_text
+
+
+CONJUGATES = st.tuples(st.floats(-80, 5), st.floats(0, 60)).map(lambda z: [complex(*z), complex(z[0], -z[1])])
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(CONJUGATES, min_size=1, max_size=3).map(lambda pairs: list(itertools.chain(*pairs))))
+def test_pole_map_draws_every_pole_within_its_axes(poles):
+    (axes,) = figures.pole_map(poles).axes
+    x, y = labelled(axes)["poles"].get_data()
+    np.testing.assert_array_equal(x + 1j * y, poles)
+    assert all(axes.viewLim.fully_contains(*pole) for pole in zip(x, y, strict=True))
+
+
+def test_pole_map_emphasises_the_wanted_damping_and_frequency():
+    (axes,) = figures.pole_map({"closed loop": CLOSED_LOOP}, zeta=0.6, omega_n=20).axes
+    lines = labelled(axes)
+    ray = np.array(lines[r"$\zeta$ = 0.6"].get_data())
+    assert -ray[0, 0] / np.hypot(*ray[:, 0]) == pytest.approx(0.6)
+    assert np.hypot(*lines[r"$\omega_n$ = 20 rad/s"].get_data()) == pytest.approx(20)
+
+
+def test_pole_map_describes_the_poles_without_a_negative_zero():
+    assert "poles: 0, -18.9, -8.1 + 27j, -8.1 - 27j." in figures.pole_map([-1e-15 + 0j, *OPEN_LOOP[1:]]).alt_text
+
+
+def test_pole_map_groups_differ_in_shape():
+    groups = {name: CLOSED_LOOP for name in ("a", "b", "c", "d")}
+    (axes,) = figures.pole_map(groups).axes
+    assert len({line.get_marker() for line in labelled(axes).values()}) == 4
+
+
+# --- diagrams ---------------------------------------------------------------------------------------------------------
+
+
+def words_of(figure):
+    return " ".join(text.get_text() for text in figure.findobj(mpl.text.Text))
+
+
+@pytest.mark.parametrize(
+    ("name", "symbols"),
+    [
+        ("joint_angles", [r"$\theta$", r"$\alpha$", "$L_1$", "$L_2$", "$d_{12}$", "$m_1$", "$m_2$", "V_m"]),
+        ("lumped_model", [r"$\tau$", "$J_{eq}$", "$B_{eq}$", "$K_s$", "$J_l$", "$B_l$", r"$\theta + \alpha$"]),
+        ("desired_poles", ["$p_1$", "$p_2$", "$p_3$", "$p_4$", r"\omega_n", r"\omega_d", r"\zeta", r"\sigma"]),
+        ("sweep_experiment", ["1 to 5 Hz", "$+$", "$-$", r"$\theta_d$", "$V_m$", r"$\theta$", r"$\alpha$", "recorded"]),
+        ("validation_experiment", ["Ax + Bu", "Cx + Du", r"\alpha_\mathrm{model}", r"\theta_\mathrm{model}", "$V_m$"]),
+        ("state_feedback", ["x_d", "$+$", "$-$", "$K$", "Ax + Bu", "$x$", "$y$"]),
+        ("simulation_loop", ["0.33 Hz", "rate", "20 deg", "$+$", "$-$", "$K$", "Ax + Bu", "full", "partial"]),
+        ("implementation_loop", [r"\omega_c\, s", "±10 V", "encoders", "$+$", "$-$", "$K$", "full", "partial"]),
+    ],
+)
+def test_diagram_names_every_part(name, symbols):
+    words = words_of(DIAGRAMS[name]())
+    assert [symbol for symbol in symbols if symbol not in words] == []
+
+
+def arcs_of(figure):
+    """The curved arrows of a diagram, each as (n, 2) points."""
+    arrows = [patch for patch in figure.axes[0].patches if isinstance(patch, FancyArrowPatch)]
+    paths = [arrow._path_original.vertices for arrow in arrows]
+    return [path for path in paths if len(path) > 10]
+
+
+@pytest.mark.parametrize(("name", "count"), [("joint_angles", 2), ("lumped_model", 3)])
+def test_angles_turn_counter_clockwise(name, count):
+    arcs = arcs_of(DIAGRAMS[name]())
+    assert len(arcs) == count
+    for arc in arcs:
+        step = np.diff(arc, axis=0)
+        assert (step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0] > 0).all()
+
+
+def test_arms_are_drawn_to_scale():
+    arrows = [patch for patch in figures.joint_angles().axes[0].patches if isinstance(patch, FancyArrowPatch)]
+    straight = [arrow._path_original.vertices for arrow in arrows]
+    lengths = sorted(float(np.hypot(*(path[-1] - path[0]))) for path in straight if len(path) == 2)
+    arm = config.joint(2)
+    drawn_to = lengths[-1] / arm.L_1
+    np.testing.assert_allclose(lengths, drawn_to * np.array([arm.L_2, arm.d_12, arm.L_1]), rtol=0.01)
+
+
+def test_desired_poles_gives_no_numbers_away():
+    assert not re.search(
+        r"\b(12|16|20|30|40|0\.6)\b", words_of(figures.desired_poles()) + figures.desired_poles().alt_text
+    )
+
+
+@pytest.mark.parametrize("name", [name for name in DIAGRAMS if name.endswith(("_experiment", "_loop", "_feedback"))])
+def test_wires_run_along_the_axes_in_block_diagrams(name):
+    arrows = [patch for patch in DIAGRAMS[name]().axes[0].patches if isinstance(patch, FancyArrowPatch)]
+    assert len(arrows) >= 6
+    for arrow in arrows:
+        step = np.diff(arrow._path_original.vertices, axis=0)
+        assert np.isclose(step, 0, atol=1e-9).any(axis=1).all()

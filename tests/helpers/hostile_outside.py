@@ -1,0 +1,244 @@
+"""The hostile class and what it is set loose upon: secrets, files, listeners, processes; graded by the command as an
+instructor runs it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import sysconfig
+import threading
+import time
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import hostile
+import matplotlib
+from hostile import HONEST, QUESTIONS, Attack
+from hostile_answers import FORGED, TEXT
+from hostile_code import CODE
+from hostile_files import FORMS, NAMES, REFUSED
+from hostile_reach import REACH
+
+CLASS: dict[str, Attack] = {**CODE, **REACH, **FORGED, **TEXT, **FORMS, **NAMES}
+PROBE_SEED = 20_240_229
+CELL_TIMEOUT, DEADLINE = 4, 30  # s
+
+
+class Listeners:
+    """Sockets that listen, over TCP, UDP, and as unix sockets with and without a path; what they hear is kept."""
+
+    def __init__(self, folder: Path, token: str) -> None:
+        self.heard: list[str] = []
+        self.path, self.abstract = str(folder / "socket"), f"hostile-{token}"
+        self._sockets = {
+            "tcp": socket.create_server(("0.0.0.0", 0)),
+            "udp": socket.socket(socket.AF_INET, socket.SOCK_DGRAM),
+            "unix": socket.socket(socket.AF_UNIX),
+            "abstract": socket.socket(socket.AF_UNIX),
+        }
+        self._sockets["udp"].bind(("0.0.0.0", 0))
+        self._sockets["unix"].bind(self.path)
+        os.chmod(self.path, 0o777)
+        self._sockets["abstract"].bind(f"\0{self.abstract}")
+        self.ports = {name: self._sockets[name].getsockname()[1] for name in ("tcp", "udp")}
+        for name, one in self._sockets.items():
+            if name != "udp":
+                one.listen()
+            threading.Thread(target=self._listen, args=(name, one), daemon=True).start()
+
+    def _listen(self, name: str, one: socket.socket) -> None:
+        with contextlib.suppress(OSError):  # it is closed in the end
+            while True:
+                if name == "udp":
+                    one.recv(100)
+                else:
+                    one.accept()[0].close()
+                self.heard.append(name)
+
+    def try_out(self) -> list[str]:
+        """Which of them hear something that is said to them from here."""
+        for name in ("tcp", "udp"):
+            kind = socket.SOCK_STREAM if name == "tcp" else socket.SOCK_DGRAM
+            with socket.socket(socket.AF_INET, kind) as one:
+                one.connect(("127.0.0.1", self.ports[name]))
+                one.send(b"hello")
+        for address in (self.path, f"\0{self.abstract}"):
+            with socket.socket(socket.AF_UNIX) as one:
+                one.connect(address)
+        until = time.monotonic() + 10
+        while len(self.heard) < len(self._sockets) and time.monotonic() < until:
+            time.sleep(0.01)
+        heard = sorted(self.heard)
+        self.heard.clear()
+        return heard
+
+    def close(self) -> None:
+        for one in self._sockets.values():
+            one.close()
+
+
+@dataclass
+class Graded:
+    """A class that was graded, and what was found around it before and afterwards."""
+
+    out: Path
+    alone: Path
+    done: subprocess.CompletedProcess
+    canaries: dict[str, str]
+    outside: dict
+    seconds: float
+    tried_out: list[str]
+    heard: list[str] = field(default_factory=list)
+    survivors: list[int] = field(default_factory=list)
+    before: dict = field(default_factory=dict)
+    after: dict = field(default_factory=dict)
+    strays: list[str] = field(default_factory=list)
+
+    def marks(self, student: str, out: Path | None = None) -> dict:
+        return json.loads(((out or self.out) / student / "marks.json").read_text(encoding="utf-8"))
+
+    def report(self, student: str) -> dict:
+        """What the student's code found."""
+        marks = {(mark["question"], mark["part"]): mark for mark in self.marks(student)["marks"]}
+        return json.loads(marks["2.11", "explanation"]["given"] or "{}")
+
+    def files(self) -> list[Path]:
+        return [path for path in self.out.rglob("*") if path.is_file() and path.suffix in (".json", ".html", ".csv")]
+
+    def undeserved(self, student: str) -> float:
+        """Points that nobody deserves who did what this student did."""
+        earned = by_question(self.marks(student))
+        return sum(max(0.0, earned[number] - CLASS[student].earns.get(number, 0)) for number in earned)
+
+
+def by_question(marks: dict) -> dict[str, float]:
+    earned = dict.fromkeys(QUESTIONS, 0.0)
+    for mark in marks["marks"]:
+        earned[mark["question"]] += mark["points"]
+    return earned
+
+
+def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: Listeners) -> Graded:
+    names = ("key", "neighbour", "home", "gradebook", "environment", "marks")
+    canaries = {name: hostile.new_canary() for name in names}
+    source = hostile.course(folder / "course", canaries["key"])
+    home, out, submissions = folder / "home", folder / "marks", folder / "submissions"
+    for place in (home, out, submissions):
+        place.mkdir()
+    (home / ".netrc").write_text(canaries["home"])
+    (out / "earlier.json").write_text(json.dumps(canaries["marks"]))
+    marker = open_to_all / "marker"
+    marker.write_text(token)
+    for place in (open_to_all, marker):
+        place.chmod(0o777)
+    for student in HONEST:
+        work = hostile.filled_in(source, hostile.honest(student, canaries["neighbour"]))
+        hostile.save(folder / "alone" / student, {name: json.dumps(notebook) for name, notebook in work.items()})
+    shutil.copytree(folder / "alone", submissions, dirs_exist_ok=True)
+    environment = {**os.environ, "HOME": str(home), "MPLCONFIGDIR": matplotlib.get_cachedir()}
+    environment["ROTFLEX_SECRET"] = canaries["environment"]
+    outside = {
+        "marker": str(marker),
+        "namespaces": hostile.namespaces(),
+        "witness": f"witness-{token}",
+        "token": token,
+        "neighbour": HONEST[0],
+        "secrets": [
+            str(source / "key.py"),
+            str(source / hostile.STIFFNESS),
+            str(out / "gradebook.sqlite"),
+            str(out / "earlier.json"),
+            str(submissions / HONEST[0] / hostile.STIFFNESS),
+            str(home / ".netrc"),
+            "/etc/shadow",
+        ],
+        "targets": [str(path) for path in (open_to_all, marker, out, submissions, source, home)],
+        "processes": [witness, os.getpid(), os.getppid()],
+        "variables": ["ROTFLEX_SECRET"],
+        "hosts": ["127.0.0.1", _own_address()],
+        "unix": listeners.path,
+        "abstract": listeners.abstract,
+        **listeners.ports,
+    }
+    for student, attack in CLASS.items():
+        _hand_in(submissions, source, student, attack, outside)
+    for name in REFUSED:
+        with contextlib.suppress(OSError):
+            (submissions / name).mkdir()
+    (folder / "roster.csv").write_text(f"id,name,email\n{HONEST[0]},Ada,{canaries['gradebook']}\n")
+    for book in (out, folder / "marks-alone"):
+        command = ["roster", folder / "roster.csv", "--gradebook", book / "gradebook.sqlite"]
+        book.mkdir(exist_ok=True)
+        _rotflex(command, environment).check_returncode()
+    tried_out = listeners.try_out()
+    watched = (source, submissions, open_to_all, home)
+    _grade_folder(folder / "alone", folder / "marks-alone", source, environment)
+    before, started = hostile.state(watched), time.monotonic()
+    done = _grade_folder(submissions, out, source, environment)
+    result = Graded(out, folder / "marks-alone", done, canaries, outside, time.monotonic() - started, tried_out)
+    result.before, result.after = before, hostile.state(watched)
+    result.heard = list(listeners.heard)
+    result.survivors = [pid for pid in hostile.processes(token) if pid != witness]
+    system = (
+        "/",
+        "/etc",
+        "/var",
+        "/usr/lib",
+        "/tmp",
+        "/var/tmp",
+        "/dev/shm",
+        sys.prefix,
+        sysconfig.get_path("purelib"),
+    )
+    places = [folder, out, Path.home(), *map(Path, system), hostile.ROOT / "rotflex"]
+    result.strays = [str(path) for place in places for path in place.glob(f"*{token}*")]
+    return result
+
+
+def _hand_in(submissions: Path, source: Path, student: str, attack: Attack, outside: dict) -> None:
+    work = hostile.filled_in(source, hostile.written(student, attack, outside))
+    attack.spoil(work)
+    files = {name: json.dumps(notebook) for name, notebook in work.items()}
+    path = submissions / (f"{student}.zip" if attack.zipped else student)
+    if attack.zipped:
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as packed:
+            for name, text in files.items():
+                packed.writestr(name, text)
+    else:
+        hostile.save(path, files)
+    attack.lay(path, outside)
+
+
+def _grade_folder(submissions: Path, out: Path, source: Path, environment: dict) -> subprocess.CompletedProcess:
+    command = ["grade", submissions, "--out", out, "--course", source, "--jobs", "2"]
+    command += ["--cell-timeout", str(CELL_TIMEOUT), "--deadline", str(DEADLINE), "--probe-seed", str(PROBE_SEED)]
+    return _rotflex(command, environment)
+
+
+def _rotflex(command: list, environment: dict) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, "-m", "rotflex.cli", *command],
+        env=environment,
+        cwd=hostile.ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=1500,
+    )
+
+
+def _own_address() -> str:
+    """The address of this machine in its network; its own, where it has none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        try:
+            one.connect(("192.0.2.1", 9))
+        except OSError:
+            return "127.0.0.1"
+        return one.getsockname()[0]

@@ -1,0 +1,61 @@
+"""Notebooks made of a few lines, and how they are run as inside a sandbox, though there is none."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from checkout import ROOT
+from made_courses import OURS
+
+from rotflex.instructor.running.inside import main
+
+PROGRAM = Path(main.__file__)
+#: What a kernel, or the program, is started with besides what this process has.
+ENVIRONMENT = {"ROTFLEX_PROGRESS": "off", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+
+
+def notebook(cells: Mapping[str, str] | Sequence[str]) -> dict[str, Any]:
+    """A notebook of code cells, by their ids or numbered from 0; papermill's parameters come before the first."""
+    named = cells if isinstance(cells, Mapping) else {f"cell-{number}": source for number, source in enumerate(cells)}
+    parameters = nbformat.v4.new_code_cell(
+        "student = None\nbench = None", id="parameters", metadata={"tags": ["parameters"]}
+    )
+    made = nbformat.v4.new_notebook(
+        cells=[parameters, *(nbformat.v4.new_code_cell(source, id=name) for name, source in named.items())],
+        metadata={"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}},
+    )
+    return dict(json.loads(nbformat.writes(made)))
+
+
+def specification(
+    notebooks: Mapping[str, dict[str, Any]], outputs: Path | None = None, student: str = "ada", cell_timeout: float = 60
+) -> dict[str, Any]:
+    """What the program is told."""
+    return {
+        "notebooks": [{"name": name, "notebook": content} for name, content in notebooks.items()],
+        "parameters": {"student": student, "bench": "virtual"},
+        "imports": list(OURS.imports),
+        "cell_timeout": cell_timeout,
+        "outputs": None if outputs is None else str(outputs),
+    }
+
+
+def run(told: dict[str, Any], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run notebooks in a folder, with the rights of whoever tests: harmless ones only."""
+    return subprocess.run(
+        [sys.executable, "-P", str(PROGRAM)],
+        input=json.dumps(told),
+        cwd=folder,
+        env={**os.environ, **ENVIRONMENT},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )

@@ -1,0 +1,79 @@
+"""A class of any size whose notebook is done in a moment, for what is about the class and not about the course."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from made_courses import copied
+
+from rotflex.instructor import course as courses
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.release import student_course
+
+NOTEBOOK = "00_start.ipynb"
+_ANSWERS = ("resolution = 2 * np.pi / 4096", "resolution = 0.0015", "resolution = 1.0", "resolution = 'none'", "1 / 0")
+
+
+def course(folder: Path) -> Path:
+    """The folder of this course with its first notebook only."""
+    return copied(folder, [NOTEBOOK], more='\nKEY = {"0.1": KEY["0.1"]}\n')
+
+
+def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
+    """So many submissions, right and wrong in turns, no two alike; their students."""
+    ((name, text),) = student_course.derived(courses.load(source)).items()
+    students = [f"student-{number:03}" for number in range(size)]
+    for number, student in enumerate(students):
+        notebook = json.loads(text)
+        for cell in notebook["cells"]:
+            if cell["id"] == "q0-1":
+                cell["source"] = f"{_ANSWERS[number % len(_ANSWERS)]}  # {student}"
+        (submissions / student).mkdir(parents=True)
+        (submissions / student / name).write_text(json.dumps(notebook), encoding="utf-8")
+    return students
+
+
+def command(source: Path, submissions: Path, out: Path, *options: str) -> list[str]:
+    """The grading of a class as an instructor types it."""
+    words = [sys.executable, "-m", "rotflex.cli", "grade", submissions, "--out", out, "--course", source]
+    return [*map(str, words), "--probe-seed", "7", *options]
+
+
+def contents(out: Path) -> dict[str, Any]:
+    """All that is in a gradebook, but for times and its secret."""
+    with Gradebook(out / "gradebook.sqlite") as book:
+        return book.dump()
+
+
+def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, scratch: Path) -> None:
+    """Run a command, kill it at random moments so often, and let it come to its end then.
+
+    Parameters
+    ----------
+    words : the command
+    kills : times to kill it by SIGKILL
+    longest : s; it is killed after a random time up to this, or sooner if it has come to its end by then
+    seed : for the random times
+    scratch : its folder for temporary files, by which all that it starts can be known
+    """
+    environment = {**os.environ, "TMPDIR": str(scratch)}
+    drawn = random.Random(seed)
+    for _ in range(kills):
+        moment, killed = drawn.uniform(0, longest), False
+        while not killed:
+            child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
+            time.sleep(moment)
+            if child.poll() is None:
+                os.kill(child.pid, signal.SIGKILL)
+                killed = True
+            child.wait()
+            moment /= 2
+    subprocess.run(words, check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

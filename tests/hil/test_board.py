@@ -1,0 +1,413 @@
+"""The contract that every board keeps. It is written in the board's own verbs; add a board to ``BOARDS`` to try it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rotflex.errors import HILError
+from rotflex.hil.board import Board, BufferOverflowMode, Clock
+from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import VirtualBoard
+
+#: Each makes a fresh, open board with a bench at rest on its terminals.
+BOARDS: dict[str, Callable[[], Board]] = {"virtual": lambda: VirtualBoard(preset("real_bench").parameters)}
+
+CLOCK = Clock.HARDWARE_CLOCK_0
+RATE = 500.0  # Hz
+FOREVER = 2**32 - 1
+MOTOR = np.array([0], dtype=np.uint32)
+BOTH = np.array([0, 1], dtype=np.uint32)
+
+
+@pytest.fixture(params=list(BOARDS))
+def board(request):
+    made = BOARDS[request.param]()
+    yield made
+    made.close()
+
+
+def volts(*values: float) -> np.ndarray:
+    return np.array(values, dtype=np.float64)
+
+
+def counts(*values: int) -> np.ndarray:
+    return np.array(values, dtype=np.int32)
+
+
+def levels(*values: int) -> np.ndarray:
+    return np.array(values, dtype=np.int8)
+
+
+def encoder_task(board: Board, samples: int = FOREVER, rate: float = RATE, buffer: int = 1000) -> int:
+    """A task that is sampling both encoders."""
+    task = board.task_create_encoder_reader(buffer, BOTH, 2)
+    board.task_start(task, CLOCK, rate, samples)
+    return task
+
+
+def wait(board: Board, duration: float) -> None:
+    """Let time pass on the board's own clock."""
+    samples = round(duration * RATE) + 1
+    task = encoder_task(board, samples)
+    assert board.task_read_encoder(task, samples, np.zeros(2 * samples, dtype=np.int32)) == samples
+    board.task_stop(task)
+    board.task_delete(task)
+
+
+#: Every verb but close and is_valid, in a call that an open board would take (tasks aside).
+CALLS: dict[str, Callable[[Board], object]] = {
+    "set_encoder_counts": lambda b: b.set_encoder_counts(BOTH, 2, counts(0, 0)),
+    "read_encoder": lambda b: b.read_encoder(BOTH, 2, counts(0, 0)),
+    "read_analog": lambda b: b.read_analog(BOTH, 2, volts(0, 0)),
+    "write_analog": lambda b: b.write_analog(MOTOR, 1, volts(0)),
+    "write_digital": lambda b: b.write_digital(MOTOR, 1, levels(0)),
+    "read": lambda b: b.read(None, 0, BOTH, 2, None, 0, None, 0, None, counts(0, 0), None, None),
+    "set_card_specific_options": lambda b: b.set_card_specific_options("", 0),
+    "task_create_encoder_reader": lambda b: b.task_create_encoder_reader(10, BOTH, 2),
+    "task_create_reader": lambda b: b.task_create_reader(10, BOTH, 2, BOTH, 2, None, 0, None, 0),
+    "task_set_buffer_overflow_mode": lambda b: b.task_set_buffer_overflow_mode(1, 0),
+    "task_start": lambda b: b.task_start(1, CLOCK, RATE, 10),
+    "task_read_encoder": lambda b: b.task_read_encoder(1, 1, counts(0, 0)),
+    "task_read": lambda b: b.task_read(1, 1, None, counts(0, 0), None, None),
+    "task_flush": lambda b: b.task_flush(1),
+    "task_stop": lambda b: b.task_stop(1),
+    "task_delete": lambda b: b.task_delete(1),
+    "watchdog_set_analog_expiration_state": lambda b: b.watchdog_set_analog_expiration_state(MOTOR, 1, volts(0)),
+    "watchdog_start": lambda b: b.watchdog_start(1.0),
+    "watchdog_reload": lambda b: b.watchdog_reload(),
+    "watchdog_is_expired": lambda b: b.watchdog_is_expired(),
+    "watchdog_clear": lambda b: b.watchdog_clear(),
+    "watchdog_stop": lambda b: b.watchdog_stop(),
+}
+TASK_CALLS = [verb for verb in CALLS if verb.startswith("task_") and "create" not in verb]
+
+
+def test_every_verb_of_the_protocol_is_tried_here():
+    verbs = {name for name in vars(Board) if not name.startswith("_")}
+    assert verbs == set(CALLS) | {"close", "is_valid"}
+
+
+# --- open and closed -------------------------------------------------------------------------------------------------
+
+
+def test_it_is_a_board(board):
+    assert isinstance(board, Board)
+    assert board.is_valid()
+
+
+def test_it_can_be_closed_twice(board):
+    board.close()
+    board.close()
+    assert not board.is_valid()
+
+
+@pytest.mark.parametrize("verb", CALLS)
+def test_a_closed_board_refuses(board, verb):
+    board.close()
+    with pytest.raises(HILError) as caught:
+        CALLS[verb](board)
+    assert caught.value.get_error_message()
+
+
+# --- buffers and channels --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "buffer",
+    [
+        [0, 0],
+        np.zeros(2, dtype=np.int64),
+        np.zeros(2),
+        np.zeros(1, dtype=np.int32),
+        np.zeros((1, 2), dtype=np.int32),
+        None,
+    ],
+    ids=["list", "int64", "float64", "too short", "two-dimensional", "none"],
+)
+def test_encoder_buffers_are_vectors_of_int32(board, buffer):
+    task = encoder_task(board)
+    for call in (
+        lambda: board.read_encoder(BOTH, 2, buffer),
+        lambda: board.set_encoder_counts(BOTH, 2, buffer),
+        lambda: board.task_read_encoder(task, 1, buffer),
+    ):
+        with pytest.raises(HILError, match="int32"):
+            call()
+
+
+@pytest.mark.parametrize("buffer", [[0.0], 0.0, np.zeros(1, dtype=np.float32), np.zeros(1, dtype=int), np.zeros(0)])
+def test_analog_buffers_are_vectors_of_float64(board, buffer):
+    for call in (
+        lambda: board.read_analog(MOTOR, 1, buffer),
+        lambda: board.write_analog(MOTOR, 1, buffer),
+        lambda: board.watchdog_set_analog_expiration_state(MOTOR, 1, buffer),
+    ):
+        with pytest.raises(HILError, match="float64"):
+            call()
+
+
+def test_digital_buffers_are_vectors_of_int8(board):
+    with pytest.raises(HILError, match="int8"):
+        board.write_digital(MOTOR, 1, np.zeros(1, dtype=np.int32))
+
+
+@pytest.mark.parametrize(
+    "channels", [[0], 0, np.array([0]), np.array([0], dtype=np.int32), np.array([[0]], dtype=np.uint32)]
+)
+def test_channels_are_vectors_of_uint32(board, channels):
+    for call in (
+        lambda: board.read_encoder(channels, 1, counts(0)),
+        lambda: board.read_analog(channels, 1, volts(0)),
+        lambda: board.write_analog(channels, 1, volts(0)),
+        lambda: board.task_create_encoder_reader(10, channels, 1),
+    ):
+        with pytest.raises(HILError, match="uint32"):
+            call()
+
+
+@pytest.mark.parametrize(("channels", "number"), [([99], 1), ([0, 99], 2), ([0], 2)])
+def test_channels_that_do_not_exist_are_refused(board, channels, number):
+    chosen = np.array(channels, dtype=np.uint32)
+    for call in (
+        lambda: board.read_encoder(chosen, number, counts(0, 0)),
+        lambda: board.read_analog(chosen, number, volts(0, 0)),
+        lambda: board.write_analog(chosen, number, volts(0, 0)),
+        lambda: board.write_digital(chosen, number, levels(0, 0)),
+        lambda: board.set_encoder_counts(chosen, number, counts(0, 0)),
+        lambda: board.task_create_encoder_reader(10, chosen, number),
+    ):
+        with pytest.raises(HILError, match="channels"):
+            call()
+
+
+def test_only_as_many_channels_as_said_are_used(board):
+    buffer = counts(7, 7)
+    board.set_encoder_counts(BOTH, 2, counts(10, 20))
+    board.read_encoder(BOTH, 1, buffer)
+    assert buffer.tolist() == [10, 7]
+
+
+@pytest.mark.parametrize("voltage", [math.nan, math.inf])
+def test_an_output_takes_numbers_only(board, voltage):
+    with pytest.raises(HILError, match="finite"):
+        board.write_analog(MOTOR, 1, volts(voltage))
+    with pytest.raises(HILError, match="finite"):
+        board.watchdog_set_analog_expiration_state(MOTOR, 1, volts(voltage))
+
+
+def test_unknown_options_are_refused(board):
+    board.set_card_specific_options("", 0)
+    with pytest.raises(HILError, match="turbo"):
+        board.set_card_specific_options("turbo=1", 7)
+
+
+# --- immediate input and output --------------------------------------------------------------------------------------
+
+
+def test_counters_read_what_they_were_set_to(board):
+    board.set_encoder_counts(BOTH, 2, counts(-1000, 250))
+    buffer = counts(0, 0)
+    board.read_encoder(BOTH, 2, buffer)
+    assert buffer.tolist() == [-1000, 250]
+
+
+def test_channels_come_in_the_order_asked_for(board):
+    board.set_encoder_counts(BOTH, 2, counts(3, 4))
+    buffer = counts(0, 0)
+    board.read_encoder(BOTH[::-1].copy(), 2, buffer)
+    assert buffer.tolist() == [4, 3]
+
+
+def test_a_positive_voltage_turns_the_servo_the_positive_way(board):
+    board.set_encoder_counts(BOTH, 2, counts(0, 0))
+    board.write_analog(MOTOR, 1, volts(2.0))
+    wait(board, 0.2)
+    board.write_analog(MOTOR, 1, volts(0.0))
+    buffer = counts(0, 0)
+    board.read_encoder(BOTH, 2, buffer)
+    assert buffer[0] > 50
+
+
+def test_all_kinds_of_inputs_are_read_at_one_instant(board):
+    board.set_encoder_counts(BOTH, 2, counts(5, 6))
+    board.write_digital(BOTH, 2, levels(1, 0))
+    together = volts(0, 0), counts(0, 0), levels(7, 7)
+    board.read(BOTH, 2, BOTH, 2, BOTH, 2, None, 0, *together, None)
+    analog, encoders = volts(0, 0), counts(0, 0)
+    board.read_analog(BOTH, 2, analog)
+    board.read_encoder(BOTH, 2, encoders)
+    assert together[0].tolist() == analog.tolist()
+    assert together[1].tolist() == encoders.tolist() == [5, 6]
+    assert together[2].tolist() == [1, 0]
+
+
+# --- tasks -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_task_gives_as_many_samples_as_asked_for_and_ends(board):
+    board.set_encoder_counts(BOTH, 2, counts(1, 2))
+    task = encoder_task(board, samples=5)
+    buffer = np.zeros(6, dtype=np.int32)
+    assert board.task_read_encoder(task, 3, buffer) == 3
+    assert buffer.tolist() == [1, 2, 1, 2, 1, 2]
+    assert board.task_read_encoder(task, 3, buffer) == 2
+    assert board.task_read_encoder(task, 3, buffer) == 0
+
+
+def test_samples_come_at_the_tasks_rate(board):
+    """The servo runs freely, so that counts tell the time."""
+
+    def run(rate: float, samples: int) -> np.ndarray:
+        task = encoder_task(board, samples, rate)
+        buffer = np.zeros(2 * samples, dtype=np.int32)
+        assert board.task_read_encoder(task, samples, buffer) == samples
+        board.task_delete(task)
+        return buffer[::2]
+
+    board.write_analog(MOTOR, 1, volts(3.0))
+    wait(board, 1.0)
+    slow, quick = np.diff(run(100.0, 21)), np.diff(run(1000.0, 201))
+    board.write_analog(MOTOR, 1, volts(0.0))
+    assert slow.mean() == pytest.approx(10 * quick.mean(), rel=0.1)
+
+
+def test_a_task_samples_inputs_of_all_kinds(board):
+    board.set_encoder_counts(BOTH, 2, counts(8, 9))
+    board.write_digital(MOTOR, 1, levels(1))
+    task = board.task_create_reader(100, BOTH, 2, BOTH, 2, MOTOR, 1, None, 0)
+    board.task_start(task, CLOCK, RATE, 100)
+    analog, encoders, digital = volts(9, 9, 9, 9), counts(0, 0, 0, 0), levels(0, 0)
+    assert board.task_read(task, 2, analog, encoders, digital, None) == 2
+    assert encoders.tolist() == [8, 9, 8, 9]
+    assert digital.tolist() == [1, 1]
+    assert 9.0 not in analog
+
+
+def test_two_tasks_live_side_by_side(board):
+    first, second = encoder_task(board), encoder_task(board)
+    assert first != second
+    board.task_delete(first)
+    assert board.task_read_encoder(second, 1, counts(0, 0)) == 1
+    with pytest.raises(HILError, match=f"task {first}"):
+        board.task_read_encoder(first, 1, counts(0, 0))
+
+
+def test_a_task_must_be_started_to_be_read(board):
+    task = board.task_create_encoder_reader(10, BOTH, 2)
+    with pytest.raises(HILError, match="started"):
+        board.task_read_encoder(task, 1, counts(0, 0))
+    board.task_start(task, CLOCK, RATE, FOREVER)
+    board.task_read_encoder(task, 1, counts(0, 0))
+    board.task_stop(task)
+    with pytest.raises(HILError, match="started"):
+        board.task_read_encoder(task, 1, counts(0, 0))
+
+
+def test_a_task_can_be_started_again(board):
+    task = encoder_task(board, samples=2)
+    board.task_read_encoder(task, 2, counts(0, 0, 0, 0))
+    board.task_start(task, CLOCK, RATE, 1)
+    assert board.task_read_encoder(task, 2, counts(0, 0, 0, 0)) == 1
+
+
+@pytest.mark.parametrize("verb", TASK_CALLS)
+def test_there_must_be_such_a_task(board, verb):
+    with pytest.raises(HILError, match="no task 1"):
+        CALLS[verb](board)
+
+
+def test_impossible_tasks_are_refused(board):
+    task = board.task_create_encoder_reader(10, BOTH, 2)
+    for frequency, samples in ((0.0, 10), (-1.0, 10), (math.nan, 10), (math.inf, 10), (RATE, 0)):
+        with pytest.raises(HILError, match="cannot take"):
+            board.task_start(task, CLOCK, frequency, samples)
+    with pytest.raises(HILError, match="clock"):
+        board.task_start(task, 7, RATE, 10)
+    with pytest.raises(HILError, match="overflow mode"):
+        board.task_set_buffer_overflow_mode(task, 99)
+    with pytest.raises(HILError, match="buffer"):
+        board.task_create_encoder_reader(0, BOTH, 2)
+    board.task_start(task, CLOCK, RATE, 10)
+    for samples in (0, -1):
+        with pytest.raises(HILError, match="asked for"):
+            board.task_read_encoder(task, samples, counts(0, 0))
+    with pytest.raises(HILError, match="buffer"):
+        board.task_read_encoder(task, 2, counts(0, 0))
+
+
+@pytest.mark.parametrize("mode", list(BufferOverflowMode))
+def test_a_task_that_is_fetched_in_time_does_not_mind_its_overflow_mode(board, mode):
+    task = board.task_create_encoder_reader(1, BOTH, 2)
+    board.task_set_buffer_overflow_mode(task, mode)
+    board.task_start(task, CLOCK, RATE, 20)
+    for _ in range(20):
+        assert board.task_read_encoder(task, 1, counts(0, 0)) == 1
+
+
+def test_flushing_leaves_only_samples_to_come(board):
+    task = encoder_task(board, samples=50)
+    board.task_read_encoder(task, 1, counts(0, 0))
+    board.task_flush(task)
+    assert board.task_read_encoder(task, 1, counts(0, 0)) == 1
+
+
+# --- watchdog --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def guarded(board):
+    """A board whose watchdog sets 0 V after 50 ms without a reload, with 3 V on the motor."""
+    board.watchdog_set_analog_expiration_state(MOTOR, 1, volts(0.0))
+    board.watchdog_clear()
+    board.watchdog_stop()
+    board.watchdog_start(0.05)
+    board.write_analog(MOTOR, 1, volts(3.0))
+    return board
+
+
+def test_a_watchdog_that_is_reloaded_does_not_expire(guarded):
+    task = encoder_task(guarded)
+    for _ in range(100):
+        guarded.task_read_encoder(task, 1, counts(0, 0))
+        guarded.watchdog_reload()
+    assert not guarded.watchdog_is_expired()
+    guarded.write_analog(MOTOR, 1, volts(1.0))
+
+
+def test_a_watchdog_that_is_not_reloaded_expires_and_holds_the_outputs(guarded):
+    wait(guarded, 0.1)
+    assert guarded.watchdog_is_expired()
+    guarded.watchdog_reload()
+    assert guarded.watchdog_is_expired()
+    with pytest.raises(HILError, match="watchdog"):
+        guarded.write_analog(MOTOR, 1, volts(1.0))
+    guarded.watchdog_clear()
+    guarded.write_analog(MOTOR, 1, volts(0.0))
+    assert not guarded.watchdog_is_expired()
+
+
+def test_an_expired_watchdog_lets_the_servo_come_to_rest(guarded):
+    wait(guarded, 2.0)
+    before, after = counts(0, 0), counts(0, 0)
+    guarded.read_encoder(BOTH, 2, before)
+    wait(guarded, 0.5)
+    guarded.read_encoder(BOTH, 2, after)
+    assert before[0] > 20
+    assert before.tolist() == after.tolist()
+
+
+def test_a_stopped_watchdog_does_not_expire(guarded):
+    guarded.watchdog_stop()
+    wait(guarded, 0.5)
+    assert not guarded.watchdog_is_expired()
+    guarded.write_analog(MOTOR, 1, volts(0.0))
+
+
+def test_a_watchdog_needs_time(board):
+    for timeout in (0.0, -1.0, math.nan):
+        with pytest.raises(HILError, match="time-out"):
+            board.watchdog_start(timeout)

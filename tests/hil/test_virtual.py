@@ -1,0 +1,376 @@
+"""The virtual board: its wiring, its sensors, its time. (What it shares with every board is in test_board.py.)"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import rotflex.plant
+from rotflex.config import srv02
+from rotflex.errors import HILError
+from rotflex.hil import clock
+from rotflex.hil.board import BufferOverflowMode, Clock
+from rotflex.hil.clock import SimulatedClock, WallClock
+from rotflex.hil.student_benches import preset, student_bench
+from rotflex.hil.virtual import TICK, VirtualBoard
+from rotflex.plant import State
+from rotflex.units import DEG, RPM
+
+WORKBOOK = preset("workbook").parameters
+STILL = replace(WORKBOOK, servo_friction=(1.0, 1.0), link_friction=(1.0, 1.0))  # rusty: stays wherever it is put
+FREE = replace(WORKBOOK, I_max=0.0, B_eq=0.0)
+MOTOR = np.array([0], dtype=np.uint32)
+BOTH = np.array([0, 1], dtype=np.uint32)
+FOREVER = 2**32 - 1
+
+
+class Stopwatch:
+    """A time source in the test's own hands."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def wait_until(self, instant: float) -> None:
+        self.time = max(self.time, instant)
+
+
+def counts(board: VirtualBoard) -> list[int]:
+    buffer = np.zeros(2, dtype=np.int32)
+    board.read_encoder(BOTH, 2, buffer)
+    return buffer.tolist()
+
+
+def analog(board: VirtualBoard) -> list[float]:
+    buffer = np.zeros(2)
+    board.read_analog(BOTH, 2, buffer)
+    return buffer.tolist()
+
+
+def write(board: VirtualBoard, voltage: float) -> None:
+    board.write_analog(MOTOR, 1, np.array([voltage]))
+
+
+def started(board: VirtualBoard, buffer: int, mode: BufferOverflowMode, samples: int = FOREVER) -> int:
+    """A task at 100 Hz."""
+    task = board.task_create_encoder_reader(buffer, BOTH, 2)
+    board.task_set_buffer_overflow_mode(task, mode)
+    board.task_start(task, Clock.HARDWARE_CLOCK_0, 100.0, samples)
+    return task
+
+
+def fetch(board: VirtualBoard, task: int) -> int:
+    """Servo counts of the next sample of a task."""
+    buffer = np.zeros(2, dtype=np.int32)
+    assert board.task_read_encoder(task, 1, buffer) == 1
+    return int(buffer[0])
+
+
+# --- the plant behind it ---------------------------------------------------------------------------------------------
+
+
+def test_driven_by_its_verbs_it_follows_the_linear_equations():
+    """Ten seconds of a chirp and steps, held for 20 ms each, sampled every 2 ms."""
+    p, rate, per_hold = WORKBOOK, 500.0, 10
+    t = np.arange(500) * per_hold / rate
+    voltages = np.sin(2 * np.pi * (0.5 * t + 0.225 * t**2)) + 2.0 * np.sign(np.sin(2 * np.pi * 0.3 * t + 0.1))
+    damping = p.B_eq + p.torque_per_volt * p.back_emf
+
+    def equations(_, x, voltage):  # absolute angles theta and phi = theta + alpha
+        theta, phi, theta_dot, phi_dot = x
+        spring = p.K_s * (phi - theta)
+        return [
+            theta_dot,
+            phi_dot,
+            (p.torque_per_volt * voltage - damping * theta_dot + spring) / p.J_eq,
+            -spring / p.J_l,
+        ]
+
+    board = VirtualBoard(p)
+    task = board.task_create_encoder_reader(500, BOTH, 2)
+    board.task_start(task, Clock.HARDWARE_CLOCK_0, rate, FOREVER)
+    buffer, x, worst = np.zeros(2, dtype=np.int32), np.zeros(4), 0.0
+    for voltage in voltages:
+        for sample in range(per_hold):
+            board.task_read_encoder(task, 1, buffer)
+            if sample == 0:
+                theta, alpha = board.plant.state[:2]
+                worst = max(worst, abs(theta - x[0]), abs(alpha - (x[1] - x[0])))
+                write(board, voltage)
+        solution = solve_ivp(
+            equations, (0, per_hold / rate), x, args=(voltage,), method="DOP853", rtol=1e-11, atol=1e-13
+        )
+        x = solution.y[:, -1]
+    assert worst < 1e-9  # rad
+
+
+def test_the_same_calls_give_the_same_counts():
+    def run() -> list[list[int]]:
+        board = VirtualBoard(student_bench(11).parameters)
+        task = started(board, 100, BufferOverflowMode.SYNCHRONIZED)
+        seen = []
+        for index in range(200):
+            write(board, 3 * math.sin(index / 7))
+            fetch(board, task)
+            seen.append(counts(board))
+        return seen
+
+    assert run() == run()
+
+
+def test_closing_does_not_move_anything():
+    board = VirtualBoard(WORKBOOK, state=State(0.2, 0.1, 0.0, 0.0))
+    board.close()
+    assert board.plant.state == (0.2, 0.1, 0.0, 0.0)
+
+
+# --- sensors ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("encoder", "per_revolution"), [("E", 4096), ("EHR", 8192)])
+def test_encoders_count_quarters_of_lines_and_the_link_the_other_way(encoder, per_revolution):
+    board = VirtualBoard(STILL, srv02(encoder=encoder), State(90 * DEG, 10 * DEG, 0.0, 0.0))
+    assert counts(board) == [per_revolution // 4, -round(per_revolution / 36)]
+
+
+def test_counters_go_on_from_what_they_were_set_to():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=State(1.0, 0.0, 1.0, 0.0), clock=time)
+    board.set_encoder_counts(BOTH, 2, np.array([100, -7], dtype=np.int32))
+    assert counts(board) == [100, -7]
+    time.time = 1.0
+    assert counts(board)[0] == pytest.approx(100 + 4096 / (2 * math.pi), abs=1)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 100.0, -175.0, 175.0])
+def test_potentiometer_has_its_gain(degrees):
+    board = VirtualBoard(STILL, state=State(degrees * DEG, 0.0, 0.0, 0.0))
+    assert analog(board)[0] == pytest.approx(degrees / -35.2)
+
+
+def test_potentiometer_wraps_and_has_a_gap():
+    def volts(degrees: float) -> float:
+        return analog(VirtualBoard(STILL, state=State(degrees * DEG, 0.0, 0.0, 0.0)))[0]
+
+    assert volts(175.9) == pytest.approx(-5.0, abs=0.01)
+    assert volts(184.1) == pytest.approx(5.0, abs=0.01)
+    assert volts(360.0 + 35.2) == pytest.approx(-1.0)
+    for degrees in (177.0, 180.0, 183.0, -180.0, 540.0):
+        assert volts(degrees) == 0.0
+
+
+def test_tachometer_has_its_gain_at_the_load():
+    state = State(0.0, 0.0, 10.0, 0.0)
+    # 1.5 mV per rpm of the motor, which turns 70 times as quickly; the sign is the potentiometer's
+    assert analog(VirtualBoard(STILL, state=state))[1] == pytest.approx(-1.5e-3 * 70 * 10 / RPM)
+    assert analog(VirtualBoard(STILL, state=state))[1] == pytest.approx(10 / -0.99733, rel=1e-4)
+
+
+def test_without_a_tachometer_there_is_no_signal():
+    board = VirtualBoard(STILL, srv02(tachometer=False), State(0.0, 0.0, 10.0, 0.0))
+    assert analog(board)[1] == 0.0
+
+
+# --- output ----------------------------------------------------------------------------------------------------------
+
+
+def speed(voltage: float, **choices: object) -> float:
+    """Servo speed (rad/s) two seconds after a voltage on the output."""
+    servo, time = srv02(**choices), Stopwatch()
+    board = VirtualBoard(replace(WORKBOOK, V_max=servo.amplifier.V_max, I_max=math.inf), servo, clock=time)
+    write(board, voltage)
+    time.time = 2.0
+    counts(board)
+    return board.plant.state.theta_dot
+
+
+def final_speed(motor_voltage: float) -> float:
+    damping = WORKBOOK.B_eq + WORKBOOK.torque_per_volt * WORKBOOK.back_emf
+    return WORKBOOK.torque_per_volt * motor_voltage / damping
+
+
+def test_the_converter_gives_ten_volts_at_most():
+    assert speed(10.0) == pytest.approx(final_speed(10.0), rel=1e-5)
+    assert speed(25.0) == speed(10.0)
+    assert speed(-25.0) == pytest.approx(-speed(10.0))
+
+
+def test_the_cable_multiplies_and_the_amplifier_limits():
+    assert speed(2.0, cable_gain=3) == pytest.approx(final_speed(6.0), rel=1e-5)
+    assert speed(10.0, cable_gain=5) == pytest.approx(final_speed(24.0), rel=1e-5)
+    assert speed(10.0, cable_gain=3, amplifier="UPM_1503") == pytest.approx(final_speed(15.0), rel=1e-5)
+
+
+def test_the_second_output_drives_nothing():
+    time = Stopwatch()
+    board = VirtualBoard(WORKBOOK, clock=time)
+    board.write_analog(BOTH[1:].copy(), 1, np.array([5.0]))
+    time.time = 1.0
+    assert counts(board) == [0, 0]
+
+
+# --- watchdog --------------------------------------------------------------------------------------------------------
+
+
+def test_an_expired_watchdog_sets_its_voltage_at_its_instant():
+    """From then on the motor, free of friction, is as if the voltage had been set by hand."""
+    time, by_hand = Stopwatch(), rotflex.plant.Plant(WORKBOOK)
+    board = VirtualBoard(WORKBOOK, clock=time)
+    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([-1.0]))
+    board.watchdog_start(0.2)
+    write(board, 3.0)
+    time.time = 0.5
+    assert board.watchdog_is_expired()
+    by_hand.advance(3.0, 0.2)
+    by_hand.advance(-1.0, 0.3)
+    np.testing.assert_allclose(board.plant.state, by_hand.state, rtol=1e-9)
+
+
+def test_the_watchdogs_voltage_is_the_converters_too():
+    time, by_hand = Stopwatch(), rotflex.plant.Plant(WORKBOOK)
+    board = VirtualBoard(WORKBOOK, clock=time)
+    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([50.0]))
+    board.watchdog_start(0.1)
+    time.time = 0.3
+    counts(board)
+    by_hand.advance(10.0, 0.2)
+    np.testing.assert_allclose(board.plant.state, by_hand.state, rtol=1e-9)
+
+
+@pytest.mark.parametrize("call", ["watchdog_stop", "watchdog_reload", "watchdog_clear", "watchdog_is_expired"])
+def test_a_watchdog_that_expired_unnoticed_has_stopped_the_motor_all_the_same(call):
+    time, by_hand = Stopwatch(), rotflex.plant.Plant(WORKBOOK)
+    board = VirtualBoard(WORKBOOK, clock=time)
+    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.zeros(1))
+    board.watchdog_start(0.2)
+    write(board, 3.0)
+    time.time = 1.0
+    getattr(board, call)()
+    by_hand.advance(3.0, 0.2)
+    by_hand.advance(0.0, 0.8)
+    np.testing.assert_allclose(board.plant.state, by_hand.state, rtol=1e-9)
+
+
+def test_starting_the_watchdog_again_does_not_forget_that_it_expired():
+    time = Stopwatch()
+    board = VirtualBoard(WORKBOOK, clock=time)
+    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.zeros(1))
+    board.watchdog_start(0.2)
+    time.time = 1.0
+    board.watchdog_start(0.2)
+    with pytest.raises(HILError, match="clear"):
+        write(board, 1.0)
+
+
+# --- time ------------------------------------------------------------------------------------------------------------
+
+# The arm turns steadily, 1 rad/s and no forces, so that counts tell when a sample was taken: 6.52 counts every 10 ms.
+TURNING = State(0.0, 0.0, 1.0, 0.0)
+
+
+def test_simulated_time_passes_only_while_a_task_waits():
+    clock_ = SimulatedClock()
+    board = VirtualBoard(FREE, state=TURNING, clock=clock_)
+    task = started(board, 10, BufferOverflowMode.SYNCHRONIZED)
+    for _ in range(50):
+        write(board, 0.0)
+        counts(board)
+    assert clock_.now() == 0.0
+    assert [fetch(board, task) for _ in range(4)] == [0, 7, 13, 20]
+    assert clock_.now() == pytest.approx(0.03)
+
+
+def test_samples_wait_in_the_buffer_until_they_are_fetched():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 10, BufferOverflowMode.ERROR_ON_OVERFLOW)
+    time.time = 0.055  # six samples were taken: 0 to 50 ms
+    assert [fetch(board, task) for _ in range(7)] == [0, 7, 13, 20, 26, 33, 39]
+    assert time.time == pytest.approx(0.06)
+
+
+def test_samples_beyond_the_buffer_are_an_error_if_so_chosen():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, clock=time)
+    task = started(board, 3, BufferOverflowMode.ERROR_ON_OVERFLOW)
+    time.time = 0.055
+    with pytest.raises(HILError, match="lost 3 samples"):
+        fetch(board, task)
+
+
+def test_the_oldest_samples_are_overwritten_if_so_chosen():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 3, BufferOverflowMode.OVERWRITE_ON_OVERFLOW)
+    time.time = 0.055
+    assert [fetch(board, task) for _ in range(4)] == [20, 26, 33, 39]
+
+
+def test_time_waits_for_the_program_if_so_chosen():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 1, BufferOverflowMode.SYNCHRONIZED)
+    time.time = 0.055
+    assert [fetch(board, task) for _ in range(4)] == [0, 7, 13, 20]
+
+
+def test_lost_samples_count_towards_the_end_of_the_task():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 2, BufferOverflowMode.OVERWRITE_ON_OVERFLOW, samples=6)
+    time.time = 1.0  # the task ended long ago; its last two samples are in the buffer
+    buffer = np.zeros(12, dtype=np.int32)
+    assert board.task_read_encoder(task, 6, buffer) == 2
+    assert buffer[:4:2].tolist() == [26, 33]
+
+
+def test_flushed_samples_are_gone():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 10, BufferOverflowMode.ERROR_ON_OVERFLOW)
+    time.time = 0.055
+    board.task_flush(task)
+    assert fetch(board, task) == 39
+    board.task_flush(task)
+    assert fetch(board, task) == 46
+
+
+def test_however_irregular_the_calls_few_transition_matrices_are_needed(monkeypatch):
+    """In real time every call comes at its own instant; a matrix exponential for each would be too slow."""
+    made = []
+
+    def counted(matrix):
+        made.append(matrix)
+        return exponential(matrix)
+
+    exponential = rotflex.plant.expm
+    monkeypatch.setattr(rotflex.plant, "expm", counted)
+    instants = np.cumsum(np.random.default_rng(3).uniform(1e-5, 3e-3, 1000))
+    time, parameters = Stopwatch(), student_bench(1).parameters
+    board = VirtualBoard(parameters, clock=time)
+    write(board, 2.0)
+    for time.time in instants.tolist():
+        counts(board)
+    assert len(made) <= 40
+    in_one_go = rotflex.plant.Plant(parameters)
+    state = in_one_go.advance(2.0, instants[-1])
+    assert board.plant.state.theta == pytest.approx(state.theta, abs=state.theta_dot * TICK)
+
+
+def test_the_wall_clock_sleeps_until_the_instant(monkeypatch):
+    slept = []
+    monkeypatch.setattr(clock.time, "perf_counter", lambda: 100.0 + sum(slept))
+    monkeypatch.setattr(clock.time, "sleep", slept.append)
+    wall = WallClock()
+    assert wall.now() == 0.0
+    wall.wait_until(0.25)
+    assert slept == [0.25]
+    wall.wait_until(0.1)
+    assert slept == [0.25]
+    assert wall.now() == 0.25

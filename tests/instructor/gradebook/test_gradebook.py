@@ -1,0 +1,778 @@
+"""The gradebook: the same promises on a file and on a real PostgreSQL server, which is started here."""
+
+from __future__ import annotations
+
+import glob
+import itertools
+import json
+import multiprocessing
+import os
+import pwd
+import secrets
+import shutil
+import signal
+import socket
+import stat
+import subprocess
+import tempfile
+import threading
+import time
+import unicodedata
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import astuple, replace
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+
+import alembic.autogenerate
+import psycopg
+import pytest
+from alembic.runtime.migration import MigrationContext
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sqlalchemy import inspect, text
+
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import (
+    GIVEN_BY_A_PERSON,
+    Gradebook,
+    Graded,
+    MarkRecord,
+    MarkState,
+    RunRecord,
+    rows,
+    schema,
+    tables,
+)
+from rotflex.instructor.gradebook import database as database_module
+from rotflex.instructor.gradebook.database import Database
+
+# --- a server, and a new schema on it for each test -------------------------------------------------------------------
+
+
+def programs() -> Path | None:
+    """The folder with PostgreSQL's initdb and postgres."""
+    on_path = shutil.which("initdb")
+    folders = [os.path.dirname(on_path)] if on_path else []
+    folders += sorted(glob.glob("/usr/lib/postgresql/*/bin"), reverse=True)
+    return next((Path(folder) for folder in folders if os.path.exists(f"{folder}/initdb")), None)
+
+
+def unprivileged() -> str | None:
+    """Whom to run the server as: it refuses root."""
+    if os.getuid():
+        return None
+    names = {entry.pw_name for entry in pwd.getpwall()}
+    return "postgres" if "postgres" in names else "nobody"
+
+
+@pytest.fixture(scope="session")
+def server():
+    """A PostgreSQL server of our own: the address of its databases."""
+    found = programs()
+    if found is None:
+        pytest.skip("PostgreSQL's initdb is not installed: apt-get install postgresql")
+    user, password = unprivileged(), secrets.token_hex(8)
+    folder = Path(tempfile.mkdtemp(prefix="rotflex-pg-"))
+    (folder / "password").write_text(password)
+    if user:
+        for path in (folder, folder / "password"):
+            shutil.chown(path, user)
+    as_user = {"user": user, "cwd": folder, "env": {"PATH": os.environ["PATH"]}}
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    fast = ["-F", "-c", "synchronous_commit=off", "-c", "full_page_writes=off", "-h", "127.0.0.1"]
+    initially = ["--auth=scram-sha-256", "--encoding=UTF8", "--locale=C.UTF-8", "--no-sync"]
+    process = None
+    try:
+        subprocess.run(
+            [found / "initdb", folder / "data", "--username=teacher", f"--pwfile={folder / 'password'}", *initially],
+            check=True,
+            capture_output=True,
+            **as_user,
+        )
+        process = subprocess.Popen(
+            [found / "postgres", "-D", folder / "data", "-k", folder, "-p", str(port), *fast],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            **as_user,
+        )
+        base = f"postgresql://teacher:{password}@127.0.0.1:{port}/"
+        wait_for(process, base + "postgres")
+        yield base
+    finally:
+        if process is not None:
+            process.send_signal(signal.SIGQUIT)  # at once
+            process.wait(30)
+        shutil.rmtree(folder)
+
+
+def wait_for(process, address):
+    for _ in range(300):
+        assert process.poll() is None, "the server ended"
+        try:
+            return psycopg.connect(address).close()
+        except psycopg.OperationalError:
+            time.sleep(0.1)
+    raise AssertionError("the server does not answer")
+
+
+_numbers = itertools.count()
+
+
+@pytest.fixture
+def new_url(request, kind, tmp_path):
+    """Make addresses of files that are not there yet, or of empty schemas."""
+    if kind == "sqlite":
+        return lambda: str(tmp_path / f"class {next(_numbers)}.sqlite")
+    return lambda: new_schema(request.getfixturevalue("server"))
+
+
+def new_schema(base):
+    """The address of a schema of its own: empty as a new database is, and made in no time."""
+    name = f"class_{next(_numbers)}"
+    with psycopg.connect(base + "postgres") as connection:
+        connection.execute(f"CREATE SCHEMA {name}")
+    return f"{base}postgres?options=-csearch_path%3D{name}"
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def kind(request):
+    """Which database."""
+    return request.param
+
+
+@pytest.fixture
+def url(new_url):
+    return new_url()
+
+
+@pytest.fixture
+def book(url):
+    with Gradebook(url) as opened:
+        yield opened
+
+
+# --- what is recorded -------------------------------------------------------------------------------------------------
+
+
+def mark(question="2.11", part="K_s", status="right", points=2.0, out_of=2.0, reason="Well.", given="1.3"):
+    return MarkRecord(question, part, status, points, out_of, reason, given)
+
+
+def prose(given="Because it bends.", points=0.0, status="for a person", reason="A person will read this.", **more):
+    return mark("2.12", "why", status, points, 3.0, reason, given, **more)
+
+
+def graded(student="ada", submission="first", *marks, key="", key_digest="key 1", **run):
+    values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "walls", "answers": b"{}"} | run
+    key = key or f"{student.casefold()} {submission}"
+    return Graded(RunRecord(key, student, submission, **values), marks or (mark(), prose()), key_digest)
+
+
+def record(book, what, actor="batch", reason="Graded."):
+    return book.record(what, actor, reason)
+
+
+def changes(book, **which):
+    """The audit trail in short: part, status and points before and after."""
+
+    def short(state):
+        return state and (state.status, state.points)
+
+    return [(one.part, short(one.before), short(one.after)) for one in book.audit(**which)]
+
+
+def test_what_was_recorded_is_read_again(book, url):
+    one = graded(probe_seed=2**48 - 1, problems=("p",), notes=("n", "µ Ω ∞ 学"), answers=bytes(range(256)) * 8192)
+    assert record(book, one) == 2
+    assert book.current("ada") == book.find("ada first") == one
+    with Gradebook(url) as again:
+        assert list(again.all_current()) == [one]
+
+
+def test_a_run_may_leave_nothing(book):
+    record(book, graded(answers=None))
+    assert book.current("ada").run.answers is None
+    record(book, graded(answers=b""))
+    assert book.current("ada").run.answers == b""
+
+
+def test_what_is_not_there_is_none(book):
+    assert book.find("?") is None and book.current("?") is None
+    assert list(book.all_current()) == book.students() == book.comments("?") == book.audit("?") == []
+
+
+def test_the_same_again_changes_nothing(book):
+    record(book, graded())
+    before = book.dump()
+    assert record(book, graded(), "somebody else", "Resumed.") == 0
+    assert record(book, book.find("ada first")) == 0
+    assert book.dump() == before
+
+
+def test_every_change_of_a_mark_leaves_a_trace(book):
+    start = datetime.now(UTC)
+    record(book, graded("ada", "first", mark(), mark(part="a"), mark(part="b"), mark(part="c", reason="So.")))
+    failed = graded("ada", "first", mark(points=0.0, status="missing"), mark(part="b"), mark(part="c", reason="Thus."))
+    assert record(book, failed, "prof", "Run again.") == 3
+    assert book.current("ada") == failed
+    assert len(book.audit()) == 7
+    gone, fallen, reworded = sorted(book.audit()[4:], key=lambda one: "aKc".index(one.part[0]))
+    assert (gone.part, gone.before, gone.after) == ("a", MarkState("right", 2.0, 2.0, "Well."), None)
+    assert (fallen.part, fallen.after) == ("K_s", MarkState("missing", 0.0, 2.0, "Well."))
+    assert (reworded.before.reason, reworded.after.reason) == ("So.", "Thus.")
+    assert {(one.student, one.actor, one.reason, one.run) for one in (gone, fallen, reworded)} == {
+        ("ada", "prof", "Run again.", "ada first")
+    }
+    assert start <= gone.when <= datetime.now(UTC)
+    assert all(one.before is None for one in book.audit()[:4])
+
+
+def test_the_newest_run_counts_and_an_old_one_can_count_again(book):
+    first = graded("ada", "first", mark(points=1.0))
+    second = graded("ada", "second", mark(points=2.0))
+    record(book, first)
+    assert record(book, second) == 1
+    assert book.current("ada") == second and book.find("ada first") == first
+    assert record(book, first) == 1
+    assert list(book.all_current()) == [first] and book.find("ada second") == second
+    assert [one.after.points for one in book.audit()] == [1.0, 2.0, 1.0]
+
+
+def test_students_are_told_apart_without_regard_to_capitals(book):
+    record(book, graded("Straße", "first"))
+    record(book, graded("STRASSE", "second"))
+    record(book, graded("adèle"))
+    assert [one.student for one in book.students()] == ["adèle", "Straße"]
+    assert book.current("strasse").run.student == "STRASSE"
+    assert [one.run.student for one in book.all_current()] == ["adèle", "STRASSE"]
+
+
+def test_a_key_belongs_to_one_student(book):
+    record(book, graded("ada", key="k"))
+    before = book.dump()
+    with pytest.raises(GradebookError, match="depend on the student"):
+        record(book, graded("bob", key="k"))
+    assert book.dump() == before
+
+
+@pytest.mark.parametrize(
+    "unfit",
+    [
+        graded(" ada"),
+        graded(""),
+        graded("a" * 81),
+        graded("a\nb"),
+        graded("ada", "first", mark(points=float("nan"))),
+        graded("ada", "first", mark(out_of=float("inf"))),
+        graded("ada", "first", mark(), mark()),
+        graded("ada", "first", prose(status=GIVEN_BY_A_PERSON)),
+        graded(probe_seed=2**63),
+    ],
+)
+@pytest.mark.parametrize("kind", ["sqlite"])
+def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
+    with pytest.raises(GradebookError):
+        record(book, unfit)
+    assert book.dump() == {"students": []}
+
+
+class Status(StrEnum):
+    RIGHT = "right"
+
+
+def test_an_enumerations_string_is_its_value(book):
+    record(book, graded("ada", "first", mark(status=Status.RIGHT)))
+    assert type(book.current("ada").marks[0].status) is str
+    assert book.current("ada").marks[0].status == "right"
+
+
+def test_new_marks_for_the_same_answers(book):
+    record(book, graded())
+    with pytest.raises(GradebookError, match="no student"):
+        book.remark("bob", [mark()], "key 2", "prof", "")
+    new = [mark(points=1.0, status="partly right"), prose()]
+    assert book.remark("Ada", new, "key 2", "prof", "The key was wrong.") == 1
+    assert book.current("ada") == graded("ada", "first", *new, key_digest="key 2")
+    assert changes(book)[-1] == ("K_s", ("right", 2.0), ("partly right", 1.0))
+    assert book.remark("ada", new, "key 2", "prof", "Again.") == 0
+
+
+# --- a person's marks -------------------------------------------------------------------------------------------------
+
+
+def test_a_persons_mark_holds_while_the_same_is_given(book):
+    record(book, graded())
+    assert book.set_mark("ADA", "2.12", "why", 2.5, "Nearly.", "prof") == 1
+    given = prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    assert book.current("ada").marks == (mark(), given)
+    assert record(book, graded()) == 0
+    assert book.remark("ada", [mark(), prose()], "key 2", "prof", "") == 0
+    assert record(book, graded("ada", "second")) == 0
+    assert book.current("ada").marks == (mark(), given)
+    assert changes(book, question="2.12")[1:] == [("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))]
+
+
+def test_another_answer_waits_again_and_the_trail_says_so(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose("It does not.")))
+    assert book.current("ada").marks[1] == prose("It does not.")
+    assert book.audit()[-1].reason == f"Graded. {rows.NO_LONGER}"
+    record(book, graded())  # what the person read
+    assert book.current("ada").marks[1].points == 2.5
+    assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))
+
+
+def test_a_persons_mark_outlives_a_failed_run(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "first", mark(), prose("", status="missing"), answers=None))
+    assert book.current("ada").marks[1].points == 0.0
+    record(book, graded())
+    assert book.current("ada").marks[1].points == 2.5
+
+
+def test_when_the_points_that_there_are_change_a_person_looks_again(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    book.remark("ada", [mark(), replace(prose(), out_of=1.0)], "key 2", "prof", "Fewer points.")
+    assert book.current("ada").marks[1].status == "for a person"
+
+
+def test_a_person_may_overrule_the_software_and_change_their_mind(book):
+    record(book, graded())
+    assert book.set_mark("ada", "2.11", "K_s", 0, "Copied.", "prof") == 1
+    assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "prof") == 1
+    assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "dean") == 0
+    assert book.current("ada").marks[0] == mark(status=GIVEN_BY_A_PERSON, reason="Sorry.")
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+@pytest.mark.parametrize("points", [-0.1, 3.1, float("nan"), float("inf")])
+def test_a_person_cannot_give_points_that_there_are_not(book, points):
+    record(book, graded())
+    with pytest.raises(GradebookError, match="give 0 to 3 points"):
+        book.set_mark("ada", "2.12", "why", points, "", "prof")
+    assert len(book.audit()) == 2
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+def test_there_is_nothing_to_set_a_mark_for(book, tmp_path):
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student\nbob\n")
+    book.import_roster(roster)
+    record(book, graded())
+    for student, part, said in [("eve", "why", "no student 'eve'"), ("bob", "why", "Nothing"), ("ada", "?", "no mark")]:
+        with pytest.raises(GradebookError, match=said):
+            book.set_mark(student, "2.12", part, 1, "", "prof")
+
+
+def test_marks_that_were_read_before_a_person_changed_one_do_not_undo_it(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    read, before = book.current("ada"), book.dump()
+    assert record(book, read) == 0
+    assert book.dump() == before  # with what the software said of it
+    book.set_mark("ada", "2.12", "why", 3.0, "Quite.", "prof")
+    assert record(book, replace(read, marks=(mark(points=1.0), read.marks[1])), "regrade") == 1
+    assert [one.points for one in book.current("ada").marks] == [1.0, 3.0]
+
+
+def test_comments_are_kept_in_order(book):
+    record(book, graded())
+    book.comment("ada", "Good.", "prof")
+    book.comment("Ada", "=1+1", "tutor", "2.12")
+    found = [(one.student, one.question, one.text, one.actor) for one in book.comments("ADA")]
+    assert found == [("ada", None, "Good.", "prof"), ("ada", "2.12", "=1+1", "tutor")]
+    with pytest.raises(GradebookError, match="no student"):
+        book.comment("bob", "?", "prof")
+
+
+# --- strangers' text --------------------------------------------------------------------------------------------------
+
+HOSTILE = "NUL \0, half a pair \ud800, \x1b[2Jcleared, \x9b, é\r\nand\rmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
+KEPT = (
+    "NUL \\x00, half a pair \\ud800, \\x1b[2Jcleared, \\x9b, é\nand\nmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
+)
+
+
+def test_hostile_text_is_kept_so_that_databases_and_terminals_can_take_it(book):
+    run = dict.fromkeys(("master", "software", "isolation", "key_digest"), HOSTILE) | {"notes": (HOSTILE,)}
+    record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
+    kept = book.current("ada")
+    book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, HOSTILE, HOSTILE)
+    book.comment("ada", HOSTILE, HOSTILE, HOSTILE)
+    assert kept.marks[0].given == kept.run.notes[0] == book.comments("ada")[0].text == KEPT
+    assert book.audit()[-1].reason == book.audit(question=HOSTILE)[-1].actor == KEPT
+    assert book.find(f"ada {HOSTILE}").run == kept.run
+
+
+def has_control(value):
+    """Whether there is text in plain data that a terminal obeys, or that is not UTF-8."""
+    if isinstance(value, str):
+        return any(unicodedata.category(one) in ("Cc", "Cs") and one not in "\n\t" for one in value)
+    return isinstance(value, Iterable) and not isinstance(value, bytes) and any(map(has_control, value))
+
+
+any_text = st.text(st.characters(exclude_categories=()), max_size=40)
+tame_text = st.text(st.characters(exclude_categories=("Cc", "Cs"), include_characters="\n\t"), max_size=40)
+points = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def any_marks(words):
+    statuses = words.filter(lambda status: status != GIVEN_BY_A_PERSON)
+    one = st.builds(MarkRecord, words, words, statuses, points, points, words, words)
+    return st.lists(one, max_size=4, unique_by=lambda mark: mark.where)
+
+
+def any_runs(words):
+    values = {
+        "probe_seed": st.integers(-(2**63), 2**63 - 1),
+        "answers": st.none() | st.binary(max_size=200),
+        "problems": st.lists(words, max_size=3).map(tuple),
+        **dict.fromkeys(("submission", "master", "software", "isolation"), words),
+    }
+    numbered = st.integers(0, 2**64).map(lambda number: f"{number} {next(_numbers)}")
+    return st.builds(RunRecord, key=numbered, student=numbered, **values)
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgres"])
+def shared(request, tmp_path_factory):
+    """A gradebook for many examples."""
+    if request.param == "sqlite":
+        address = str(tmp_path_factory.mktemp("shared") / "class.sqlite")
+    else:
+        address = new_schema(request.getfixturevalue("server"))
+    with Gradebook(address) as opened:
+        yield opened
+
+
+@settings(max_examples=15)
+@given(st.builds(Graded, any_runs(tame_text), any_marks(tame_text).map(tuple), tame_text))
+def test_tame_text_and_any_number_are_read_as_they_were_recorded(shared, one):
+    assert record(shared, one) == len(one.marks)
+    assert shared.current(one.run.student) == shared.find(one.run.key) == one
+
+
+@settings(max_examples=15)
+@given(st.builds(Graded, any_runs(any_text), any_marks(any_text).map(tuple), any_text))
+def test_any_text_can_be_recorded_shown_and_recorded_again(shared, one):
+    record(shared, one)
+    kept = shared.current(one.run.student)
+    assert not has_control([astuple(kept), [astuple(change) for change in shared.audit(one.run.student)]])
+    assert record(shared, kept) == record(shared, one) == 0
+
+
+# --- dump -------------------------------------------------------------------------------------------------------------
+
+
+def small_class():
+    return [
+        graded("ada"),
+        graded("ada", "second", mark(points=1.0), prose()),
+        graded("bob", answers=None, problems=("No answers.",)),
+        graded("bob", key="another key", software="rotflex 1"),
+        graded("Çelik", "x", *[mark(str(number)) for number in range(12)]),
+    ]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """What a class's gradebook holds if nothing happens while it is graded."""
+    with Gradebook(tmp_path_factory.mktemp("undisturbed") / "class.sqlite") as opened:
+        for one in small_class():
+            record(opened, one)
+        return opened.dump()
+
+
+def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undisturbed):
+    for one in small_class():
+        record(book, one)
+    assert book.dump() == undisturbed
+    assert [run["key"] for run in undisturbed["students"][1]["submissions"][0]["runs"]] == ["another key", "bob first"]
+    written = json.dumps(book.dump(), ensure_ascii=False, allow_nan=False)
+    assert book.secret().hex() not in written and str(datetime.now(UTC).year) not in written
+
+
+@settings(max_examples=8)
+@given(order=st.permutations(["ada", "bob", "Çelik"]))
+def test_who_was_recorded_first_does_not_show_in_the_dump(order, undisturbed):
+    with tempfile.TemporaryDirectory() as folder, Gradebook(Path(folder) / "class.sqlite") as opened:
+        for one in sorted(small_class(), key=lambda one: order.index(one.run.student)):
+            record(opened, one)
+        assert opened.dump() == undisturbed
+
+
+@pytest.mark.parametrize("done", [0, 3])
+def test_a_batch_that_is_begun_again_ends_in_the_same_gradebook(url, done, undisturbed):
+    for batch in (small_class()[:done], small_class()):
+        with Gradebook(url) as opened:
+            for one in batch:
+                if opened.find(one.run.key) is None:
+                    record(opened, one)
+    with Gradebook(url) as opened:
+        assert opened.dump() == undisturbed
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+@pytest.mark.parametrize(
+    "other",
+    [
+        graded(notes=("n",)),
+        graded(answers=b"{ }"),
+        graded(answers=None),
+        graded(key_digest="key 2"),
+        graded("ada", "first", mark(given="1.4"), prose()),
+        graded("Ada"),
+    ],
+)
+def test_other_content_is_another_dump(new_url, other):
+    dumps = []
+    for one in (graded(), other):
+        with Gradebook(new_url()) as opened:
+            record(opened, one)
+            dumps.append(opened.dump())
+    assert dumps[0] != dumps[1]
+
+
+def test_the_secret_is_drawn_once(new_url):
+    url = new_url()
+    with Gradebook(url) as first, Gradebook(url) as again, Gradebook(new_url()) as other:
+        assert first.secret() == again.secret() != other.secret()
+        assert len(first.secret()) == len(other.secret()) == 32
+
+
+# --- several at once, and sudden ends ---------------------------------------------------------------------------------
+
+forked = multiprocessing.get_context("fork")
+
+
+def record_many(url, who, begin):
+    begin.wait()
+    with Gradebook(url) as book:
+        for number in range(15):
+            record(book, graded(f"{who}{number:02d}"))
+
+
+def test_two_processes_make_and_fill_one_gradebook_and_nothing_is_lost(url):
+    begin = forked.Barrier(2)
+    both = [forked.Process(target=record_many, args=(url, who, begin)) for who in "ab"]
+    for process in both:
+        process.start()
+    for process in both:
+        process.join(60)
+    assert [process.exitcode for process in both] == [0, 0]
+    with Gradebook(url) as book:
+        assert list(book.all_current()) == [graded(f"{who}{number:02d}") for who in "ab" for number in range(15)]
+        assert len(book.audit()) == 60
+
+
+def test_threads_may_share_a_gradebook(book):
+    with ThreadPoolExecutor(4) as pool:
+        everybody = [graded(f"s{number:02d}") for number in range(20)]
+        assert list(pool.map(lambda one: record(book, one), everybody)) == [2] * 20
+    assert list(book.all_current()) == everybody
+
+
+def killed_after(module, step, what):
+    """Do something in a process that is killed just after a step of it."""
+
+    def and_die(before):
+        def step(*arguments, **named):
+            before(*arguments, **named)
+            os.kill(os.getpid(), signal.SIGKILL)
+
+        return step
+
+    def run():
+        setattr(module, step, and_die(getattr(module, step)))
+        what()
+
+    process = forked.Process(target=run)
+    process.start()
+    process.join(60)
+    return process.exitcode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize("step", ["add_student", "put_marks", "put_audit"])
+def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, step):
+    with Gradebook(url) as book:
+        record(book, small_class()[0])
+        before = book.dump()
+    second = small_class()[2]
+    assert killed_after(rows, step, lambda: record(Gradebook(url), second))
+    with Gradebook(url) as book:
+        assert book.dump() == before
+        for one in small_class():
+            record(book, one)
+        assert book.dump() == undisturbed
+
+
+def test_a_kill_while_the_gradebook_is_made_leaves_none(url):
+    assert killed_after(schema.command, "upgrade", lambda: Gradebook(url))
+    with closing(Database(url)) as database, database.reading() as connection:
+        assert inspect(connection).get_table_names() == []
+    with Gradebook(url) as book:
+        assert len(book.secret()) == 32
+
+
+def test_an_error_amid_recording_leaves_what_was_before(book, monkeypatch):
+    record(book, graded())
+    before = book.dump()
+    monkeypatch.setattr(rows, "put_audit", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        record(book, graded("ada", "second", mark(points=0.0)))
+    assert book.dump() == before
+
+
+def test_a_writer_waits_for_another(book, url):
+    """Also for one that holds the gradebook when it is opened."""
+    held, let_go = threading.Event(), threading.Event()
+
+    def hold():
+        with closing(Database(url)) as database, database.writing():
+            held.set()
+            let_go.wait(30)
+
+    def open_and_record():
+        with Gradebook(url) as opened:
+            return record(opened, graded())
+
+    with ThreadPoolExecutor(2) as pool:
+        holding = pool.submit(hold)
+        held.wait(30)
+        waiting = pool.submit(open_and_record)
+        with pytest.raises(TimeoutError):
+            waiting.result(0.3)
+        let_go.set()
+        assert waiting.result(30) == 2
+        holding.result(30)
+
+
+def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):
+    monkeypatch.setattr(database_module, "PATIENCE", 0.1)
+    with Gradebook(url) as other, closing(Database(url)) as database, database.writing():
+        assert other.students() == []  # reading goes on
+        with pytest.raises(GradebookError, match="another process has been writing"):
+            record(other, graded())
+    assert record(book, graded()) == 2
+
+
+@pytest.mark.parametrize("statement", ["UPDATE audit SET why = 'so'", "DELETE FROM audit"])
+def test_the_database_itself_refuses_to_change_the_audit_trail(book, url, statement):
+    record(book, graded())
+    before = book.audit()
+    with (
+        closing(Database(url)) as database,
+        pytest.raises(GradebookError, match="the audit trail only grows"),
+        database.writing() as connection,
+    ):
+        connection.execute(text(statement))
+    assert book.audit() == before
+
+
+def test_rows_without_what_they_belong_to_are_refused(book, url):
+    with (
+        closing(Database(url)) as database,
+        pytest.raises(GradebookError, match=r"(?i)foreign key"),
+        database.writing() as connection,
+    ):
+        connection.execute(tables.comments.insert().values(student_id=99, text="", actor="", written=datetime.now(UTC)))
+
+
+# --- schema -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_migrations_make_the_tables_that_the_software_knows(book, url):
+    with closing(Database(url)) as database, database.reading() as connection:
+        options = {"version_table": tables.VERSION_TABLE, "compare_type": True, "compare_server_default": True}
+        context = MigrationContext.configure(connection, opts=options)
+        assert alembic.autogenerate.compare_metadata(context, tables.metadata) == []
+
+
+NEXT_REVISION = """
+import sqlalchemy as sa
+from alembic import op
+revision, down_revision = "9999", {head!r}
+def upgrade():
+    op.add_column("comments", sa.Column("mood", sa.Text, server_default="mild", nullable=False))
+"""
+
+
+def test_an_older_gradebook_is_migrated_and_a_newer_one_refused(url, tmp_path, monkeypatch, undisturbed):
+    with Gradebook(url) as book:
+        for one in small_class():
+            record(book, one)
+        secret = book.secret()
+    newer = tmp_path / "newer"
+    shutil.copytree(Path(schema.__file__).parent / "migrations", newer)
+    with closing(Database(url)) as database, database.reading() as connection:
+        head = connection.scalar(text(f"SELECT version_num FROM {tables.VERSION_TABLE}"))
+    (newer / "versions" / "next.py").write_text(NEXT_REVISION.format(head=head))
+    with monkeypatch.context() as patch:
+        patch.setattr(schema, "_SCRIPTS", str(newer))
+        with Gradebook(url) as book:
+            assert (book.dump(), book.secret()) == (undisturbed, secret)
+    with closing(Database(url)) as database, database.reading() as connection:
+        assert "mood" in {column["name"] for column in inspect(connection).get_columns("comments")}
+    with pytest.raises(GradebookError, match=r"newer rotflex .*'9999'.*upgrade"):
+        Gradebook(url)
+
+
+def test_somebody_elses_database_is_left_as_it_is(url):
+    with closing(Database(url)) as database:
+        with database.writing() as connection:
+            connection.execute(text("CREATE TABLE students (shoe INTEGER)"))
+        with pytest.raises(GradebookError, match="something else than a gradebook"):
+            Gradebook(url)
+        with database.reading() as connection:
+            assert inspect(connection).get_table_names() == ["students"]
+
+
+def test_a_file_that_is_no_database_is_left_as_it_is(tmp_path):
+    file = tmp_path / "grades.csv"
+    file.write_text("student,total\n" * 100)
+    with pytest.raises(GradebookError, match=r"grades\.csv: this file is not a gradebook"):
+        Gradebook(file)
+    assert file.read_text() == "student,total\n" * 100
+
+
+@pytest.mark.parametrize("form", [str, Path, "sqlite:///{}".format])
+def test_a_gradebook_is_a_file_for_its_owner_only(tmp_path, form):
+    file = tmp_path / ("100% ü?#.sqlite" if form in (str, Path) else "class.sqlite")
+    with Gradebook(form(file)) as book:
+        record(book, graded())
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("missing/class.sqlite", "No such file or directory"),
+        (".", "directory"),
+        ("sqlite://", "needs a file"),
+        (":memory:", "needs a file"),
+        ("mysql://root:secret@host/x", "mysql://... is none of these"),
+        ("postgresql://teacher:secret@host:port/x", "cannot be read"),
+    ],
+)
+def test_an_address_that_cannot_be_used_is_explained_without_its_password(tmp_path, monkeypatch, url, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(GradebookError, match=said) as caught:
+        Gradebook(url)
+    assert "secret" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_server_that_refuses_us_is_explained_without_the_password(server):
+    with pytest.raises(GradebookError, match="password authentication failed") as caught:
+        Gradebook(server.replace("teacher:", "teacher:wrong") + "postgres")
+    assert "wrong" not in str(caught.value)
+    with pytest.raises(GradebookError, match="does not exist"):
+        Gradebook(server.replace("postgresql:", "postgres:") + "nowhere")

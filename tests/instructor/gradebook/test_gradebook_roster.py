@@ -1,0 +1,141 @@
+"""A class's CSV, as spreadsheets and course systems write it, into the gradebook."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import Gradebook, Graded, RosterReport, RunRecord, StudentRecord, roster
+
+ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A")
+
+
+@pytest.fixture
+def book(tmp_path):
+    with Gradebook(tmp_path / "class.sqlite") as opened:
+        yield opened
+
+
+@pytest.fixture
+def imported(book, tmp_path):
+    """Import a file with this content: report and students."""
+
+    def bring_in(content):
+        file = tmp_path / "roster.csv"
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return book.import_roster(file), book.students()
+
+    return bring_in
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "student,name,email,section\nada,Ada Lovelace,ada@example.org,A\n",
+        "\ufeffStudent ID;Full Name;E-Mail;Group\r\nada;Ada Lovelace;ada@example.org;A\r\n",
+        "SECTION\tEmail Address\tFirst_Name\tLast-Name\tUsername\tNickname\nA\tada@example.org\tAda\tLovelace\tada\tx",
+        "Student,ID,SIS User ID,Email,Section,Exam (7)\nAda Lovelace,17,ada,ada@example.org,A,3\n",
+        'sep=;\r\n"student";"name";"email";"section"\r\n"ada";" Ada\n Lovelace ";"ada@example.org";"A"\r\n;;;\r\n\r\n',
+        "id,name,email,section,\r ada ,Ada  Lovelace,ada@example.org,A,,,surplus\r",
+        "student\tname\temail\tsection\nada\tAda Lovelace\tada@example.org\tA\n".encode("utf-16"),
+    ],
+    ids=["plain", "mark and semicolons", "tabs", "course system", "Excel", "old Mac", "UTF-16"],
+)
+def test_rosters_of_many_makes_are_understood(imported, content):
+    report, students = imported(content)
+    assert report == RosterReport(added=1, changed=0, unchanged=0)
+    assert students == [ADA]
+
+
+def test_only_what_the_roster_has_a_column_for_changes(imported):
+    imported("student,name,email,section\nada,Ada Lovelace,ada@example.org,A\nbob,Bob,,B\n")
+    assert imported("section,id\nC,bob\nA,ADA\nC,eve\n") == (
+        RosterReport(added=1, changed=2, unchanged=0),
+        [
+            StudentRecord("ADA", ADA.name, ADA.email, "A"),
+            StudentRecord("bob", "Bob", "", "C"),
+            StudentRecord("eve", "", "", "C"),
+        ],
+    )
+    assert imported("student\nbob\n")[0] == RosterReport(added=0, changed=0, unchanged=1)
+
+
+def test_those_who_are_graded_already_get_their_names(book, imported):
+    run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "walls")
+    book.record(Graded(run, (), "key"), "batch", "")
+    report, students = imported("Student,Name\nAda,Ada Lovelace\n")
+    assert (report.changed, students) == (1, [StudentRecord("Ada", "Ada Lovelace")])
+    assert book.current("Ada").run == run
+
+
+def test_doubtful_lines_are_told_and_not_taken(imported):
+    report, students = imported(
+        "Student,SIS ID,Section\n    Points Possible,,\nAda,ada,A\nAda,ADA,A\nAda,ada,A\nBob,bob,B\nBob,bob,C\nX,"
+        + "x" * 81 + ",\nY,a\x1bb,\n"
+    )  # fmt: skip
+    assert [one.student for one in students] == ["ada", "bob"] and report.added == 2
+    assert [problem.partition(":")[0] for problem in report.problems] == [
+        "Line 2 has no ID in the column 'SIS ID'",
+        "Line 4",
+        "Line 7",
+        "Line 8",
+        "Line 9",
+    ]
+    assert "'bob' is in line 6 already" in report.problems[2]
+    assert students[1].section == "B"
+
+
+def test_cells_are_text_whatever_they_begin_with(imported):
+    _, (student,) = imported('student,name,email,section\n="0042","=HYPERLINK(""x"")",@ada,-1+1\n')
+    assert student == StudentRecord("0042", '=HYPERLINK("x")', "@ada", "-1+1")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "no column of IDs"),
+        ("ada,Ada Lovelace\nbob,Bob\n", "no column of IDs: call one 'student'"),
+        (b"student,name\nada,Ad\xe4\n", "not UTF-8"),
+        (b"\xff\xfe\x00", "not UTF-8"),
+        ("student\n" + "x" * 200_000, "not a CSV that can be read"),
+    ],
+)
+def test_what_is_no_roster_is_refused_as_a_whole(book, imported, content, said):
+    with pytest.raises(GradebookError, match=said):
+        imported(content)
+    assert book.students() == []
+
+
+def test_a_roster_that_is_not_there(book, tmp_path):
+    with pytest.raises(GradebookError, match="No such file"):
+        book.import_roster(tmp_path / "none.csv")
+
+
+def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeypatch):
+    entries = [roster.Entry("ada", {}), roster.Entry("bob", {"shoe": "42"})]
+    monkeypatch.setattr(roster, "read", lambda _: (entries, []))
+    with pytest.raises(Exception, match="shoe"):
+        imported("")
+    assert book.students() == []
+
+
+words = st.text(st.characters(categories=("L", "N", "P", "S")), min_size=1, max_size=12)
+
+
+@given(
+    people=st.lists(st.tuples(words, words, words), max_size=6, unique_by=lambda person: person[0].casefold()),
+    separator=st.sampled_from(",;\t"),
+)
+def test_whatever_a_spreadsheet_writes_is_read(people, separator, tmp_path_factory):
+    file = io.StringIO()
+    csv.writer(file, delimiter=separator).writerows([("Student ID", "Name", "Section"), *people])
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_text(file.getvalue(), encoding="utf-8-sig", newline="")
+    entries, problems = roster.read(path)
+    assert [(one.student, one.details["name"], one.details["section"]) for one in entries] == people
+    assert problems == []

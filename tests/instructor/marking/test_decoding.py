@@ -1,0 +1,63 @@
+"""A stranger's ``answers.json``, where it was made to cost something: time, or an honest student's answers."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import sympy
+
+from rotflex.courseware import catalogue, forms
+from rotflex.instructor.marking import decoding
+from rotflex.workbook.questions import CATALOGUE
+
+SEED = 7
+
+
+def file(answers, **changes):
+    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
+    return json.dumps({**book, "answers": answers} | changes).encode()
+
+
+def energy(tree):
+    return file({"2.1": {"V": {"kind": "expression", "value": tree}}})
+
+
+def test_the_exact_value_of_a_float_is_an_answer_like_any_other():
+    K_s, alpha = sympy.symbols("K_s alpha")
+    content = forms.encode(CATALOGUE.find("2.1").part("V"), sympy.Rational(0.1) * K_s * alpha**2, SEED).content
+    assert 2**55 in content["value"][1]  # its denominator, larger than what a float can count to
+    read = decoding.decode(file({"2.1": {"V": content}}), SEED, CATALOGUE)
+    assert read.problems == []
+    assert read.values["2.1", "V"] == sympy.Rational(0.1) * K_s * alpha**2
+
+
+def test_for_questions_that_there_are_not_nothing_similar_is_sought(monkeypatch):
+    monkeypatch.setattr(catalogue, "get_close_matches", None)
+    read = decoding.decode(file({f"2.{number}": {"V": {}} for number in range(100, 20_000)}), SEED, CATALOGUE)
+    assert len(read.notes) == 21
+
+
+def test_an_expression_that_is_slow_to_build_is_malformed(monkeypatch):
+    monkeypatch.setattr(decoding, "_PATIENCE", 0.3)
+    great = ["pow", ["int", 10**20], ["int", 64]]  # its square roots are sought for factors, one by one
+    read = decoding.decode(
+        energy(["add", *(["sqrt", ["add", great, ["int", n]]] for n in range(160))]), SEED, CATALOGUE
+    )
+    assert "TooSlow" in read.malformed["2.1", "V"]
+
+
+@pytest.mark.parametrize("error", [OverflowError, ValueError, RecursionError, MemoryError])
+def test_an_expression_that_nothing_can_hold_is_malformed_and_the_others_count(monkeypatch, error):
+    def decode(part, content):
+        raise error("a stranger's words")
+
+    monkeypatch.setattr(decoding.forms, "decode", decode)
+    read = decoding.decode(energy(["int", 1]), SEED, CATALOGUE)
+    assert read.malformed["2.1", "V"] == f"It cannot be worked out ({error.__name__})."
+
+
+def test_what_is_said_of_a_file_has_no_escapes_in_it():
+    read = decoding.decode(file({}, format="\x1b]0;owned\x07\u202e"), SEED, CATALOGUE)
+    assert "format" in read.problems[0]
+    assert read.problems[0].isprintable()

@@ -1,0 +1,577 @@
+"""Claims and marks: what is read, what it is worth, and why. Expected marks follow from solutions/key.py's policy."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import matplotlib.figure
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_courses import OURS, loaded
+
+from rotflex import hil
+from rotflex.courseware import forms
+from rotflex.errors import GradingError
+from rotflex.experiments import sweep
+from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.instructor import course as courses
+from rotflex.instructor.marking import decoding, marking
+from rotflex.instructor.marking.checks import ForAPerson, Number
+from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.reports import feedback, grades
+from rotflex.instructor.reports.grades import Result
+from rotflex.instructor.verdicts import Status
+from rotflex.workbook.questions import CATALOGUE
+from solutions.true_bench import TrueBench
+
+SEED = 2024
+SWEEP, PLOT, SPECTRUM_PLOT = ("2.9", "sweep"), ("2.9", "figure"), ("2.10", "figure")
+ADA = TrueBench("ada")  # runs its sweep once, when it is first asked for
+RIGHT, FOLLOWS, PARTLY, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.PARTLY, Status.WRONG
+
+
+def load():
+    """The real key, as far as these tests know what to expect of it."""
+    return only({number: OURS.key[number] for number in ("0.1", "2.9", "2.10", "2.11", "2.12")})
+
+
+def only(key):
+    """The course with another key."""
+    return replace(OURS, key=key)
+
+
+@pytest.fixture(scope="module")
+def key():
+    return load()
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return ADA
+
+
+def file(contents, **changes):
+    """The bytes of an answers.json with plain data for (question, part)."""
+    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
+    answers = {}
+    for (question, part), content in contents.items():
+        answers.setdefault(question, {})[part] = content
+    return json.dumps({**book, "answers": answers} | changes).encode()
+
+
+def claims(values, **changes):
+    """Claims with values as a student gives them."""
+    contents = {
+        (question, part): forms.encode(CATALOGUE.find(question).part(part), value, SEED).content
+        for (question, part), value in values.items()
+    }
+    return decoding.decode(file(contents, **changes), SEED, CATALOGUE)
+
+
+@pytest.fixture
+def marks(key, bench):
+    """Marks for values, by (question, part)."""
+
+    def mark(values, **changes):
+        found = marking.mark(key, claims(values, **changes), bench, SEED)
+        return {(mark.question, mark.part): mark for mark in found}
+
+    return mark
+
+
+# --- decoding ---------------------------------------------------------------------------------------------------------
+
+NUMBER = {"kind": "number", "value": 19.9}
+OMEGA = ("2.11", "omega_n")
+
+
+def test_an_answer_is_read():
+    read = decoding.decode(file({OMEGA: NUMBER}), SEED, CATALOGUE)
+    assert read.values == {OMEGA: 19.9}
+    assert (read.problems, read.notes, read.malformed) == ([], [], {})
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"not json",
+        b"\xff\xfe\x00",
+        b"[1, 2]",
+        file({OMEGA: NUMBER}).replace(b"19.9", b"NaN"),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"-Infinity"),
+        file({OMEGA: NUMBER}).replace(b'"kind"', b'"value": 1, "kind"'),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 21),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 5000),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100 + b"]" * 100),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100_000),
+        file({OMEGA: NUMBER}, format=2),
+        file({OMEGA: NUMBER}, answers=[]),
+        file({OMEGA: NUMBER}, extra=1),
+        file({OMEGA: NUMBER}) + b" " * 1_000_001,
+    ],
+    ids=[
+        "nothing",
+        "text",
+        "bytes",
+        "list",
+        "NaN",
+        "infinity",
+        "a name twice",
+        "large integer",
+        "huge integer",
+        "deep",
+        "very deep",
+        "format",
+        "no answers",
+        "extra",
+        "too long",
+    ],
+)
+def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
+    read = decoding.decode(data, SEED, CATALOGUE)
+    assert read.values == {}
+    assert len(read.problems) == 1 and read.problems[0].startswith("answers.json cannot be read")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"kind": "number", "value": "19.9"},
+        {"kind": "number", "value": True},
+        {"kind": "number", "value": [19.9]},
+        {"kind": "number"},
+        {"kind": "prose", "value": "19.9"},
+        {"value": 19.9},
+        {"kind": "number", "value": 19.9, "right": True},
+    ],
+)
+def test_an_answer_of_another_form_is_malformed_and_wrong_and_the_others_count(content, key, bench):
+    read = decoding.decode(
+        file({OMEGA: content, ("2.12", "J_l"): {"kind": "number", "value": bench.J_l}}), SEED, CATALOGUE
+    )
+    found = {(mark.question, mark.part): mark for mark in marking.mark(key, read, bench, SEED)}
+    assert (found[OMEGA].status, found[OMEGA].points) == (WRONG, 0)
+    assert found[OMEGA].reason.startswith("Malformed")
+    assert found["2.12", "J_l"].points == 1
+
+
+def test_a_number_beyond_all_floats_is_malformed():
+    read = decoding.decode(file({OMEGA: NUMBER}).replace(b"19.9", b"1e999"), SEED, CATALOGUE)
+    assert OMEGA in read.malformed
+
+
+def test_answers_to_unknown_questions_are_noted_and_ignored():
+    read = decoding.decode(file({("7.1", "x"): NUMBER, ("2.11", "K"): NUMBER, OMEGA: NUMBER}), SEED, CATALOGUE)
+    assert list(read.values) == [OMEGA]
+    assert len(read.notes) == 2
+
+
+def test_notes_do_not_grow_without_end():
+    read = decoding.decode(file({("7.1", str(number)): NUMBER for number in range(1000)}), SEED, CATALOGUE)
+    assert len(read.notes) == 21
+
+
+def test_outputs_on_other_inputs_than_those_drawn_do_not_count():
+    values = {("2.10", "spectrum"): amplitude_spectrum}
+    assert ("2.10", "spectrum") in claims(values).values
+    assert ("2.10", "spectrum") in claims(values, probe_seed=SEED + 1).malformed
+
+
+def test_no_file_is_no_answer():
+    read = decoding.decode(None, SEED, CATALOGUE)
+    assert (read.values, read.problems) == ({}, [])
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**60), 2**60) | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from(["kind", "value", "axes", "lines", "x", "y", "n", "metadata", "channels", "outputs"]), inner
+        )
+    ),
+    max_leaves=15,
+)
+parts = st.sampled_from(
+    [(number, part.name) for number in ("2.9", "2.10", "2.11", "2.12") for part in CATALOGUE.find(number).parts]
+)
+
+
+@settings(max_examples=200)
+@given(st.dictionaries(parts, json_values, max_size=5))
+def test_whatever_is_claimed_marking_comes_to_marks_within_the_points(contents):
+    key = load()
+    read = decoding.decode(file(contents), SEED, CATALOGUE)
+    for mark in marking.mark(key, read, ADA, SEED):
+        assert 0 <= mark.points <= mark.out_of and mark.reason
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def vectors(size):
+    """Lists of so many numbers: a few at will, the others alike."""
+    few = st.lists(finite, max_size=10)
+    return st.builds(lambda some, rest: [*some, *([rest] * size)][:size], few, finite)
+
+
+@st.composite
+def well_formed(draw):
+    """A figure, a recording or a function's outputs of the right form, with any numbers at all."""
+    where = draw(st.sampled_from([PLOT, SPECTRUM_PLOT, SWEEP, ("2.10", "spectrum")]))
+    size = draw(st.integers(0, 200))
+    if where == SWEEP:
+        alpha = {"unit": "rad", "values": draw(vectors(400))}
+        metadata = {"experiment": "sweep"}
+        content = {"metadata": metadata, "n": 7501, "sample_time": 0.002, "channels": {"alpha": alpha}}
+        return where, {"kind": "recording", **content}
+    if where == ("2.10", "spectrum"):
+        size = max(size, 2)
+        outputs = [[draw(vectors(size)), draw(vectors(size))] for _ in range(4)]
+        return where, {"kind": "function", "outputs": outputs}
+    x = draw(st.sampled_from([np.linspace(0, 15, size).tolist(), np.linspace(0, 10, size).tolist()]) | vectors(size))
+    line = {"label": "", "n": size, "x": x, "y": draw(vectors(size))}
+    return where, {"kind": "figure", "axes": [{"title": "", "xlabel": "f (Hz)", "ylabel": "deg", "lines": [line] * 3}]}
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.dictionaries(st.just(SWEEP), well_formed().filter(lambda pair: pair[0] == SWEEP)), well_formed())
+def test_numbers_made_up_in_the_right_form_earn_nothing_and_break_nothing(first, second):
+    answers = {where: content for where, content in [*first.values(), second]}
+    read = decoding.decode(file(answers), SEED, CATALOGUE)
+    assert not read.malformed and not read.problems
+    for mark in marking.mark(load(), read, ADA, SEED):
+        assert mark.points == 0 or mark.status is FOLLOWS
+        assert mark.status is not Status.FOR_A_PERSON, mark.reason
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_true_bench_is_the_students_own(bench):
+    drawn = student_bench(student_seed("ADA "))
+    assert bench.omega_n == pytest.approx(math.sqrt(drawn.parameters.K_s / drawn.parameters.J_l))
+    assert bench.joint.arm_position == drawn.arm_position
+
+
+@pytest.mark.parametrize(
+    ("factor", "points"), [(1, 2), (1.049, 2), (0.951, 2), (1.051, 0), (0.949, 0), (-1, 0), (0, 0)]
+)
+def test_the_natural_frequency_is_right_within_five_per_cent(marks, bench, factor, points):
+    assert marks({OMEGA: bench.omega_n * factor})[OMEGA].points == points
+
+
+def test_hertz_for_radians_per_second_is_wrong_and_said_so(marks, bench):
+    mark = marks({OMEGA: bench.omega_n / (2 * np.pi)})[OMEGA]
+    assert mark.points == 0 and "Hz" in mark.reason
+
+
+@pytest.mark.parametrize(
+    ("omega_n", "J_l", "K_s", "status"),
+    [
+        (1.0, 1.0, 1.09, RIGHT),  # within 10 % of the bench's own
+        (1.2, 1.0, 1.05, RIGHT),  # right is right, though it does not follow from omega_n
+        (1.2, 1.0, 1.2**2, FOLLOWS),
+        (1.0, 3.0, 3.0, FOLLOWS),
+        (1.2, 1.0, 1.2**2 * 1.019, FOLLOWS),
+        (1.2, 1.0, 1.2**2 * 1.021, WRONG),
+        (1.2, None, 1.2**2, WRONG),  # nothing to follow from
+        (1.2, 1.0, 1.2, WRONG),
+        (0.0, 1.0, 0.0, WRONG),  # zero follows from zero, and is no stiffness
+        (1e200, 1e200, 1e300, WRONG),
+    ],
+)
+def test_a_stiffness_is_right_or_follows_from_ones_own_numbers_or_is_wrong(marks, bench, omega_n, J_l, K_s, status):
+    values = {OMEGA: omega_n * bench.omega_n, ("2.12", "K_s"): K_s * bench.K_s}
+    if J_l is not None:
+        values["2.12", "J_l"] = J_l * bench.J_l
+    mark = marks(values)["2.12", "K_s"]
+    assert mark.status is status
+    assert mark.points == (0 if status is WRONG else 2)
+
+
+def test_the_inertia_of_another_arm_position_is_wrong_and_said_so(marks, bench):
+    from rotflex.config import joint
+
+    other = joint(bench.joint.arm_position % 3 + 1)
+    mark = marks({("2.12", "J_l"): other.J_l})["2.12", "J_l"]
+    assert mark.points == 0 and f"anchor {other.arm_position}" in mark.reason
+
+
+def test_prose_waits_for_a_person_and_earns_nothing_yet(marks):
+    mark = marks({("2.11", "explanation"): "Because theta is not flat."})["2.11", "explanation"]
+    assert (mark.status, mark.points, mark.awaiting) == (Status.FOR_A_PERSON, 0, 1)
+
+
+def test_what_is_not_there_is_missing_and_earns_nothing(marks):
+    found = marks({}).values()
+    assert {mark.status for mark in found} == {Status.MISSING}
+    assert sum(mark.points for mark in found) == 0
+    assert sum(mark.out_of for mark in found) == 11
+
+
+# --- recordings and figures -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def own_sweep():
+    with hil.open("virtual", seed=student_seed("ada")) as opened:
+        return sweep(opened, progress=False)
+
+
+@pytest.fixture(scope="module")
+def others_sweep():
+    with hil.open("virtual", seed=student_seed("bob")) as opened:
+        return sweep(opened, progress=False)
+
+
+def drawn(x, y, xlabel="time (s)", ylabel="alpha (deg)"):
+    figure = matplotlib.figure.Figure()
+    axes = figure.subplots()
+    axes.plot(x, y)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    return figure
+
+
+def test_a_recording_of_ones_own_bench_is_right_and_another_ones_is_not(marks, own_sweep, others_sweep):
+    assert marks({SWEEP: own_sweep})[SWEEP].status is RIGHT
+    assert marks({SWEEP: others_sweep})[SWEEP].status is WRONG
+
+
+def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
+    assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
+
+
+def test_a_recording_of_another_bench_than_a_virtual_one_is_for_a_person(marks, own_sweep):
+    found = marks(
+        {SWEEP: own_sweep, PLOT: drawn(own_sweep.time, own_sweep["alpha"])}, bench={"uri": "quanser:q2_usb/0"}
+    )
+    assert found[SWEEP].status is found[PLOT].status is Status.FOR_A_PERSON
+
+
+@pytest.mark.parametrize(
+    ("unit", "xlabel", "ylabel", "status"),
+    [
+        ("deg", "time (s)", r"$\alpha$ (deg)", RIGHT),
+        ("deg", "Time, s", r"$\alpha$ [$^\circ$]", RIGHT),
+        ("deg", "$t$ / s", "deflection in degrees", RIGHT),
+        ("deg", r"$t\ [\mathrm{s}]$", r"$\alpha\ (\mathrm{deg})$", RIGHT),
+        ("rad", "time (s)", "alpha (rad)", RIGHT),
+        ("rad", "time (s)", "alpha (deg)", PARTLY),
+        ("deg", "time", "alpha (deg)", PARTLY),
+        ("deg", "", "", PARTLY),
+        ("deg", "the sweep's time", "alpha (deg)", PARTLY),
+    ],
+)
+def test_a_figure_needs_the_curve_and_its_units(marks, own_sweep, unit, xlabel, ylabel, status):
+    y = own_sweep.degrees("alpha") if unit == "deg" else own_sweep["alpha"]
+    mark = marks({PLOT: drawn(own_sweep.time, y, xlabel, ylabel)})[PLOT]
+    assert mark.status is status
+    assert mark.points == (1 if status is RIGHT else 0.5)
+
+
+def test_a_figure_of_something_else_is_wrong(marks, own_sweep):
+    half = own_sweep.time < 7
+    for figure in (
+        drawn(own_sweep.time, own_sweep.degrees("theta")),
+        drawn(own_sweep.time, np.zeros(len(own_sweep))),
+        drawn(own_sweep.time[half], own_sweep.degrees("alpha")[half]),
+        drawn(np.linspace(0, 15, 50), np.linspace(-1e307, 1e307, 50)),
+    ):
+        assert marks({PLOT: figure})[PLOT].status is WRONG
+
+
+def test_a_figure_of_ones_own_recording_follows_from_it_whatever_it_is_of(marks, others_sweep):
+    figure = drawn(others_sweep.time, others_sweep.degrees("alpha"))
+    assert marks({PLOT: figure})[PLOT].status is WRONG
+    assert marks({PLOT: figure, SWEEP: others_sweep})[PLOT].status is FOLLOWS
+
+
+@pytest.mark.parametrize("most", [10, 250], ids=["to 10 Hz", "all of it"])
+@pytest.mark.parametrize("padded", [7501, 8192, 65536])
+def test_a_figure_of_the_spectrum_is_right_with_any_padding(marks, own_sweep, padded, most):
+    f = np.fft.rfftfreq(padded, 0.002)
+    amplitude = np.abs(np.fft.rfft(own_sweep.degrees("alpha"), padded)) / len(own_sweep) * 2
+    figure = drawn(f[f <= most], amplitude[f <= most], "f (Hz)", "amplitude (deg)")
+    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is RIGHT
+
+
+def test_a_figure_of_the_spectrum_needs_hertz(marks, own_sweep):
+    f, amplitude = amplitude_spectrum(own_sweep.degrees("alpha"), 0.002)
+    shown = f < 10
+    figure = drawn(f[shown], amplitude[shown], "frequency", "amplitude (deg)")
+    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is PARTLY
+    figure = drawn(2 * np.pi * f[shown], amplitude[shown], "frequency (Hz)", "amplitude (deg)")
+    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is WRONG
+
+
+def test_the_recording_itself_is_no_spectrum(marks, own_sweep):
+    figure = drawn(own_sweep.time, own_sweep.degrees("alpha"), "f (Hz)", "amplitude (deg)")
+    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is WRONG
+
+
+# --- the spectrum function --------------------------------------------------------------------------------------------
+
+
+def amplitude_spectrum(x, dt, padded=None, factor=2.0):
+    f = np.fft.rfftfreq(padded or len(x), dt)
+    return f, factor * np.abs(np.fft.rfft(x, padded)) / len(x)
+
+
+def by_sums(x, dt):
+    """The Fourier sum, frequency by frequency, with the highest first."""
+    t = np.arange(len(x)) * dt
+    f = np.arange(0.0, 9.0, 1 / (len(x) * dt))[::-1]
+    return f.tolist(), [2 * abs(np.mean(x * np.exp(-2j * np.pi * one * t))) for one in f]
+
+
+def by_a_window(x, dt):
+    w = np.hanning(len(x))
+    return np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft((x - x.mean()) * w)) / w.sum()
+
+
+def by_periodogram(x, dt):
+    from scipy.signal import periodogram
+
+    f, power = periodogram(x, 1 / dt, scaling="spectrum")
+    return f, np.sqrt(2 * power)
+
+
+@pytest.mark.parametrize(
+    "method",
+    [amplitude_spectrum, lambda x, dt: amplitude_spectrum(x, dt, 2**14), by_sums, by_a_window, by_periodogram],
+    ids=["fft", "padded", "sums", "window", "periodogram"],
+)
+def test_any_method_that_gives_amplitudes_is_right(marks, method):
+    mark = marks({("2.10", "spectrum"): method})["2.10", "spectrum"]
+    assert (mark.status, mark.points) == (RIGHT, 2)
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=1), "half as high"),
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=2 * len(x)), "number of samples"),
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=len(x)), "half the number of samples"),
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=2.2), "same factor"),
+        (lambda x, dt: (amplitude_spectrum(x, dt)[0], amplitude_spectrum(x, dt)[1] ** 2), "not their amplitudes"),
+    ],
+    ids=["not doubled", "not divided", "neither", "another factor", "power"],
+)
+def test_the_right_places_with_the_wrong_heights_earn_half(marks, method, words):
+    mark = marks({("2.10", "spectrum"): method})["2.10", "spectrum"]
+    assert (mark.status, mark.points) == (PARTLY, 1)
+    assert words in mark.reason
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        lambda x, dt: (2 * np.pi * amplitude_spectrum(x, dt)[0], amplitude_spectrum(x, dt)[1]),
+        lambda x, dt: (np.linspace(0, 10, 500), np.ones(500)),
+        lambda x, dt: (np.linspace(0, 10, 500), np.full(500, 1e308)),
+        lambda x, dt: (np.arange(len(x) // 2) / 100, amplitude_spectrum(x, dt)[1][: len(x) // 2]),
+    ],
+    ids=["rad/s", "flat", "enormous", "other frequencies"],
+)
+def test_peaks_in_the_wrong_places_are_wrong(marks, method):
+    assert marks({("2.10", "spectrum"): method})["2.10", "spectrum"].status is WRONG
+
+
+def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others_count(bench):
+    broken, sound = Number("x", lambda bench: float("?"), 0.1), Number("x", lambda bench: bench.K_s, 0.1)
+    key = {"2.12": {"J_l": broken, "K_s": sound}}
+    found = marking.mark(only(key), claims({("2.12", "J_l"): 1.0, ("2.12", "K_s"): bench.K_s}), bench, SEED)
+    assert [(mark.status, mark.points) for mark in found] == [(Status.FOR_A_PERSON, 0), (RIGHT, 2)]
+    assert "ValueError" in found[0].reason
+
+
+# --- the key ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("KEY = {'7.7': {}}", "no question '7.7'"),
+        ("KEY = {'2.11': {}}", "omega_n"),
+        ("KEY = {'2.11': {'omega_n': ForAPerson(''), 'explanation': ForAPerson('')}}", "another kind"),
+        ("KEY = {'2.11': nonsense}", "cannot be loaded: NameError.*nonsense"),
+    ],
+    ids=["no such question", "parts left out", "check of another kind", "a slip"],
+)
+def test_a_key_that_does_not_fit_the_catalogue_is_refused(tmp_path, body, words):
+    with pytest.raises(GradingError, match=words):
+        loaded(tmp_path, key=f"from rotflex.instructor.marking.checks import *\n{body}\n")
+
+
+def test_a_course_that_is_not_there_is_said_to_be_missing_and_how_to_name_one(tmp_path):
+    with pytest.raises(GradingError, match=r"no course\.py.*--course FOLDER.*ROTFLEX_OURS"):
+        courses.load(tmp_path)
+
+
+def test_answers_that_the_key_does_not_mark_are_noted():
+    key = {"2.11": {"omega_n": Number("x", lambda bench: 1, 0.1), "explanation": ForAPerson("")}}
+    read = claims({OMEGA: 1.0, ("2.12", "J_l"): 1.0})
+    assert marking.unmarked(key, read) == ["Question 2.12 was answered; the key does not mark it."]
+
+
+# --- grades and feedback ----------------------------------------------------------------------------------------------
+
+
+def result(student="ada", points=1.0, **others):
+    mark = Mark("2.11", "omega_n", Status.RIGHT, points, 2.0, "Reason.", "19.9 rad/s")
+    return Result(student, (mark,), stamp="Run in isolation.", **others)
+
+
+def test_cells_that_a_spreadsheet_would_calculate_are_made_text(tmp_path):
+    names = ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "plain"]
+    grades.write_grades(tmp_path / "grades.csv", [result(name) for name in names])
+    with (tmp_path / "grades.csv").open(newline="", encoding="utf-8") as file:
+        written = [row["student"] for row in csv.DictReader(file)]
+    assert written == ["'=1+1", "'+1", "'-1", "'@x", "'\tx", "\\rx", "plain"]
+
+
+def test_grades_are_replaced_in_one_go(tmp_path):
+    grades.write_grades(tmp_path / "grades.csv", [result(points=1.0)])
+    grades.write_grades(tmp_path / "grades.csv", [result(points=0.5)])
+    assert [path.name for path in tmp_path.iterdir()] == ["grades.csv"]
+    text = (tmp_path / "grades.csv").read_bytes().decode()
+    assert text == "student,2.11,total,out_of,awaiting a person,notes\r\nada,0.5,0.5,2,0,Run in isolation.\r\n"
+
+
+def test_feedback_escapes_whatever_a_student_can_put_in():
+    evil = "<script>alert(1)</script><img src=x onerror=y>"
+    mark = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0, 1, "A person will read this.", evil)
+    page = feedback.page(Result(evil, (mark,), problems=(evil,), notes=(evil,)), CATALOGUE)
+    assert "<script" not in page and "<img" not in page
+    assert page.count("&lt;script&gt;") == 5  # the title, the heading, the problem, the note, the answer
+
+
+def test_feedback_says_in_words_what_colours_say_and_heads_its_columns():
+    page = feedback.page(result(), CATALOGUE)
+    assert '<html lang="en">' in page and "<title>" in page
+    assert 'scope="col"' in page and 'scope="row"' in page
+    assert ">right<" in page
+
+
+# --- the pages --------------------------------------------------------------------------------------------------------
+
+
+def test_feedback_shows_the_students_own_expression_and_equation():
+    import sympy
+
+    from rotflex.instructor.marking import marking
+    from rotflex.workbook.questions import CATALOGUE
+
+    K_s, alpha = sympy.symbols("K_s alpha")
+    expression = CATALOGUE.find("2.1").part("V")
+    assert marking._given(expression, {}, K_s * alpha**2 / 2) == "K_s*alpha**2/2"
+    equation = CATALOGUE.find("2.5").part("equation")
+    assert marking._given(equation, {}, sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
+    assert len(marking._given(expression, {}, sympy.Add(*sympy.symbols("long_name_of_a_symbol_1:60")))) <= 301

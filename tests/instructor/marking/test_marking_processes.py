@@ -1,0 +1,118 @@
+"""Marking in processes of its own: one answer's end is no other's."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import time
+
+import psutil
+import pytest
+from made_courses import loaded
+
+from rotflex.errors import GradingError
+from rotflex.instructor.marking import marking, time_limit
+from rotflex.instructor.marking.marking_processes import Marker
+from solutions.true_bench import TrueBench
+
+KEY = f"""
+import os
+from rotflex.instructor.marking.checks import ForAPerson, Number
+
+def expected(bench):
+    if bench.K_s == {TrueBench("bomb").K_s!r}:
+        os._exit(1)  # as a crash in a library would
+    return bench.omega_n
+
+KEY = {{"2.11": {{"omega_n": Number("it", expected, rtol=0.05), "explanation": ForAPerson("...")}}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory):
+    return loaded(tmp_path_factory.mktemp("course"), key=KEY)
+
+
+def answers(student):
+    book = {"format": 1, "student": student, "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 1}
+    number = {"kind": "number", "value": TrueBench(student).omega_n}
+    return json.dumps({**book, "answers": {"2.11": {"omega_n": number}}}).encode()
+
+
+def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
+    """Three at a time, so that the pool breaks under the neighbours, too."""
+    students = ["ada", "bomb", "bob", "cleo", "bomb", "dan"]
+    results = {}
+
+    def mark(number, student):
+        try:
+            results[number] = sum(one.points for one in marker.mark(student, answers(student), 1).marks)
+        except GradingError as error:
+            results[number] = str(error)
+
+    with Marker(course, 2) as marker:
+        threads = [threading.Thread(target=mark, args=item) for item in enumerate(students)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert [results[n] for n in (0, 2, 3, 5)] == [2, 2, 2, 2]
+    assert all("could not be marked" in results[n] for n in (1, 4))
+
+
+def test_no_marking_process_outlives_a_program_that_was_killed(course):
+    code = f"""
+import sys, time
+from pathlib import Path
+from rotflex.instructor.marking.marking_processes import Marker
+from rotflex.instructor import course
+if __name__ == "__main__":
+    marker = Marker(course.load(Path({str(course.folder)!r})), 1)
+    marker.mark("ada", {answers("ada")!r}, 1)
+    print("ready", flush=True)
+    time.sleep(600)
+"""
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    assert child.stdout.readline() == b"ready\n"
+    marking_process = [one for one in psutil.Process(child.pid).children() if "spawn_main" in " ".join(one.cmdline())]
+    assert marking_process
+    child.kill()
+    child.wait()
+    _gone, alive = psutil.wait_procs(marking_process, timeout=30)
+    assert not alive
+
+
+def test_an_answer_that_takes_too_long_is_for_a_person(monkeypatch):
+    monkeypatch.setattr(marking, "_PATIENCE", 0.05)
+
+    class Slow:
+        def verdict(self, part, value, case):
+            while True:
+                pass
+
+    verdict = marking._verdict(Slow(), None, None, None)
+    assert verdict.status.value == "for a person"
+    assert "too long" not in verdict.reason and "stopped after 0.05 s" in verdict.reason
+
+
+def test_a_bound_on_time_is_lifted_again():
+    with time_limit.within(0.02):
+        pass
+    time.sleep(0.05)
+    with pytest.raises(time_limit.TooSlow), time_limit.within(0.01):
+        time.sleep(5)
+
+
+def test_a_bound_on_time_cannot_be_caught_by_what_it_bounds():
+    def swallow():
+        while True:
+            try:
+                time.sleep(5)
+            except ArithmeticError:
+                break
+        time.sleep(5)
+
+    with pytest.raises(time_limit.TooSlow), time_limit.within(0.02):
+        swallow()

@@ -1,0 +1,270 @@
+"""What students get, and what they must not get."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+import tomllib
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import nbformat
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.errors import GradingError
+from rotflex.instructor import course as courses
+from rotflex.instructor.release import student_course, student_notebooks
+
+
+
+
+def code(source, cell_id="a", **metadata):
+    return nbformat.v4.new_code_cell(source, id=cell_id, metadata=metadata)
+
+
+def answer(source, cell_id="q1"):
+    return code(source, cell_id, nbgrader={"grade_id": cell_id, "solution": True, "grade": True, "schema_version": 3})
+
+
+def stripped(*cells):
+    return student_notebooks.student_version(nbformat.v4.new_notebook(cells=list(cells)), "demo.ipynb", Catalogue(())).cells
+
+
+# --- one notebook -----------------------------------------------------------------------------------------------------
+
+
+def test_every_solution_becomes_one_line_at_its_own_indentation():
+    source = (
+        "x = None\n### BEGIN SOLUTION\nx = 1\nx += 1\n### END SOLUTION\n"
+        "def f():\n    ### BEGIN SOLUTION\n    return 2\n    ### END SOLUTION\n    return None"
+    )
+    (cell,) = stripped(answer(source))
+    assert cell.source == "x = None\n# Your code here.\ndef f():\n    # Your code here.\n    return None"
+
+
+def test_instructor_cells_go_and_the_others_stay():
+    kept = stripped(
+        code("1", "a"), code("2", "b", tags=["instructor", "x"]), nbformat.v4.new_markdown_cell("w", id="c")
+    )
+    assert [cell.id for cell in kept] == ["a", "c"]
+
+
+def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
+    cell = answer("### BEGIN SOLUTION\n1\n### END SOLUTION")
+    cell.outputs = [nbformat.v4.new_output("stream", text="K_s = 1.4")]
+    cell.execution_count = 7
+    cell.metadata["execution"] = {"iopub.status.busy": "2026"}
+    (kept,) = stripped(cell)
+    assert (kept.outputs, kept.execution_count) == ([], None)
+    assert set(kept.metadata) == {"nbgrader"}
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "### BEGIN SOLUTION\nx = 1",
+        "x = 1\n### END SOLUTION",
+        "### BEGIN SOLUTION\n### BEGIN SOLUTION\n### END SOLUTION",
+        "### Begin solution\nx = 1\n### End solution",
+        "x = 1",
+    ],
+    ids=["no end", "no beginning", "nested", "misspelt", "none"],
+)
+def test_an_answer_that_would_be_released_with_its_solution_is_refused_by_name(source):
+    with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'q1'"):
+        stripped(answer(source))
+
+
+def test_a_solution_outside_of_code_is_refused():
+    with pytest.raises(GradingError, match="code cell"):
+        stripped(nbformat.v4.new_markdown_cell("### BEGIN SOLUTION\nx\n### END SOLUTION", id="m"))
+
+
+# --- the repository ---------------------------------------------------------------------------------------------------
+
+
+def test_student_notebooks_are_in_step_with_the_solutions():
+    """If this fails, say `rotflex notebooks`."""
+    derived = student_course.derived(OURS)
+    stored = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "notebooks").glob("*.ipynb")}
+    assert stored.keys() == derived.keys()
+    assert [name for name in derived if stored[name] != derived[name]] == []
+
+
+def test_answer_cells_have_the_id_that_they_are_graded_by():
+    for path in OURS.notebooks:
+        notebook = student_notebooks.read(path)
+        assert student_notebooks.answer_cells(notebook)
+        for cell in notebook.cells:
+            if student_notebooks.is_answer(cell):
+                assert cell.id == cell.metadata.nbgrader.grade_id
+
+
+# --- a release --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory):
+    return student_course.release(OURS, tmp_path_factory.mktemp("release") / "out")
+
+
+def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
+    assert {path.name for path in released.folder.iterdir()} == {
+        "LICENSE",
+        "README.md",
+        "notebooks",
+        "pyproject.toml",
+        "rotflex",
+    }
+    assert {path.suffix for path in released.folder.rglob("*") if path.is_file()} <= {
+        "",
+        ".md",
+        ".toml",
+        ".py",
+        ".js",
+        ".css",
+        ".ipynb",
+    }
+
+
+def test_a_release_has_none_of_the_instructors_rooms(released):
+    """Whatever the instructor's folder holds, and whatever is put into it tomorrow, stays out."""
+    package = ROOT / "rotflex"
+    here = {path.relative_to(package) for path in package.rglob("*.py")}
+    there = {path.relative_to(released.folder / "rotflex") for path in (released.folder / "rotflex").rglob("*.py")}
+    assert here - there == {path for path in here if path.parts[0] == "instructor"}
+    assert there <= here
+
+
+def test_a_new_module_of_the_instructors_folder_is_not_released(tmp_path, monkeypatch):
+    package = tmp_path / "lab_of_ours"
+    for name in ("__init__.py", "lab.py", "instructor/__init__.py", "instructor/marking_helper.py"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    made = student_course.release(replace(OURS, packages=("rotflex", package.name)), tmp_path / "out")
+    assert {path.name for path in (made.folder / package.name).rglob("*")} == {"__init__.py", "lab.py"}
+
+
+def test_no_module_of_a_release_imports_an_instructors_room(released):
+    closed = {"instructor"}
+    for path in (released.folder / "rotflex").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = []
+            if isinstance(node, ast.ImportFrom) and node.module == "rotflex":
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rotflex."):
+                names = [node.module.split(".")[1]]
+            elif isinstance(node, ast.Import):
+                names = [alias.name.split(".")[1] for alias in node.names if alias.name.startswith("rotflex.")]
+            if path.name != "cli.py":  # which takes in the instructor's commands only where they are
+                assert not closed.intersection(names), path
+
+
+def test_no_line_of_a_solution_is_left_in_the_released_notebooks(released):
+    for path in OURS.notebooks:
+        text = (released.folder / "notebooks" / path.name).read_text(encoding="utf-8")
+        assert "SOLUTION" not in text
+        kept = {cell["id"]: "".join(cell["source"]).split("\n") for cell in json.loads(text)["cells"]}
+        for cell in student_notebooks.read(path).cells:
+            for line in _solution_lines(cell.source):
+                assert line not in kept[cell.id]
+
+
+def _solution_lines(source):
+    inside, lines = False, []
+    for line in source.split("\n"):
+        inside = (inside or line.strip() == student_notebooks.BEGIN) and line.strip() != student_notebooks.END
+        if inside and len(line.strip()) > 3 and line.strip() != student_notebooks.BEGIN:
+            lines.append(line)
+    return lines
+
+
+def test_released_notebooks_are_valid_and_without_outputs(released):
+    for name in released.notebooks:
+        notebook = nbformat.read(released.folder / "notebooks" / name, as_version=4)
+        nbformat.validate(notebook)
+        assert not [cell for cell in notebook.cells if cell.get("outputs") or cell.get("execution_count")]
+        assert set(notebook.metadata) == {"kernelspec", "language_info"}
+
+
+def test_the_zip_holds_the_folder_and_is_the_same_every_time(released, tmp_path):
+    again = student_course.release(OURS, tmp_path)
+    assert again.archive.read_bytes() == released.archive.read_bytes()
+    with zipfile.ZipFile(again.archive) as packed:
+        names = set(packed.namelist())
+    assert names == {
+        f"rotflex-course/{path.relative_to(again.folder).as_posix()}"
+        for path in again.folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def test_the_released_project_installs_with_its_notebooks_and_without_the_instructors_extras(released, tmp_path):
+    project = tomllib.loads((released.folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert "optional-dependencies" not in project
+    original = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert set(project["dependencies"]) == set(original["dependencies"])
+    build = f"import hatchling.build; print(hatchling.build.build_wheel({str(tmp_path)!r}))"
+    done = subprocess.run(
+        [sys.executable, "-c", build], cwd=released.folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(tmp_path / done.stdout.strip()) as wheel:
+        names = set(wheel.namelist())
+    assert {f"rotflex/_course/notebooks/{name}" for name in released.notebooks} <= names
+    assert "rotflex/courseware/kinds/symbolic.py" in names  # not to be mistaken for the instructor's symbolic.py
+    assert not [name for name in names if name.startswith("rotflex/instructor")]
+
+
+def test_the_released_command_has_no_instructors_commands(released):
+    done = _in_release(released, "-m", "rotflex.cli", "--help")
+    assert done.returncode == 0, done.stderr
+    assert " lab " in done.stdout
+    assert " grade " not in done.stdout and " release " not in done.stdout
+
+
+def test_the_released_package_stands_alone(released):
+    done = _in_release(released, "-c", "import rotflex.lab, rotflex.instructor")
+    assert "No module named 'rotflex.instructor'" in done.stderr
+    done = _in_release(released, "-c", "import rotflex.lab; print(rotflex.__file__)")
+    assert Path(done.stdout.strip()).is_relative_to(released.folder)
+
+
+def _in_release(released, *arguments):
+    """Python with the released package in place of this one."""
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=released.folder, capture_output=True, text=True, check=False
+    )
+
+
+def test_an_earlier_release_is_only_replaced_when_asked(tmp_path):
+    first = student_course.release(OURS, tmp_path)
+    (first.folder / "notebooks" / "answers.json").write_text("{}")
+    with pytest.raises(GradingError, match="--replace"):
+        student_course.release(OURS, tmp_path)
+    student_course.release(OURS, tmp_path, replace=True)
+    assert not (first.folder / "notebooks" / "answers.json").exists()
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_a_course_without_notebooks_is_refused(tmp_path):
+    with pytest.raises(GradingError, match="no notebooks"):
+        student_course.release(replace(OURS, folder=tmp_path), tmp_path / "out")
+    assert not (tmp_path / "out" / "rotflex-course").exists()
+
+
+def test_a_notebook_that_nothing_leads_to_is_not_deleted_but_reported(tmp_path):
+    (tmp_path / "solutions").mkdir()
+    nbformat.write(nbformat.v4.new_notebook(cells=[code("1")]), tmp_path / "solutions" / "00_start.ipynb")
+    (tmp_path / "notebooks").mkdir()
+    (tmp_path / "notebooks" / "mine.ipynb").write_text("precious")
+    with pytest.raises(GradingError, match=r"mine\.ipynb"):
+        student_course.write_notebooks(replace(OURS, folder=tmp_path / "solutions"))
+    assert (tmp_path / "notebooks" / "mine.ipynb").read_text() == "precious"

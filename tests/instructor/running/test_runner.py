@@ -1,0 +1,222 @@
+"""A submission's run: what it is run with, what comes back, and that it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from dataclasses import replace
+
+import nbformat
+import psutil
+import pytest
+from checkout import ROOT
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.run.merge import merged
+from rotflex.errors import GradingError
+from rotflex.instructor.course import Course
+from rotflex.instructor.running import bundle, runner
+
+pytestmark = pytest.mark.usefixtures("sandbox")
+COURSE = Course(
+    "demo-course",
+    "A demonstration",
+    Catalogue(()),
+    {},
+    bench=str,
+    parameters={"bench": "virtual"},
+    imports=("rotflex.lab",),
+)
+QUICK = runner.Limits(cell=60, submission=200)
+RECORD = """
+import json, pathlib
+book = pathlib.Path("answers.json")
+book.write_text(json.dumps({**(json.loads(book.read_text()) if book.exists() else {}), **answers}))
+"""
+STUDENT = """o'brien "x" {y} \\ é"""
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory):
+    """Two small notebooks that write down a variable ``answers`` after each of their answer cells."""
+    folder = tmp_path_factory.mktemp("course")
+
+    def answer(cell_id, preset):
+        grading = {"nbgrader": {"grade_id": cell_id, "solution": True}}
+        solution = f"{preset}\n### BEGIN SOLUTION\nsolved = True\n### END SOLUTION"
+        return nbformat.v4.new_code_cell(solution, id=cell_id, metadata=grading)
+
+    for name in ("a.ipynb", "b.ipynb"):
+        cells = [
+            nbformat.v4.new_code_cell('student = ""\nbench = ""', id="parameters", metadata={"tags": ["parameters"]}),
+            answer("q1", "answers = {}"),
+            nbformat.v4.new_code_cell(RECORD, id="q1-answer"),
+            answer("q2", "pass"),
+            nbformat.v4.new_code_cell(RECORD, id="q2-answer"),
+        ]
+        # Named as if they came before 90, from which on notebooks are the instructor's.
+        nbformat.write(nbformat.v4.new_notebook(cells=cells), folder / f"0{name}")
+    return bundle.build(replace(COURSE, folder=folder))
+
+
+def run(course, q1, q2="pass", then="answers = {}", limits=QUICK, student="ada", cancelled=None):
+    """Run with q1 and q2 in the first notebook and ``then`` in the second; the answers, and the problems."""
+    sources = {"0a.ipynb": {"q1": q1, "q2": q2}, "0b.ipynb": {"q1": then}}
+    job = runner.Job(student, merged(course.pristine, sources), 123, course.parameters, course.imports, limits=limits)
+    done = runner.run(course.packed, job, cancelled)
+    return (None if done.answers is None else json.loads(done.answers)), done.problems
+
+
+# --- what it is run with ----------------------------------------------------------------------------------------------
+
+LOOK_AROUND = """
+import importlib, os, rotflex, rotflex.lab
+answers = {"student": student, "bench": bench, "environment": dict(os.environ), "package": rotflex.__file__}
+answers["solved"] = "solved" in globals()
+answers["rooms"] = []
+for room in ("model", "design", "symbolic", "stiffness", "gradebook", "grading", "isolation", "experiments"):
+    try:
+        importlib.import_module(f"rotflex.{room}")
+        answers["rooms"].append(room)
+    except ModuleNotFoundError:
+        pass
+mine = 5
+raise ValueError("after the answers")
+"""
+
+
+@pytest.fixture(scope="module")
+def seen(course):
+    """What a submission sees of the world."""
+    os.environ["SECRET_TOKEN"] = "abc"
+    answers, problems = run(course, LOOK_AROUND, then="answers = {'kept': 'mine' in globals()}", student=STUDENT)
+    del os.environ["SECRET_TOKEN"]
+    return {**answers, "problems": problems}
+
+
+def test_student_and_bench_are_given_whatever_the_name(seen):
+    assert (seen["student"], seen["bench"]) == (STUDENT, "virtual")
+
+
+def test_an_error_in_a_cell_stops_nothing(seen):
+    assert "kept" in seen and seen["problems"] == ()
+
+
+def test_each_notebook_has_a_kernel_of_its_own(seen):
+    assert seen["kept"] is False
+
+
+def test_the_notebooks_are_those_without_solutions(seen):
+    assert seen["solved"] is False
+
+
+def test_the_package_is_the_students_without_the_instructors_rooms(seen):
+    assert "rotflex-course-" in seen["package"]
+    assert seen["rooms"] == ["experiments"]
+
+
+def test_nothing_of_the_graders_environment_is_handed_on_but_the_probe_seed_is(seen):
+    assert "SECRET_TOKEN" not in seen["environment"]
+    assert seen["environment"]["HOME"] != os.environ.get("HOME")
+    assert seen["environment"]["ROTFLEX_PROBE_SEED"] == "123"
+
+
+def test_one_submission_cannot_change_the_package_of_the_next(course):
+    change = "import rotflex.units, pathlib\npathlib.Path(rotflex.units.__file__).write_text('DEG = 1')"
+    answers, _ = run(course, f"answers = {{'x': 1}}\n{change}")
+    assert answers == {"x": 1}
+    answers, _ = run(course, "import rotflex.units\nanswers = {'deg': rotflex.units.DEG}")
+    assert answers["deg"] == pytest.approx(0.0174533, rel=1e-4)
+
+
+def test_the_same_course_is_the_same_bytes(course):
+    assert bundle._pack([ROOT / "rotflex"]) == bundle._pack([ROOT / "rotflex"])
+    assert len(course.digest) == 64
+
+
+def test_a_run_can_be_sent_to_a_worker_as_bytes(course):
+    sources = {"0a.ipynb": {"q1": "answers = {'x': '\\u00e9'}"}}
+    job = runner.Job(STUDENT, merged(course.pristine, sources), 5, QUICK)
+    done = runner.run_from(runner.work(runner.job_bytes(job), course.packed))
+    assert json.loads(done.answers) == {"x": "\u00e9"}
+    assert done.complete and done.problems == ()
+
+
+def test_a_worker_of_another_version_refuses(course):
+    job = json.loads(runner.job_bytes(runner.Job("ada", {}, 5)))
+    with pytest.raises(GradingError, match="install the version"):
+        runner.work(json.dumps({**job, "software": "0.0"}).encode(), course.packed)
+
+
+# --- that it ends -----------------------------------------------------------------------------------------------------
+
+
+def test_an_endless_cell_is_stopped_and_the_rest_is_run(course):
+    limits = runner.Limits(cell=10, submission=200)
+    answers, problems = run(course, "answers = {'x': 1}", "while True:\n    pass", "answers = {'y': 2}", limits)
+    assert answers == {"x": 1, "y": 2}
+    assert problems == ("A cell took longer than 10 s and was stopped; what came after it was run where it could.",)
+
+
+def test_a_submission_that_will_not_stop_is_stopped_at_the_deadline_and_keeps_what_it_had(course):
+    stubborn = "import time\nwhile True:\n    try:\n        time.sleep(1)\n    except KeyboardInterrupt:\n        pass"
+    answers, problems = run(course, "answers = {'x': 1}", stubborn, limits=runner.Limits(cell=1000, submission=25))
+    assert answers == {"x": 1}
+    assert problems == ("The run took longer than 25 s and was stopped.",)
+
+
+def test_a_kernel_that_dies_costs_the_rest_of_its_notebook_only(course):
+    answers, problems = run(course, "answers = {'x': 1}", "import os\nos._exit(3)", "answers = {'y': 2}")
+    assert answers == {"x": 1, "y": 2}
+    assert len(problems) == 1 and "died" in problems[0]
+
+
+def test_a_submission_that_kills_what_runs_it_keeps_what_it_had(course):
+    answers, problems = run(course, "answers = {'x': 1}", "import os, signal\nos.kill(os.getppid(), signal.SIGKILL)")
+    assert answers == {"x": 1}
+    assert problems == ("The run ended before all notebooks were run.",)
+
+
+def test_no_process_outlives_a_run_and_a_flood_of_output_does_no_harm(course):
+    token = f"lingering-{os.getpid()}-{time.monotonic_ns()}"
+    linger = f"""
+import subprocess, sys
+subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)", {token!r}], start_new_session=True)
+for _ in range(200):
+    print("x" * 100_000)
+answers = {{"x": 1}}
+"""
+    assert run(course, linger) == ({"x": 1}, ())
+    assert not [one for one in psutil.process_iter(["cmdline"]) if token in (one.info["cmdline"] or ())]
+
+
+def test_a_run_that_is_called_off_ends_before_its_time(course):
+    cancelled = threading.Event()
+    threading.Timer(3, cancelled.set).start()
+    started = time.monotonic()
+    run(course, "import time\ntime.sleep(600)", limits=runner.Limits(cell=600, submission=600), cancelled=cancelled)
+    assert time.monotonic() - started < 300
+
+
+# --- what comes back --------------------------------------------------------------------------------------------------
+
+
+def test_only_an_ordinary_file_of_bounded_size_is_read(course):
+    large = f"answers = {{}}\nopen('answers.json', 'w').write('1' * {runner.MAX_ANSWERS + 1})\nimport os\nos._exit(0)"
+    answers, problems = run(course, "answers = {}", large, then="import os\nos._exit(0)")
+    assert answers is None
+    assert any(f"more than {runner.MAX_ANSWERS} bytes" in problem for problem in problems)
+
+
+def test_a_folder_put_in_the_place_of_the_working_folder_is_not_looked_at(course, tmp_path):
+    (tmp_path / "answers.json").write_text('{"stolen": 1}')
+    swap = f"import os\nhere = os.getcwd()\nos.rename(here, here + '-old')\nos.symlink({str(tmp_path)!r}, here)"
+    answers, _ = run(course, "answers = {'x': 1}", swap)
+    assert "stolen" not in answers
+
+
+def test_a_course_that_cannot_be_imported_is_refused_before_anything_is_run(course):
+    with pytest.raises(GradingError, match="no_such_module"):
+        runner.run(course.packed, runner.Job("ada", {}, 5, imports=("no_such_module",)))

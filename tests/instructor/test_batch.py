@@ -1,0 +1,324 @@
+"""A class through a batch: what is run, what is known already, what a fault costs, what is marked again."""
+
+from __future__ import annotations
+
+import csv
+import json
+from base64 import b64encode
+
+import pytest
+from made_courses import loaded
+
+from rotflex.errors import GradingError, IsolationError
+from rotflex.instructor import batch
+from rotflex.instructor.batch import Batch, Settings
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.marking import decoding
+from rotflex.instructor.marking import marking_processes as marker
+from rotflex.instructor.regrade import regrade
+from rotflex.instructor.reports.grades import GRADES_FILE, Reports
+from rotflex.instructor.running import intake, runner
+from rotflex.instructor.running.bundle import Bundle
+from rotflex.workbook.questions import CATALOGUE
+from solutions.true_bench import TrueBench
+
+KEY = """
+from rotflex.instructor.marking.checks import ForAPerson, Number
+
+KEY = {{
+    "2.11": {{
+        "omega_n": Number("the natural frequency", lambda bench: {factor} * bench.omega_n, rtol=0.05),
+        "explanation": ForAPerson("..."),
+    }},
+    "0.1": {{"resolution": Number("the resolution", lambda bench: 0.0015, rtol=0.1)}},
+}}
+"""
+
+
+class Inline:
+    """Marks in this process."""
+
+    def __init__(self, course, places):
+        self.course = course
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def get_ready(self):
+        pass
+
+    def mark(self, student, answers, probe_seed):
+        marker._courses[:] = [self.course]
+        return marker._mark(student, answers, probe_seed)
+
+
+class Class:
+    """Submissions of one cell each, whose runs are made up.
+
+    Attributes
+    ----------
+    runs : students that were run, in order
+    leaves : what a run leaves: student → a Run or an exception; a perfect run without
+    """
+
+    def __init__(self, folder, monkeypatch):
+        self.folder, self.runs, self.leaves, self.seeds = folder, [], {}, {}
+        self.key(1.0)
+        pristine = {"a.ipynb": {"cells": [{"id": "q1", "cell_type": "code", "source": "", "metadata": {}}]}}
+        made = Bundle(b"", pristine, {"a.ipynb": ["q1"]}, {}, (), "0" * 64)
+        monkeypatch.setattr(batch.bundle, "build", lambda course: made)
+        monkeypatch.setattr(batch.runner, "work", self.work)
+        monkeypatch.setattr(batch, "Marker", Inline)
+        monkeypatch.setattr("rotflex.instructor.regrade.Marker", Inline)
+
+    def key(self, factor):
+        self.terms = getattr(self, "terms", 0) + 1  # a course is loaded once in a program
+        self.course = loaded(self.folder / f"term-{self.terms}", key=KEY.format(factor=factor))
+
+    def hand_in(self, *students, source="omega_n = 1"):
+        for student in students:
+            (self.folder / "in" / student).mkdir(parents=True, exist_ok=True)
+            cell = {"id": "q1", "cell_type": "code", "source": source, "metadata": {}}
+            (self.folder / "in" / student / "a.ipynb").write_text(json.dumps({"cells": [cell]}))
+
+    def work(self, job, packed, cancelled=None):
+        asked = json.loads(job)
+        student = asked["student"]
+        self.runs.append(student)
+        self.seeds[student] = asked["probe_seed"]
+        left = self.leaves.get(student) or runner.Run(perfect(student, asked["probe_seed"]))
+        if isinstance(left, Exception):
+            raise left
+        answers = None if left.answers is None else b64encode(left.answers).decode()
+        return json.dumps({"answers": answers, "problems": left.problems, "complete": left.complete}).encode()
+
+    def grade(self, book="book.sqlite", **settings):
+        """Grade; each student's points."""
+        with Gradebook(self.folder / book) as gradebook:
+            steps = list(Batch(self.folder / "in", self.course, gradebook, Settings(**settings)).grade())
+        return {step.graded.run.student: sum(mark.points for mark in step.graded.marks) for step in steps}
+
+    def book(self, name="book.sqlite"):
+        return Gradebook(self.folder / name)
+
+
+def perfect(student, seed, omega_n=None):
+    """What is left by a run of somebody who answers 2.11 rightly."""
+    value = TrueBench(student).omega_n if omega_n is None else omega_n
+    answers = {"omega_n": {"kind": "number", "value": value}, "explanation": {"kind": "prose", "value": "So."}}
+    book = {"format": 1, "student": student, "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": seed}
+    return json.dumps({**book, "answers": {"2.11": answers}}).encode()
+
+
+@pytest.fixture
+def school(tmp_path, monkeypatch):
+    return Class(tmp_path, monkeypatch)
+
+
+# --- what a fault costs -----------------------------------------------------------------------------------------------
+
+
+def test_a_fault_with_one_submission_is_reported_and_costs_the_others_nothing(school):
+    school.hand_in("ada", "bob")
+    school.leaves["bob"] = OSError("the disk is full")
+    assert school.grade() == {"ada": 2, "bob": 0}
+    with school.book() as book:
+        assert "the disk is full" in book.current("bob").run.problems[0]
+        assert "not the student's fault" in book.current("bob").run.problems[0]
+
+
+def test_what_failed_through_no_fault_of_the_students_is_run_again(school):
+    school.hand_in("ada")
+    school.leaves["ada"] = OSError("the disk is full")
+    assert school.grade() == {"ada": 0}
+    del school.leaves["ada"]
+    assert school.grade() == {"ada": 2}
+
+
+def test_a_failed_run_replaces_an_earlier_mark(school):
+    school.hand_in("ada")
+    assert school.grade() == {"ada": 2}
+    school.hand_in("ada", source="something else")
+    school.leaves["ada"] = runner.Run(None, ("The run was stopped.",))
+    assert school.grade() == {"ada": 0}
+    with school.book() as book:
+        assert book.current("ada").run.problems == ("The run was stopped.",)
+        assert any(entry.before.points == 2 and entry.after.points == 0 for entry in book.audit("ada") if entry.before)
+
+
+def test_a_submission_without_notebooks_is_not_run_and_is_trouble(school):
+    (school.folder / "in" / "zoe").mkdir(parents=True)
+    assert school.grade() == {"zoe": 0}
+    assert school.runs == []
+    with school.book() as book:
+        assert book.current("zoe").run.problems == ("There is no notebook of the course in the submission.",)
+
+
+def test_without_walls_everything_stops_and_what_was_graded_stays(school):
+    school.hand_in("ada", "bob", "cleo")
+    school.leaves["bob"] = IsolationError("No walls.", "walls", "Build some.")
+    with pytest.raises(IsolationError, match="Build some"):
+        school.grade()
+    with school.book() as book:
+        assert [one.run.student for one in book.all_current()] == ["ada"]
+    assert "cleo" not in school.runs
+
+
+# --- what is known already --------------------------------------------------------------------------------------------
+
+
+def test_unchanged_work_is_not_run_again(school):
+    school.hand_in("ada", "bob")
+    first = school.grade()
+    assert school.grade() == first
+    assert sorted(school.runs) == ["ada", "bob"]
+
+
+def test_only_who_hands_in_something_else_is_run_again(school):
+    school.hand_in("ada", "bob")
+    school.grade()
+    school.hand_in("bob", source="omega_n = 2")
+    school.grade()
+    assert sorted(school.runs) == ["ada", "bob", "bob"]
+
+
+def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_marks(school):
+    school.hand_in("ada", source="first")
+    assert school.grade() == {"ada": 2}
+    school.hand_in("ada", source="second")
+    school.leaves["ada"] = runner.Run(None)
+    assert school.grade() == {"ada": 0}
+    school.hand_in("ada", source="first")
+    assert school.grade() == {"ada": 2}
+    assert school.runs == ["ada", "ada"]
+
+
+@pytest.mark.parametrize("changed", [{"limits": runner.Limits(cell=5)}, {"isolated": False}, {"probe_seed": 5}])
+def test_other_settings_are_another_run(school, changed):
+    school.hand_in("ada")
+    school.grade()
+    school.grade(**changed)
+    assert school.runs == ["ada", "ada"]
+
+
+def test_a_changed_key_marks_again_without_a_run(school):
+    school.hand_in("ada")
+    assert school.grade() == {"ada": 2}
+    school.key(2.0)
+    assert school.grade() == {"ada": 0}
+    assert school.runs == ["ada"]
+    with school.book() as book:
+        assert {entry.reason for entry in book.audit("ada")} == {"run", "marked again"}
+
+
+def test_a_batch_that_is_broken_off_goes_on_where_it_was(school):
+    students = ["ada", "bob", "cleo", "dan"]
+    school.hand_in(*students)
+    with school.book() as book:
+        coming = Batch(school.folder / "in", school.course, book).grade()
+        next(coming)
+        coming.close()
+        done = [one.run.student for one in book.all_current()]
+    assert 0 < len(done) < len(students)
+    before = list(school.runs)
+    assert list(school.grade()) and sorted(set(before)) != students
+    assert not set(school.runs[len(before) :]) & set(done)
+
+
+def test_gradebooks_of_whole_and_of_broken_off_batches_are_the_same(school):
+    school.hand_in("ada", "bob", "cleo")
+    school.grade("whole.sqlite", probe_seed=7)
+    with school.book("broken.sqlite") as book:
+        coming = Batch(school.folder / "in", school.course, book, Settings(probe_seed=7)).grade()
+        next(coming)
+        coming.close()
+    school.grade("broken.sqlite", probe_seed=7)
+    with school.book("whole.sqlite") as one, school.book("broken.sqlite") as other:
+        assert one.dump() == other.dump()
+
+
+# --- the seed of the probes -------------------------------------------------------------------------------------------
+
+
+def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(school):
+    school.hand_in("ada", "bob")
+    school.grade("one.sqlite")
+    one = dict(school.seeds)
+    school.grade("two.sqlite")
+    two = dict(school.seeds)
+    assert len({*one.values(), *two.values()}) == 4
+    assert max(one.values()) <= decoding.MAX_INTEGER
+    school.hand_in("bob", source="omega_n = 2")
+    school.grade("one.sqlite")
+    assert school.seeds["bob"] not in {*one.values(), *two.values()}
+
+
+# --- marked again -----------------------------------------------------------------------------------------------------
+
+
+def test_regrade_changes_the_marks_of_the_questions_that_are_named(school):
+    school.hand_in("ada")
+    school.grade()
+    school.key(2.0)
+    with school.book() as book:
+        assert next(after for _, after in regrade(book, school.course, ["0.1"])).marks == book.current("ada").marks
+        assert sum(mark.points for mark in book.current("ada").marks) == 2
+        ((before, after),) = regrade(book, school.course, ["2.11"])
+        assert [sum(mark.points for mark in one.marks) for one in (before, after)] == [2, 0]
+    assert school.runs == ["ada"]
+
+
+def test_regrade_keeps_what_a_person_gave(school):
+    school.hand_in("ada")
+    school.grade()
+    with school.book() as book:
+        book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
+        ((_, after),) = regrade(book, school.course)
+        (mark,) = [mark for mark in after.marks if mark.part == "explanation"]
+        assert (mark.status, mark.points) == ("given by a person", 1.0)
+
+
+@pytest.mark.parametrize(("question", "words"), [("9.9", "9.9"), ("2.12", "The key has no question 2.12")])
+def test_regrade_refuses_a_question_that_is_not_there(school, question, words):
+    school.hand_in("ada")
+    school.grade()
+    with school.book() as book, pytest.raises(GradingError, match=words):
+        list(regrade(book, school.course, [question]))
+
+
+def test_regrade_of_an_empty_gradebook_is_refused(school):
+    with school.book() as book, pytest.raises(GradingError, match="nothing in the gradebook"):
+        list(regrade(book, school.course))
+
+
+def test_who_is_in_the_roster_and_has_not_handed_in_is_named(school):
+    school.hand_in("Ada")
+    (school.folder / "class.csv").write_text("id,name\nada,Ada L.\nbob,Bob B.\n")
+    with school.book() as book:
+        book.import_roster(school.folder / "class.csv")
+        assert Batch(school.folder / "in", school.course, book).absent == ["bob"]
+
+
+# --- reports ----------------------------------------------------------------------------------------------------------
+
+
+def test_reports_are_written_for_each_and_for_all(school, tmp_path):
+    school.hand_in("ada", "bob")
+    school.leaves["bob"] = runner.Run(None, ("The run was stopped.",))
+    with school.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+        for step in Batch(school.folder / "in", school.course, book).grade():
+            reports.write(step.graded)
+    with (tmp_path / "out" / GRADES_FILE).open(newline="", encoding="utf-8") as file:
+        rows = {row["student"]: row for row in csv.DictReader(file)}
+    assert {student: float(row["total"]) for student, row in rows.items()} == {"ada": 2, "bob": 0}
+    record = json.loads((tmp_path / "out" / "bob" / "marks.json").read_text())
+    assert record["total"] == 0 and record["problems"] == ["The run was stopped."]
+    assert "The run was stopped." in (tmp_path / "out" / "bob" / "feedback.html").read_text()
+    assert "Run in isolation." in (tmp_path / "out" / "ada" / "feedback.html").read_text()
+
+
+def test_names_that_grading_gives_itself_are_reserved():
+    assert GRADES_FILE in intake.RESERVED

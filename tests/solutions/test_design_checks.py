@@ -1,0 +1,183 @@
+"""Numbers that build on each other: right, right for the student's own stiffness, or given their own last answer."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rotflex import simulation
+from rotflex.instructor.verdicts import Case, Status
+from rotflex.workbook.questions import CATALOGUE
+from solutions.design_checks import ArrayFrom, ChoiceIs, Design, GainPlaces, PolesFrom, StateSpaceFunction
+from solutions.true_bench import TrueBench
+
+BENCH = TrueBench("ada")
+TRUE = Design(BENCH.servo, BENCH.joint, BENCH.K_s)
+WANTED = [-12 + 16j, -12 - 16j, -30, -40]
+A_PART, POLES_PART, K_PART, STABILITY_PART, FUNCTION_PART = (
+    CATALOGUE.find(number).part(name)
+    for number, name in (
+        ("2.14", "A"),
+        ("2.18", "poles"),
+        ("3.8", "K"),
+        ("3.1", "stability"),
+        ("2.13", "state_space"),
+    )
+)
+
+
+def written_out(K_s, J_l, J_eq, B_eq):
+    A = [[0, 0, 1, 0], [0, 0, 0, 1], [0, K_s / J_eq, -B_eq / J_eq, 0], [0, -K_s / J_eq - K_s / J_l, B_eq / J_eq, 0]]
+    return np.array(A), np.array([[0], [0], [1 / J_eq], [-1 / J_eq]])
+
+
+def model(K_s):
+    return written_out(K_s, BENCH.J_l, BENCH.servo.J_eq, BENCH.servo.B_eq)
+
+
+def voltage_model(K_s):
+    return simulation.with_actuator(*model(K_s), BENCH.servo)
+
+
+def gain(K_s):
+    A, B = voltage_model(K_s)
+    return np.asarray(control.place(A, np.reshape(B, (4, 1)), WANTED)).reshape(1, 4)
+
+
+def status(check, part, value, **own):
+    """With own answers given as ``K_s=...``, ``A=...``, ``B=...``."""
+    places = {"K_s": ("2.12", "K_s"), "A": ("2.14", "A"), "B": ("2.14", "B"), "poles": ("2.18", "poles")}
+    known = {places[name]: value for name, value in own.items()}
+    return check.verdict(part, value, Case(BENCH, lambda q, p: known[q, p], 7)).status
+
+
+MODEL = ArrayFrom("the matrix A", lambda d: d.torque_model[0])
+OPEN_LOOP = PolesFrom("the open-loop poles", lambda d: d.poles)
+GAIN = GainPlaces()
+
+within = st.floats(0.91, 1.09)
+beyond = st.one_of(st.floats(0.4, 0.8), st.floats(1.25, 2.5))
+
+
+@settings(max_examples=8)
+@given(within)
+def test_what_follows_from_a_stiffness_in_tolerance_is_right(off):
+    K_s = off * BENCH.K_s
+    assert status(MODEL, A_PART, model(K_s)[0], K_s=K_s) is Status.RIGHT
+    assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(K_s)[0]), K_s=K_s) is Status.RIGHT
+    assert status(GAIN, K_PART, gain(K_s), K_s=K_s) is Status.RIGHT
+
+
+@settings(max_examples=8)
+@given(beyond)
+def test_what_follows_from_a_stiffness_beyond_it_follows_and_without_that_stiffness_is_wrong(off):
+    K_s = off * BENCH.K_s
+    poles = np.linalg.eigvals(voltage_model(K_s)[0])
+    answers = ((MODEL, A_PART, model(K_s)[0]), (OPEN_LOOP, POLES_PART, poles), (GAIN, K_PART, gain(K_s)))
+    for check, part, value in answers:
+        assert status(check, part, value, K_s=K_s) is Status.FOLLOW_THROUGH
+        assert status(check, part, value) is Status.WRONG
+
+
+def test_a_stiffness_that_was_not_answered_is_taken_from_the_own_matrix_if_it_is_right():
+    for off, expected in ((0.94, Status.RIGHT), (1.4, Status.WRONG)):
+        A, _ = model(off * BENCH.K_s)
+        assert status(MODEL, A_PART, A, A=A) is expected
+        assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(off * BENCH.K_s)[0]), A=A) is expected
+
+
+@pytest.mark.parametrize("name", ["ada", "bo", "cy", "di", "eve", "fay"])
+def test_a_gain_rounded_to_three_digits_still_places_the_poles(name):
+    bench = TrueBench(name)
+    K = Design(bench.servo, bench.joint, bench.K_s).K
+    rounded = np.array([[float(f"{k:.3g}") for k in np.ravel(K)]])
+    assert GAIN.verdict(K_PART, rounded, Case(bench, _nothing, 7)).status is Status.RIGHT
+
+
+def _nothing(question, part):
+    raise KeyError(question, part)
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 3), st.one_of(st.floats(-0.5, -0.15), st.floats(0.15, 0.5)))
+def test_a_gain_with_an_entry_that_is_off_does_not_place_them(entry, off):
+    K = gain(BENCH.K_s)
+    K[0, entry] *= 1 + off
+    assert status(GAIN, K_PART, K) is Status.WRONG
+
+
+@given(st.permutations(range(4)))
+def test_the_order_of_poles_does_not_matter(order):
+    assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(BENCH.K_s)[0])[list(order)]) is Status.RIGHT
+
+
+def test_one_pole_twice_is_not_two_poles():
+    check = PolesFrom("the desired poles", lambda d: d.desired_poles)
+    assert status(check, POLES_PART, np.array(WANTED)) is Status.RIGHT
+    assert status(check, POLES_PART, np.array([-12 + 16j, -12 + 16j, -30, -40])) is Status.WRONG
+
+
+def test_poles_of_the_torque_model_are_not_those_with_the_motor():
+    assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(model(BENCH.K_s)[0])) is Status.WRONG
+
+
+def test_mirrored_poles_are_told_apart_in_words():
+    poles = -np.linalg.eigvals(voltage_model(BENCH.K_s)[0])
+    assert "signs of the real parts" in OPEN_LOOP.verdict(POLES_PART, poles, Case(BENCH, _nothing, 7)).reason
+
+
+def test_a_gain_for_the_own_model_follows():
+    A, B = model(BENCH.K_s)
+    A[2, 2] *= 30
+    a, b = simulation.with_actuator(A, B, BENCH.servo)
+    K = np.asarray(control.place(a, np.reshape(b, (4, 1)), WANTED))
+    assert status(GAIN, K_PART, K, A=A, B=B) is Status.FOLLOW_THROUGH
+    assert status(GAIN, K_PART, K) is Status.WRONG
+
+
+@pytest.mark.parametrize("K", [np.full((1, 4), 1e308), np.zeros((1, 4)), np.full((1, 4), np.finfo(float).tiny)])
+def test_extreme_gains_are_wrong_and_break_nothing(K):
+    with np.errstate(all="ignore"):
+        assert status(GAIN, K_PART, K) is Status.WRONG
+
+
+def test_what_should_be_zero_may_be_noise_and_no_more():
+    A = model(BENCH.K_s)[0]
+    assert status(MODEL, A_PART, A + 1e-9) is Status.RIGHT
+    A[0, 0] = 1.0
+    assert status(MODEL, A_PART, A) is Status.WRONG
+
+
+def test_a_choice_may_follow_from_own_poles():
+    check = ChoiceIs("marginally stable", "It is.", follow=lambda own, servo: own("2.18", "poles"))
+    assert status(check, STABILITY_PART, "marginally stable") is Status.RIGHT
+    assert status(check, STABILITY_PART, "unstable", poles="unstable") is Status.FOLLOW_THROUGH
+    assert status(check, STABILITY_PART, "unstable") is Status.WRONG
+
+
+def outputs(change):
+    """What a student's function gives on the drawn parameters, changed."""
+    found = []
+    for arguments in FUNCTION_PART.probe.inputs(7):
+        matrices = dict(zip("ABCD", (*written_out(*arguments), np.eye(2, 4), np.zeros((2, 1))), strict=True))
+        change(matrices)
+        found.append(tuple(matrices.values()))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("change", "share"),
+    [
+        (lambda m: None, 1.0),
+        (lambda m: m.update(C=m["C"][::-1]), 0.5),
+        (lambda m: m.update(B=np.abs(m["B"])), 0.5),
+        (lambda m: m.update(A=m["A"].T), 0.0),
+        (lambda m: m.update(B=-m["B"], D=m["D"] + 1), 0.0),
+    ],
+)
+def test_a_function_for_the_model_earns_by_matrices(change, share):
+    verdict = StateSpaceFunction().verdict(FUNCTION_PART, outputs(change), Case(BENCH, _nothing, 7))
+    assert verdict.share == share

@@ -1,0 +1,213 @@
+"""Responses and what is measured on them, held against the experiment run again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from rotflex import response
+from rotflex.courseware import forms
+from rotflex.instructor.verdicts import Case, Status
+from rotflex.workbook.questions import CATALOGUE
+from solutions.design_checks import Design
+from solutions.response_checks import FigureShows, Measured, ResponseOf, Satisfied, run_again, simulated_again
+from solutions.true_bench import TrueBench
+
+NAME, FRIEND = "ada", "bo"  # two benches with the same arm position and nearly the same stiffness
+CHANNELS = ("theta", "alpha", "vm")
+RESPONSE, FIGURE, T_S, DEFLECTION, SATISFIED = (
+    CATALOGUE.find(number).part(name)
+    for number, name in (
+        ("3.13", "response"),
+        ("3.13", "figure"),
+        ("3.14", "t_s"),
+        ("3.14", "alpha_max_deg"),
+        ("3.14", "satisfied"),
+    )
+)
+SIMULATED = CATALOGUE.find("3.11").part("response")
+FULL = run_again("full")
+OWN = ("3.13", "response")
+
+
+def stored(part, value):
+    """An answer as grading reads it."""
+    return forms.decode(part, forms.encode(part, value, 1).content)
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return TrueBench(NAME)
+
+
+@pytest.fixture(scope="module")
+def K(bench):
+    return tuple(np.ravel(Design(bench.servo, bench.joint, bench.K_s).K).tolist())
+
+
+@pytest.fixture(scope="module")
+def run(bench, K):
+    return bench.tracking(K, "full")
+
+
+@pytest.fixture(scope="module")
+def friends(K):
+    return TrueBench(FRIEND).tracking(K, "full")
+
+
+def case(bench, virtual=True, **own):
+    """A case with own answers to 3.8 and of the response, as ``K=`` and ``response=``; ``q3_14_t_s=`` and such."""
+    places = {"K": ("3.8", "K"), "response": OWN}
+    known = {
+        places.get(name) or (".".join(name[1:].split("_", 2)[:2]), name.split("_", 2)[2]): value
+        for name, value in own.items()
+    }
+    return Case(bench, lambda question, part: known[question, part], 7, virtual)
+
+
+# --- recordings -------------------------------------------------------------------------------------------------------
+
+
+def test_a_recording_of_the_own_bench_is_right(bench, K, run):
+    check = ResponseOf(FULL, CHANNELS)
+    assert check.verdict(RESPONSE, stored(RESPONSE, run), case(bench, K=np.array([K]))).status is Status.RIGHT
+
+
+def test_a_recording_of_a_bench_that_is_nearly_the_same_is_wrong(bench, K, friends):
+    check = ResponseOf(FULL, CHANNELS)
+    assert check.verdict(RESPONSE, stored(RESPONSE, friends), case(bench, K=np.array([K]))).status is Status.WRONG
+
+
+def test_a_recording_with_another_feedback_is_refused_by_its_settings(bench, K):
+    partial = bench.tracking(K, "partial")
+    verdict = ResponseOf(FULL, CHANNELS).verdict(RESPONSE, stored(RESPONSE, partial), case(bench))
+    assert verdict.status is Status.WRONG
+    assert "feedback" in verdict.reason
+
+
+def test_a_recording_that_lies_about_its_feedback_is_wrong_all_the_same(bench, K):
+    value = stored(RESPONSE, bench.tracking(K, "partial"))
+    value["metadata"]["feedback"] = "full"
+    assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, value, case(bench)).status is Status.WRONG
+
+
+@pytest.mark.parametrize("said", [None, "K", [1, 2], [1e308] * 4, [True, "x", None, {}]])
+def test_an_odd_gain_in_the_metadata_breaks_nothing(bench, run, said):
+    value = stored(RESPONSE, run)
+    value["metadata"]["K"] = said
+    assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, value, case(bench)).status is Status.RIGHT
+
+
+def test_a_recording_of_the_bench_is_no_simulation(bench, K, run):
+    value = stored(RESPONSE, run)
+    value["metadata"]["experiment"] = "closed_loop"
+    again = ResponseOf(simulated_again, CHANNELS)
+    assert again.verdict(SIMULATED, value, case(bench, K=np.array([K]))).status is Status.WRONG
+
+
+@pytest.mark.parametrize("fidelity", ["exact", "workbook"])
+@pytest.mark.parametrize("saturation", [None, 10.0])
+def test_a_simulation_of_either_fidelity_with_the_limit_or_without_is_right(bench, K, fidelity, saturation):
+    from rotflex.signals import smooth_square_wave, time_axis
+    from rotflex.simulation import closed_loop
+
+    A, B = Design(bench.servo, bench.joint, bench.K_s).voltage_model
+    command = smooth_square_wave(time_axis(10.0, 0.002), 0.33, np.deg2rad(20), 100)
+    value = stored(SIMULATED, closed_loop(A, B, K, command, fidelity=fidelity, saturation=saturation))
+    verdict = ResponseOf(simulated_again, CHANNELS).verdict(SIMULATED, value, case(bench, K=np.array([K])))
+    assert verdict.status is Status.RIGHT
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def settling_time(run):
+    return response.worst(response.measure(run)).settling_time
+
+
+@pytest.mark.parametrize(("factor", "status"), [(1.0, "RIGHT"), (1.04, "RIGHT"), (0.5, "WRONG"), (1.3, "WRONG")])
+def test_a_settling_time_is_right_within_five_per_cent(bench, run, settling_time, factor, status):
+    check = Measured("t_s", FULL, OWN, rtol=0.05, atol=0.02)
+    verdict = check.verdict(T_S, factor * settling_time, case(bench, response=stored(RESPONSE, run)))
+    assert verdict.status is Status[status]
+
+
+def test_radians_for_degrees_are_wrong_and_the_reason_says_so(bench, run):
+    deflection = response.worst(response.measure(run)).max_alpha
+    verdict = Measured("alpha_max_deg", FULL, OWN).verdict(DEFLECTION, deflection, case(bench))
+    assert verdict.status is Status.WRONG
+    assert "unit" in verdict.reason
+
+
+def test_a_number_carried_over_follows_and_only_if_it_is_the_same(bench):
+    check = Measured("t_s", FULL, OWN, rtol=0.05, carried=("3.14", "t_s"))
+    own = case(bench, q3_14_t_s=2.0)
+    assert check.verdict(T_S, 2.0, own).status is Status.FOLLOW_THROUGH
+    assert check.verdict(T_S, 1.5, own).status is Status.WRONG
+
+
+LIMITS = {"t_s": 0.5, "PO": 5.0, "alpha_max_deg": 12.5, "V_max": 10.0}
+
+
+def numbers(bench, **shares):
+    """A case with own numbers, as shares of their limits; 0.9 where nothing is said."""
+    return case(bench, **{f"q3_14_{part}": limit * shares.get(part, 0.9) for part, limit in LIMITS.items()})
+
+
+@pytest.mark.parametrize(
+    ("shares", "accepted"),
+    [
+        ({}, {"yes"}),
+        *[({name: 1.1}, {"no"}) for name in LIMITS],
+        ({"V_max": 1.0}, {"yes", "no"}),  # cut off there: it may have been more
+        ({"V_max": 1.0, "t_s": 1.1}, {"no"}),
+    ],
+)
+def test_specifications_are_met_as_the_own_numbers_say(bench, shares, accepted):
+    check = Satisfied("3.14", FULL, OWN)
+    given = {word: check.verdict(SATISFIED, word, numbers(bench, **shares)).status for word in ("yes", "no")}
+    assert {word for word, status in given.items() if status is Status.RIGHT} == accepted
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+def drawn(recording, channels=CHANNELS, unit="deg", labels=True):
+    figure = Figure()
+    for ax, channel in zip(figure.subplots(len(channels), 1), channels, strict=True):
+        ax.plot(recording.time, recording["vm"] if channel == "vm" else recording.degrees(channel))
+        if labels:
+            ax.set(xlabel="time (s)", ylabel="voltage (V)" if channel == "vm" else f"angle ({unit})")
+    return figure
+
+
+@pytest.mark.parametrize(
+    ("channels", "labels", "share"),
+    [(CHANNELS, True, 1.0), (CHANNELS, False, 0.5), (("theta", "alpha"), True, 0.67), (("vm", "theta"), True, 0.67)],
+)
+def test_a_figure_earns_by_its_curves_and_labels(bench, run, channels, labels, share):
+    figure = stored(FIGURE, drawn(run, channels, labels=labels))
+    assert FigureShows(FULL, OWN, CHANNELS).verdict(FIGURE, figure, case(bench)).share == share
+
+
+def test_a_figure_of_the_own_recording_passes_whatever_that_is_of(bench, K, friends):
+    value = stored(RESPONSE, friends)
+    value["metadata"]["K"] = None
+    figure = stored(FIGURE, drawn(friends))
+    check = FigureShows(FULL, OWN, CHANNELS)
+    assert check.verdict(FIGURE, figure, case(bench, K=np.array([K]), response=value)).status is Status.RIGHT
+
+
+def test_a_figure_of_something_else_is_wrong(bench):
+    figure = Figure()
+    figure.subplots().plot(np.linspace(0, 10, 100), np.sin(np.linspace(0, 50, 100)))
+    check = FigureShows(FULL, OWN, CHANNELS)
+    assert check.verdict(FIGURE, stored(FIGURE, figure), case(bench)).status is Status.WRONG
+
+
+def test_what_does_not_come_from_the_virtual_bench_is_for_a_person(bench, run):
+    elsewhere = case(bench, virtual=False)
+    assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, stored(RESPONSE, run), elsewhere).status is Status.FOR_A_PERSON
+    assert Measured("t_s", FULL, OWN).verdict(T_S, 0.4, elsewhere).status is Status.FOR_A_PERSON

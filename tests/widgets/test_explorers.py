@@ -1,0 +1,478 @@
+"""The explorers without a page: what they show, what they do with events, what they leave on paper."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import rotflex.lab
+from rotflex import experiments, hil, widgets
+from rotflex.courseware.scene.explorer import Explorer
+from rotflex.courseware.scene.results import as_csv, as_html
+from rotflex.courseware.scene.scene import MOST_POINTS, Column, Panel, Scene, thinned
+from rotflex.errors import BenchError, DesignError, IdentificationError, RotflexError
+from rotflex.instructor.model import state_space
+from rotflex.plant import PlantParameters
+from rotflex.recording import Recording
+from rotflex.units import DEG
+from rotflex.widgets.poles import PoleExplorer
+from rotflex.widgets.spectra import spectra, stiffness_at
+from rotflex.widgets.sweeps import SweepExplorer
+from rotflex.widgets.validations import ValidationExplorer
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ROTFLEX_PICTURES", raising=False)
+    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+
+
+@pytest.fixture
+def model(lab):
+    system = state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
+    return np.asarray(system.A), np.asarray(system.B)
+
+
+def readout(explorer, title):
+    return next(one for one in explorer.scene["readouts"] if one["title"] == title)
+
+
+def control(explorer, name):
+    return next(one for row in explorer.scene["controls"] for one in row if one["name"] == name)
+
+
+def press(explorer, name):
+    explorer.receive({"kind": "press", "name": name, "view": "page", "n": 1})
+
+
+def change(explorer, name, value):
+    explorer.receive({"kind": "set", "name": name, "value": value, "view": "page", "n": 2})
+
+
+def notice(explorer):
+    return explorer.scene["notice"]
+
+
+# --- scenes ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_is_plain_json_and_its_numbers_come_back():
+    x, y = np.linspace(0, 1, 50), np.linspace(3, 4, 50) ** 2
+    panel = Panel("y (m)", (0, 1), (0, 20), "x (s)")
+    panel.line(x, y, "measured", "curve")
+    panel.line(x, -y, "model")
+    scene, data = Scene("a curve", [Column([panel])]).packed()
+    assert json.loads(json.dumps(scene, allow_nan=False)) == scene
+    numbers = np.frombuffer(data, dtype=np.float32)
+    first, second = scene["columns"][0]["panels"][0]["items"]
+    for item, expected in ((first, y), (second, -y)):
+        offset, count = item["y"]
+        assert numbers[offset : offset + count] == pytest.approx(expected, rel=1e-6)
+    assert first["x"][1] == 50
+
+
+def test_a_long_curve_is_thinned_and_keeps_its_peaks():
+    rng = np.random.default_rng(3)
+    x = np.arange(20_000.0)
+    y = rng.normal(size=x.size)
+    y[[137, 19_998]] = 99, -99
+    few_x, few_y = thinned(x, y)
+    assert few_x.size <= MOST_POINTS
+    assert (np.diff(few_x) >= 0).all()
+    assert (few_y.max(), few_y.min()) == (99, -99)
+    assert few_x[few_y.argmax()] == 137
+
+
+# --- any explorer ---------------------------------------------------------------------------------------------------
+
+
+class Fragile(Explorer):
+    value = 1.0
+
+    def view(self):
+        return Scene(f"value {1 / self.value:g}")
+
+    def set(self, name, value):
+        if name == "known":
+            raise RotflexError("Say it another way.")
+        self.value = value
+
+
+def test_what_goes_wrong_in_a_callback_is_seen_and_what_was_there_stays():
+    explorer = Fragile()
+    change(explorer, "value", 0.0)
+    assert notice(explorer)["kind"] == "error"
+    assert "ZeroDivisionError" in notice(explorer)["text"]
+    assert explorer.scene["alt"] == "value 1"
+    change(explorer, "known", 1.0)
+    assert notice(explorer)["text"] == "Say it another way."
+    change(explorer, "value", 2.0)
+    assert notice(explorer)["text"] == ""
+    assert explorer.scene["alt"] == "value 0.5"
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        {"kind": "set", "name": "value", "value": float("nan")},
+        {"kind": "set", "name": "value"},
+        {"kind": "moved", "name": "value", "x": "far", "y": 0},
+    ],
+)
+def test_a_strange_event_is_answered_with_a_word(event):
+    explorer = Fragile()
+    explorer.receive({**event, "view": "page", "n": 7})
+    assert notice(explorer)["kind"] == "error"
+    assert explorer.scene["answered"] == {"view": "page", "n": 7}
+    assert explorer.value == 1.0
+
+
+def test_each_scene_has_a_new_version():
+    explorer = Fragile()
+    first = explorer.scene["version"]
+    change(explorer, "value", 4.0)
+    assert explorer.scene["version"] == first + 1
+
+
+# --- poles ----------------------------------------------------------------------------------------------------------
+
+
+def shown_gain(explorer):
+    return [float(row["values"][0].replace("−", "-")) for row in readout(explorer, "Gain K")["rows"]]
+
+
+def test_dragging_the_pair_is_the_same_as_the_plain_function(model):
+    explorer = PoleExplorer(*model)
+    explorer.receive({"kind": "moved", "name": "pair", "x": -18.0, "y": 13.0, "view": "page", "n": 3})
+    expected = widgets.design(*model, [-18 + 13j, -18 - 13j, -30, -40])
+    assert pytest.approx(expected.K) == explorer.design.K
+    assert shown_gain(explorer) == pytest.approx(expected.K.ravel().tolist(), rel=1e-3)
+    marks = [row["mark"] for row in readout(explorer, "Specifications")["rows"]]
+    assert marks == ["met" if finding.met else "missed" for finding in expected.findings]
+    assert control(explorer, "zeta")["value"] == pytest.approx(18 / np.hypot(18, 13))
+    assert explorer.scene["answered"] == {"view": "page", "n": 3}
+
+
+def test_a_pole_dragged_out_of_the_plane_stays_stable_and_in_range(model):
+    explorer = PoleExplorer(*model)
+    for x, y in ((50, 300), (0, 0), (-500, 0), (-10, -20)):
+        explorer.receive({"kind": "moved", "name": "pair", "x": x, "y": y})
+        assert explorer.design.poles.real.max() < 0
+        assert 0.1 <= explorer.wanted.zeta <= 0.99 and 5 <= explorer.wanted.omega_n <= 40
+    explorer.receive({"kind": "moved", "name": "p3", "x": 20.0, "y": 0})
+    assert explorer.wanted.p3 == -2.0
+
+
+def test_partial_feedback_reset_and_ghosts(model):
+    explorer = PoleExplorer(*model)
+    first = shown_gain(explorer)
+    press(explorer, "ghost")
+    change(explorer, "feedback", "partial")
+    assert explorer.design.feedback == "partial"
+    drawn = [item for panel in explorer.scene["columns"][1]["panels"] for item in panel["items"]]
+    assert sum(item["role"] == "ghost" for item in drawn) == 3
+    change(explorer, "zeta", 0.9)
+    press(explorer, "forget")
+    press(explorer, "reset")
+    assert shown_gain(explorer) == first
+    assert not explorer.ghosts and explorer.feedback == "full"
+
+
+def test_the_design_is_kept_as_an_answer(model, lab):
+    explorer = PoleExplorer(*model, lab=lab)
+    press(explorer, "keep")
+    assert "recorded" in notice(explorer)["text"]
+    assert "others" not in notice(explorer)["text"]
+    assert "marked is the code" in notice(explorer)["text"]
+    assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
+    change(explorer, "zeta", 0.8)
+    press(explorer, "keep")
+    assert "workbook's poles" in notice(explorer)["text"]
+    assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
+
+
+def test_without_a_session_nothing_can_be_kept(model):
+    explorer = PoleExplorer(*model)
+    assert control(explorer, "keep")["disabled"]
+    press(explorer, "keep")
+    assert "lab=lab" in notice(explorer)["text"]
+
+
+def test_the_students_own_gain_is_drawn_where_its_poles_are(model):
+    K = widgets.design(*model, widgets.Dominant(0.7, 18.0).poles).K
+    explorer = PoleExplorer(*model, K=K)
+    (plane,) = explorer.scene["columns"][0]["panels"]
+    squares = [complex(*item["at"]) for item in plane["items"] if item.get("shape") == "square"]
+    assert np.sort_complex(squares) == pytest.approx(np.sort_complex(widgets.Dominant(0.7, 18.0).poles), rel=1e-4)
+
+
+def test_all_that_is_sent_is_plain_json(model):
+    explorer = PoleExplorer(*model, K=widgets.design(*model, widgets.Dominant().poles).K)
+    json.dumps(explorer.scene, allow_nan=False)
+
+
+def test_a_model_that_cannot_be_controlled_is_refused_in_words(model):
+    with pytest.raises(DesignError, match="cannot be placed"):
+        PoleExplorer(model[0], 0 * model[1])
+
+
+def test_a_model_that_is_none_is_refused_in_words():
+    with pytest.raises(DesignError, match="4 by 4"):
+        PoleExplorer(np.eye(2), np.ones(2))
+
+
+def test_a_figure_for_the_report(model, lab, tmp_path):
+    explorer = PoleExplorer(*model)
+    press(explorer, "figure")
+    assert (tmp_path / "pole_design.png").read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in (tmp_path / "pole_design.svg").read_text(encoding="utf-8")
+    assert not list(tmp_path.glob(".pole_design*"))
+    assert "pole_design.svg" in notice(explorer)["text"]
+
+
+def test_a_figure_that_cannot_be_written_is_a_word(model, tmp_path, monkeypatch):
+    explorer = PoleExplorer(*model)
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    monkeypatch.setattr("rotflex.widgets.poles.Path.cwd", lambda: gone / "not there")
+    press(explorer, "figure")
+    assert "cannot be written" in notice(explorer)["text"]
+
+
+# --- sweep ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_sweep_explorer_shows_why_the_voltage_misleads(lab):
+    explorer = SweepExplorer(lab)
+    with lab.bench() as bench:
+        expected = spectra(experiments.sweep(bench, progress=False))
+    assert explorer.found.peak() == expected.peak()
+    by_position = explorer.found.peak()
+    change(explorer, "drive", "voltage")
+    assert control(explorer, "amplitude")["unit"] == "V"
+    assert explorer.found.peak() > 1.15 * by_position
+    assert explorer.found.peak("ratio") == pytest.approx(by_position, rel=0.05)
+
+
+def test_the_spectrum_and_the_ratio_of_a_known_link():
+    t = np.arange(0, 20, 0.002)
+    theta = 3 * DEG * np.sin(2 * np.pi * 2.5 * t)
+    recording = Recording.of(t, theta=theta, alpha=4 * theta, vm=0 * t)
+    found = spectra(recording)
+    assert found.peak() == pytest.approx(2.5, abs=found.spacing)
+    assert found.height(2.5) == pytest.approx(12 * DEG, rel=1e-3)
+    near = np.abs(found.f_ratio - 2.5) < 0.05
+    assert found.ratio[near] == pytest.approx(4.0, rel=1e-6)
+
+
+def test_the_stiffness_under_the_cursor_and_its_uncertainty(lab):
+    explorer = SweepExplorer(lab)
+    explorer.receive({"kind": "moved", "name": "cursor", "x": 3.0, "y": 9.9})
+    found = stiffness_at(3.0, lab.joint.J_l, explorer.found.spacing)
+    assert found.value == pytest.approx(lab.joint.J_l * (2 * np.pi * 3) ** 2)
+    # The slope of K_s(f) times the spread of a frequency that is somewhere in its bin.
+    bins = np.random.default_rng(1).uniform(-0.5, 0.5, 200_000) * explorer.found.spacing
+    spread = np.std(lab.joint.J_l * (2 * np.pi * (3.0 + bins)) ** 2)
+    assert found.uncertainty == pytest.approx(spread, rel=0.01)
+    said = " ".join(readout(explorer, "Stiffness by the cursor")["rows"][-1]["values"])
+    assert f"{found.value:.3f} ± {found.uncertainty:.3f}" in said
+    press(explorer, "peak")
+    assert explorer.cursor == explorer.found.peak()
+
+
+def test_a_number_that_is_typed_is_held_to_its_sliders_range(lab):
+    explorer = SweepExplorer(lab)
+    for name, asked, taken in (("duration", 1e5, 30.0), ("f_start", -3.0, 0.5), ("amplitude", 0.0, 0.5)):
+        change(explorer, name, asked)
+        assert explorer.settings[name] == taken == control(explorer, name)["value"]
+
+
+def test_a_sweep_that_fails_changes_nothing(lab, monkeypatch):
+    explorer = SweepExplorer(lab)
+    before = explorer.recording
+
+    def broken(*_, **__):
+        raise BenchError("The cable is loose.")
+
+    monkeypatch.setattr(experiments, "sweep", broken)
+    change(explorer, "f_start", 1.5)
+    assert notice(explorer)["text"] == "The cable is loose."
+    assert explorer.recording is before and explorer.settings["f_start"] == 1.0
+
+
+def test_a_recording_of_another_bench_is_looked_at_and_not_run_again(lab):
+    with lab.bench() as bench:
+        recording = experiments.sweep(bench, duration=6.0, progress=False)
+    explorer = SweepExplorer(recording=recording, J_l=3e-3)
+    assert SweepExplorer(lab, recording).settings["duration"] == pytest.approx(6.0)
+    assert not any(one["kind"] == "slider" for row in explorer.scene["controls"] for one in row)
+    live = rotflex.lab.start("ada", "virtual:?clock=wall", quiet=True)
+    with pytest.raises(BenchError, match="recording=") as error:
+        SweepExplorer(live)
+    assert "simulated" in str(error.value)
+    assert SweepExplorer(live, recording).recording is recording
+
+
+# --- validation -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def validated(lab, model):
+    with lab.bench() as bench:
+        return experiments.validation(bench, *model, duration=4.0, progress=False)
+
+
+def test_the_overlay_without_friction_is_the_linear_model(lab, validated):
+    K_s = 1.5
+    parameters = replace(PlantParameters.of(lab.servo, lab.joint, K_s), B_eq=lab.servo.B_eq, V_max=np.inf, I_max=np.inf)
+    system = state_space(lab.servo, lab.joint, K_s, input="voltage")
+    compared = widgets.overlay(validated, parameters)
+    import control as python_control
+
+    discrete = python_control.c2d(system, validated.sample_time, "zoh")
+    expected = python_control.forced_response(discrete, U=validated["vm"]).outputs
+    assert compared["theta_model"] == pytest.approx(expected[0], abs=1e-8)
+    assert compared["alpha_model"] == pytest.approx(expected[1], abs=1e-8)
+
+
+def test_the_fit_figure():
+    y = np.sin(np.linspace(0, 9, 500))
+    assert widgets.fit_percent(y, y) == 100
+    assert widgets.fit_percent(y, np.full_like(y, y.mean())) == pytest.approx(0)
+    assert widgets.fit_percent(y, y + (y - y.mean())) == pytest.approx(0)
+    with pytest.raises(IdentificationError, match="does not move"):
+        widgets.fit_percent(np.ones(9), np.ones(9))
+
+
+def test_sliders_change_the_model_and_the_fit_begins_where_they_stand(lab, validated):
+    explorer = ValidationExplorer(validated, lab.servo, lab.joint, K_s=1.2)
+    assert control(explorer, "K_s")["value"] == 1.2
+    poor = [row["values"][0] for row in readout(explorer, "Model against measurement")["rows"]]
+    change(explorer, "K_s", 1.5)
+    assert [row["values"][0] for row in readout(explorer, "Model against measurement")["rows"]] != poor
+    press(explorer, "fit")
+    assert not explorer.busy
+    from rotflex.hil.student_benches import student_bench, student_seed
+
+    truth = student_bench(student_seed("ada")).parameters
+    assert explorer.fitted.estimates["K_s"].value == pytest.approx(truth.K_s, rel=0.01)
+    assert explorer.parameters.K_s == explorer.fitted.parameters.K_s
+    assert explorer.friction == "fitted"
+    change(explorer, "friction", "none")
+    assert explorer.parameters.servo_friction == (0.0, 0.0)
+    press(explorer, "reset")
+    assert explorer.parameters.K_s == 1.2
+
+
+def test_a_fit_that_is_refused_leaves_the_explorer_usable(lab, model):
+    with lab.bench() as bench:
+        short = experiments.validation(bench, *model, signal="step", duration=1.5, progress=False)
+    explorer = ValidationExplorer(short, lab.servo, lab.joint)
+    press(explorer, "fit")
+    assert notice(explorer)["kind"] == "error" and "Record for longer" in notice(explorer)["text"]
+    assert not control(explorer, "K_s")["disabled"]
+
+
+def test_in_a_kernel_the_fit_leaves_the_loop_free(lab, validated):
+    async def scenario():
+        explorer = ValidationExplorer(validated, lab.servo, lab.joint)
+        press(explorer, "fit")
+        assert explorer.busy and "Fitting" in notice(explorer)["text"]
+        for _ in range(6000):
+            await asyncio.sleep(0.01)
+            if not explorer.busy:
+                break
+        assert "Fitted" in notice(explorer)["text"]
+        assert not control(explorer, "K_s")["disabled"]
+
+    asyncio.run(scenario())
+
+
+def test_fitted_friction_before_a_fit_is_a_word(lab, validated):
+    explorer = ValidationExplorer(validated, lab.servo, lab.joint)
+    change(explorer, "friction", "fitted")
+    assert "press Fit" in notice(explorer)["text"]
+
+
+# --- results --------------------------------------------------------------------------------------------------------
+
+
+def test_a_results_table_follows_the_answers_and_is_taken_along(lab, tmp_path):
+    explorer = widgets.results_table(lab, "Table 2")
+    assert "7 of 7" in explorer.scene["readouts"][0]["title"]
+    lab.book.answer(rotflex.lab.find("Table 2"), {"K_s": 1.37, "omega_n": 20.5})
+    press(explorer, "refresh")
+    assert "5 of 7" in explorer.scene["readouts"][0]["title"]
+    press(explorer, "csv")
+    rows = list(csv.reader(io.StringIO((tmp_path / "table_2.csv").read_text(encoding="utf-8-sig"))))
+    assert rows[0] == ["Description", "Name", "Value", "Unit"]
+    assert [row[2] for row in rows[1:3]] == ["20.5", "1.37"]
+    press(explorer, "html")
+    page = (tmp_path / "table_2.html").read_text(encoding="utf-8")
+    assert "<caption>" in page and "1.37" in page and "<script" not in page
+
+
+class Table:
+    title = "<b>T</b>"
+    rows = (("=1+1", "@x", "-5 apples", "m"), ("fine", "y", "-5.25", ""))
+
+    def _repr_html_(self):
+        return "<table></table>"
+
+
+def test_no_cell_becomes_a_formula_and_numbers_stay_numbers():
+    rows = list(csv.reader(io.StringIO(as_csv(Table()))))
+    assert rows[1:] == [["'=1+1", "'@x", "'-5 apples", "m"], ["fine", "y", "-5.25", ""]]
+    assert "<title>&lt;b&gt;" in as_html(Table())
+
+
+# --- on paper -------------------------------------------------------------------------------------------------------
+
+
+def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, validated):
+    makers = {
+        "poles": lambda: widgets.explore_poles(*model),
+        "sweep": lambda: widgets.explore_sweep(lab),
+        "validation": lambda: widgets.explore_validation(validated, lab.servo, lab.joint),
+        "results": lambda: widgets.results_table(lab, "Table 3"),
+    }
+    for name, make in makers.items():
+        data, metadata = make()._repr_mimebundle_()
+        assert "application/vnd.jupyter.widget-view+json" in data, name
+        assert data["text/plain"]
+        if name == "results":
+            assert "<table>" in data["text/html"]
+        else:
+            assert len(data["image/png"]) > 5_000
+            assert metadata["image/png"]["alt"]
+
+
+def test_where_nobody_looks_nothing_is_drawn(model, monkeypatch):
+    monkeypatch.setenv("ROTFLEX_PICTURES", "off")
+    data, _ = widgets.explore_poles(*model)._repr_mimebundle_()
+    assert set(data) == {"text/plain"}
+
+
+def test_a_console_without_a_run_has_no_picture_but_words(lab):
+    data, _ = widgets.open_console(lab)._repr_mimebundle_()
+    assert "image/png" not in data
+    assert "not connected" in data["text/plain"]
+
+
+def test_a_replayed_address_is_the_same_through_the_boards_verbs(lab, tmp_path):
+    with lab.bench() as bench:
+        recording = experiments.free_decay(bench, duration=2.0, progress=False)
+    recording.save(tmp_path / "decay.mat")
+    with hil.open("replay:decay.mat") as bench:
+        again = experiments.watch(bench, 2.0, progress=False)
+    count = bench.servo.K_enc
+    assert again["alpha"] == pytest.approx(recording["alpha"], abs=0.51 * count)
+    assert again["theta"] == pytest.approx(recording["theta"], abs=0.51 * count)

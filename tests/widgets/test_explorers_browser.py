@@ -1,0 +1,310 @@
+"""The explorers in the JupyterLab that students use: opened, dragged, typed at, stopped."""
+
+from __future__ import annotations
+
+import json
+
+import browser
+import nbformat
+import pytest
+from checkout import ROOT
+
+from rotflex.widgets.placement import design
+
+needs_chromium = pytest.mark.skipif(
+    browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)"
+)
+pytestmark = needs_chromium
+
+BEGIN = """
+import numpy as np
+import rotflex.lab
+from rotflex import experiments, widgets
+from rotflex.instructor import model
+lab = rotflex.lab.start("ada")
+system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
+A, B = np.asarray(system.A), np.asarray(system.B)
+"""
+KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
+NOTEBOOKS = {
+    "poles": "explorer = widgets.explore_poles(A, B, lab=lab)\nexplorer",
+    "sweep": "explorer = widgets.explore_sweep(lab)\nexplorer",
+    "validation": """
+with lab.bench() as bench:
+    recording = experiments.validation(bench, A, B, duration=5.0, progress=False)
+explorer = widgets.explore_validation(recording, lab.servo, lab.joint)
+explorer""",
+    "console": "explorer = widgets.open_console(lab, K=[18.2, -17.2, 1.59, 0.633])\nexplorer",
+    "results": 'explorer = widgets.results_table(lab, "Table 2")\nexplorer',
+}
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """JupyterLab with a notebook for each explorer. Gives the address and the folder."""
+    folder = tmp_path_factory.mktemp("explorers") / "work"
+    with browser.jupyterlab(folder, "--student", "ada", "--", "--expose-app-in-browser") as address:
+        for name, cell in NOTEBOOKS.items():
+            cells = [nbformat.v4.new_code_cell(source) for source in (BEGIN, cell)]
+            notebook = nbformat.v4.new_notebook(cells=cells, metadata=KERNEL)
+            nbformat.write(notebook, folder / f"{name}.ipynb")
+        yield address, folder
+
+
+@pytest.fixture
+def opened(served, request):
+    """The explorer that the test names, in a page; whatever the test does there, the page stays in order."""
+    address, _ = served
+    with browser.visit(address, f"{request.param}.ipynb") as seen:
+        cells = browser.run_all(seen)
+        assert [output for cell in cells for output in cell["outputs"] if output["output_type"] == "error"] == []
+        seen.page.wait_for_selector(".rotflex-explorer[data-version]")
+        yield seen.page
+        assert not seen.errors
+        assert not seen.abroad
+
+
+def gain(page):
+    """The gain that the page shows."""
+    rows = page.locator("table.readout", has_text="Gain K").locator("tr")
+    return [float(row.locator("td").first.inner_text().replace("−", "-")) for row in rows.all()]
+
+
+def verdicts(page):
+    return page.locator("table.readout", has_text="Specifications").locator("td.mark").all_inner_texts()
+
+
+def painted(page):
+    return page.locator(".rotflex-explorer canvas").evaluate("canvas => canvas.toDataURL()")
+
+
+def wait_for_text(page, selector, text):
+    page.wait_for_function(
+        "([selector, text]) => document.querySelector(selector)?.textContent.includes(text)", arg=[selector, text]
+    )
+
+
+def button(page, name):
+    return page.locator(".rotflex-explorer").get_by_role("button", name=name, exact=True)
+
+
+def settled(page):
+    """Wait until the page has heard no more for a while."""
+    version = None
+    while (now := page.locator(".rotflex-explorer").get_attribute("data-version")) != version:
+        version = now
+        page.wait_for_timeout(300)
+
+
+def middle(page, name):
+    box = page.locator(f'.handle[data-name="{name}"]').bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
+    page = opened
+    before, picture = gain(page), painted(page)
+    assert verdicts(page) == ["✓ met"] * 4
+    x, y = middle(page, "pair")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 5, y - 40, steps=8)
+    page.mouse.up()
+    settled(page)
+    now = middle(page, "pair")
+    assert now == pytest.approx((x - 5, y - 40), abs=3)
+    assert painted(page) != picture
+    assert gain(page) != before
+    assert "✗ not met" in verdicts(page)
+
+    handle = page.locator('.handle[data-name="pair"]')
+    pair = complex(float(handle.get_attribute("data-x")), float(handle.get_attribute("data-y")))
+    from rotflex.config import joint, srv02  # the same by the plain function
+    from rotflex.hil.student_benches import student_bench, student_seed
+    from rotflex.instructor.model import state_space
+
+    position = student_bench(student_seed("ada")).arm_position
+    system = state_space(srv02(), joint(position), joint(position).J_l * 20.7**2, input="voltage")
+    expected = design(system.A, system.B, [pair, pair.conjugate(), -30, -40])
+    assert gain(page) == pytest.approx(expected.K.ravel().tolist(), rel=2e-3)
+    assert [
+        ("not" in words) is not finding.met for words, finding in zip(verdicts(page), expected.findings, strict=True)
+    ]
+
+    button(page, "Keep this design").click()
+    wait_for_text(page, ".rotflex-explorer .notice", "recorded")
+    kept = json.loads((served[1] / "answers.json").read_text())["answers"]["3.8"]["K"]["value"]
+    assert kept[0] == pytest.approx(expected.K.ravel().tolist(), rel=1e-5)
+    button(page, "Figure for the report").click()
+    wait_for_text(page, ".rotflex-explorer .notice", "pole_design.svg")
+    assert (served[1] / "pole_design.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_the_pole_explorer_works_by_keyboard_alone(opened):
+    page = opened
+    page.locator('[data-name="zeta"]').focus()
+    walked = []
+    for _ in range(17):
+        walked.append(page.evaluate("document.activeElement.dataset.name"))
+        page.keyboard.press("Tab")
+    numbers = [name + kind for name in ("zeta", "omega_n", "p3", "p4") for kind in ("", "-number")]
+    assert walked == [*numbers, "feedback", "reset", "ghost", "forget", "figure", "keep", "pair", "p3", "p4"]
+
+    def press(selector, *keys):
+        page.locator(selector).focus()
+        for key in keys:
+            page.keyboard.press(key)
+        settled(page)
+
+    def number(name):
+        return float(page.locator(f'[data-name="{name}-number"]').input_value())
+
+    first = gain(page)
+    press('[data-name="omega_n"]', "ArrowRight", "ArrowRight")
+    assert number("omega_n") == pytest.approx(20.2)
+    press('.handle[data-name="p3"]', "ArrowLeft", "Shift+ArrowLeft")
+    assert number("p3") == pytest.approx(-30 - 0.5 - 5)
+    press('.handle[data-name="pair"]', "ArrowUp", "ArrowUp", "ArrowUp")
+    assert number("zeta") < 0.6 and number("omega_n") > 20.5
+    page.locator('[data-name="zeta-number"]').fill("0.8")
+    press('[data-name="zeta-number"]', "Enter")
+    assert number("zeta") == 0.8
+    assert gain(page) != first
+    page.locator('[data-name="feedback"]').select_option("partial")
+    settled(page)
+    press('[data-name="reset"]', "Enter")
+    assert gain(page) == first and number("zeta") == 0.6
+    assert page.locator('[data-name="feedback"]').input_value() == "full"
+
+
+@pytest.mark.parametrize("opened", ["sweep"], indirect=True)
+def test_the_sweep_explorer_runs_a_sweep_and_its_cursor_moves(opened):
+    page = opened
+    stiffness = page.locator("table.readout", has_text="Stiffness by the cursor")
+    peaks = page.locator("table.readout", has_text="Peaks")
+    before, said = stiffness.inner_text(), peaks.inner_text()
+    page.locator('.handle[data-name="cursor"]').focus()
+    page.keyboard.press("Shift+ArrowRight")
+    settled(page)
+    assert stiffness.inner_text() != before
+    page.locator('[data-name="drive"]').select_option("voltage")
+    page.wait_for_function(
+        "said => [...document.querySelectorAll('table.readout')].every(table => table.innerText.trim() !== said)",
+        arg=said.strip(),
+    )
+    assert "V" in page.locator("label.slider", has_text="amplitude").inner_text()
+
+
+@pytest.mark.parametrize("opened", ["validation"], indirect=True)
+def test_the_validation_explorer_follows_its_sliders_and_fits(opened):
+    page = opened
+    figures = page.locator("table.readout")
+    before, picture = figures.inner_text(), painted(page)
+    page.locator('[data-name="K_s"]').focus()
+    page.keyboard.press("ArrowRight")
+    settled(page)
+    assert figures.inner_text() != before and painted(page) != picture
+    button(page, "Fit").click()
+    wait_for_text(page, ".rotflex-explorer .notice", "Fitted")
+    assert float(figures.locator("tr", has_text="α").locator("td").first.inner_text().split()[0]) > 95
+
+
+@pytest.mark.parametrize("opened", ["console"], indirect=True)
+def test_stop_ends_a_running_experiment(opened):
+    page = opened
+    button(page, "Connect").click()
+    wait_for_text(page, ".readouts", "watchdog")
+    for stop in ("click", "key"):
+        page.locator('[data-name="experiment"]').select_option("sweep")
+        button(page, "Start").click()
+        page.wait_for_selector('[data-name="start"][aria-disabled="true"]')
+        version = int(page.locator(".rotflex-explorer").get_attribute("data-version"))
+        page.wait_for_function(
+            "v => Number(document.querySelector('.rotflex-explorer').dataset.version) > v + 5", arg=version
+        )
+        if stop == "click":
+            button(page, "STOP").click()
+        else:
+            page.locator('[data-name="experiment"]').focus()
+            page.keyboard.press("Escape")  # wherever the focus is
+        wait_for_text(page, ".readouts", "You stopped it. The motor is at 0 V.")
+    button(page, "Disconnect").click()
+    wait_for_text(page, ".readouts", "not connected")
+
+
+BUSY = """async (code) => {
+    const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
+    const future = kernel.requestExecute({code});
+    window.said = '';
+    future.onIOPub = (message) => { window.said += message.content.text ?? message.content.evalue ?? ''; };
+    future.done.then(() => { window.ended = true; });
+}"""
+
+
+@pytest.mark.parametrize("opened", ["console"], indirect=True)
+def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
+    """By STOP where JupyterLab has a thread beside the cell for it; else because nothing is heard of the page."""
+    page = opened
+    button(page, "Connect").click()
+    wait_for_text(page, ".readouts", "watchdog")
+    page.locator('[data-name="experiment"]').select_option("sweep")
+    button(page, "Start").click()
+    page.wait_for_selector('[data-name="start"][aria-disabled="true"]')
+    page.evaluate(BUSY, "import time; begun = time.time(); time.sleep(8); print(explorer._run.at_zero - begun)")
+    page.wait_for_timeout(500)
+    button(page, "STOP").click()
+    page.wait_for_function("window.ended")
+    assert 0 < float(page.evaluate("window.said")) < 7
+    wait_for_text(page, ".readouts", "The motor is at 0 V.")
+
+
+@pytest.mark.parametrize("opened", ["console"], indirect=True)
+def test_a_run_is_recorded_and_played(opened, served):
+    page = opened
+    button(page, "Connect").click()
+    wait_for_text(page, ".readouts", "watchdog")
+    button(page, "Start").click()
+    wait_for_text(page, ".readouts", "finished")
+    picture = painted(page)
+    page.locator(".player button").click()
+    page.wait_for_function("parseFloat(document.querySelector('.player output').textContent) > 0.2")
+    page.locator(".player button").click()
+    assert painted(page) != picture
+    button(page, "Save the recording").click()
+    wait_for_text(page, ".rotflex-explorer .notice", "console_free_decay.mat")
+    assert (served[1] / "console_free_decay.mat").exists()
+
+
+@pytest.mark.parametrize("opened", ["results"], indirect=True)
+def test_a_results_table_follows_the_answers_and_is_saved(opened, served):
+    page = opened
+    table = page.locator("table.readout")
+    assert "omega_n" in table.inner_text()
+    button(page, "Save as CSV").click()
+    wait_for_text(page, ".rotflex-explorer .notice", "table_2.csv")
+    assert (served[1] / "table_2.csv").read_text(encoding="utf-8-sig").startswith("Description,Name,Value,Unit")
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened):
+    page = opened
+    light = painted(page)
+    dark = "() => window.jupyterapp.commands.execute('apputils:change-theme', {theme: 'JupyterLab Dark'})"
+    page.evaluate(dark)
+    page.wait_for_selector('body[data-jp-theme-light="false"]', state="attached")
+    settled(page)
+    assert painted(page) != light
+    page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.restart()")
+    page.wait_for_timeout(1000)
+    page.locator('[data-name="zeta"]').focus()
+    page.keyboard.press("ArrowRight")
+    wait_for_text(page, ".rotflex-explorer .notice", "run this cell again")
+
+
+def test_the_page_needs_nothing_from_elsewhere():
+    folder = ROOT / "rotflex" / "courseware" / "scene"
+    for name in ("drawing.js", "controls.js", "explorer.js", "explorer.css"):
+        text = (folder / name).read_text(encoding="utf-8")
+        assert "http" not in text and "import " not in text
