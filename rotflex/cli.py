@@ -15,6 +15,7 @@ import typer
 import typer.core
 
 from rotflex import __version__
+from rotflex.courseware import student_id
 from rotflex.errors import ConfigurationError, RotflexError
 
 COURSE_FILE = "course.json"
@@ -109,7 +110,14 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     -------
     list
         What was done, a line each.
+
+    Raises
+    ------
+    ConfigurationError
+        If the ID cannot be one, or there are no notebooks to copy.
     """
+    if student is not None:
+        student = student_id.normalised(student)
     course = course_folder()
     wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
     wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}

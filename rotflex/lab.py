@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from rotflex import hil
-from rotflex.errors import AnswerError, ConfigurationError
+from rotflex.courseware import student_id
+from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 from rotflex.hil.draw import student_seed
 from rotflex.workbook import forms
 from rotflex.workbook.answers import AnswerBook
@@ -31,7 +32,6 @@ ANSWERS_FILE = "answers.json"
 COURSE_FILE = "course.json"  #: in the notebooks' folder: {"student": "..."}
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = "demo"  #: the student of whoever gives no name
-_LONGEST_NAME = 80
 _RAISE = object()
 
 
@@ -50,7 +50,7 @@ def start(
     Raises
     ------
     ConfigurationError
-        If the student's name is not usable.
+        If the student's ID cannot be one, see :mod:`rotflex.courseware.student_id`.
     BenchError
         If the bench's address is not understood.
     """
@@ -59,7 +59,7 @@ def start(
 
 
 def _student(given: str, folder: Path) -> str:
-    """The student's name: the given one, or that of ``course.json``, or "demo"."""
+    """The student's ID: the given one, or that of ``course.json``, or "demo"."""
     student: Any = given
     if not given:
         try:
@@ -71,11 +71,12 @@ def _student(given: str, folder: Path) -> str:
             raise ConfigurationError(
                 f'{COURSE_FILE} should be {{"student": "your id"}}; it is not: {error!r}.'
             ) from None
-    if not isinstance(student, str) or not student.strip() or len(student) > _LONGEST_NAME or not student.isprintable():
-        raise ConfigurationError(
-            f"The student's id should be text on one line, of at most {_LONGEST_NAME} characters; it is {student!r}."
-        )
-    return student.strip()
+    try:
+        return student_id.normalised(student)
+    except StudentIDError as error:
+        if given:
+            raise
+        raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
 
 
 class Lab:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 
 if TYPE_CHECKING:
     from rotflex.gradebook import Gradebook
     from rotflex.grading.batch import Settings
 
-GRADEBOOK_FILE = "gradebook.sqlite"
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  # exit codes; 2 is for any error that stops the command
 
 Source = Annotated[

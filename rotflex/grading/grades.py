@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import rotflex
+from rotflex.courseware.student_id import GRADES_FILE
 from rotflex.errors import GradingError
 from rotflex.gradebook import Graded
 from rotflex.grading import feedback
@@ -17,8 +18,6 @@ from rotflex.grading.checks import Status
 from rotflex.grading.feedback import points
 from rotflex.grading.marking import Mark
 from rotflex.grading.plain import spreadsheet_cell
-
-GRADES_FILE = "grades.csv"
 
 
 @dataclass(frozen=True)

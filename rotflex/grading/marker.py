@@ -15,6 +15,7 @@ from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from rotflex.courseware import student_id
 from rotflex.errors import GradingError
 from rotflex.grading import decoding, marking
 from rotflex.grading.marking import Key, Mark
@@ -128,7 +129,7 @@ def _end_with_parent() -> None:
 def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
     (key,) = _keys
     claims = decoding.decode(answers, probe_seed)
-    if claims.student and claims.student.casefold() != student.casefold():
-        claims.notes.append(f"The answers say that they are {claims.student[:80]!r}'s.")
+    if claims.student and student_id.caseless(claims.student) != student_id.caseless(student):
+        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
     marks = marking.mark(key, claims, TrueBench(student), probe_seed)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(key, claims)))

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
 from rotflex.workbook import forms
 from rotflex.workbook.forms import FormError, NotAnswered
@@ -221,7 +222,7 @@ class AnswerBook:
                 "A new one is begun: run the notebooks again to answer again."
             )
             return {}
-        if content["student"].casefold() != self.student.casefold():
+        if caseless(content["student"]) != caseless(self.student):
             aside = self._put_aside(re.sub(r"[^\w.-]+", "_", content["student"])[:40] or "nobody")
             self.notices.append(f"The answers of {content['student'][:40]!r} were put aside as {aside}.")
             return {}
