@@ -15,7 +15,8 @@ import typer
 import typer.core
 
 from rotflex import __version__
-from rotflex.courseware import student_id
+from rotflex.courseware import files, student_id
+from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, RotflexError
 
 COURSE_FILE = "course.json"
@@ -114,7 +115,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     Raises
     ------
     ConfigurationError
-        If the ID cannot be one, or there are no notebooks to copy.
+        If the ID cannot be one, there are no notebooks to copy, or ``course.json`` cannot be written.
     """
     if student is not None:
         student = student_id.normalised(student)
@@ -132,7 +133,12 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
     if student is not None:
         content = json.dumps({"student": student}, ensure_ascii=False) + "\n"
-        (folder / COURSE_FILE).write_text(content, encoding="utf-8")
+        try:
+            files.write(folder / COURSE_FILE, content)
+        except OSError as error:
+            raise ConfigurationError(
+                _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
+            ) from None
         lines.append(f"Student: {student}")
     return lines
 

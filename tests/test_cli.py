@@ -98,6 +98,13 @@ def test_lab_writes_the_id_as_it_is_kept(course, opened):
     assert json.loads(Path("work/course.json").read_text(encoding="utf-8")) == {"student": "j\u00fcrgen"}
 
 
+def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):
+    Path("work/course.json").mkdir(parents=True)
+    done = rotflex("lab", "work", "--student", "ada")
+    assert done.exit_code == 2 and "cannot be written: Is a directory" in " ".join(done.output.split())
+    assert not list(Path("work").glob(".course*"))
+
+
 def test_lab_never_overwrites_a_students_work(course, opened):
     Path("work").mkdir()
     Path("work/00_start.ipynb").write_text("my work")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import rotflex
+from rotflex.courseware import files
 from rotflex.courseware.student_id import GRADES_FILE
 from rotflex.errors import GradingError
 from rotflex.gradebook import Graded
@@ -107,8 +107,8 @@ class Reports:
         folder.mkdir(exist_ok=True)
         totals = {"total": result.total, "out_of": result.out_of, "awaiting": result.awaiting}
         record = {**asdict(result), **totals, "software": f"rotflex {rotflex.__version__}"}
-        _replace(folder / "marks.json", json.dumps(record, indent=1, sort_keys=True) + "\n")
-        _replace(folder / "feedback.html", feedback.page(result))
+        files.write(folder / "marks.json", json.dumps(record, indent=1, sort_keys=True) + "\n")
+        files.write(folder / "feedback.html", feedback.page(result))
         self._results[result.student] = result
         return result
 
@@ -136,11 +136,4 @@ def write_grades(path: Path, results: list[Result]) -> None:
                 spreadsheet_cell(" ".join((*result.problems, *result.notes, result.stamp))),
             ]
         )
-    _replace(path, table.getvalue())
-
-
-def _replace(path: Path, content: str) -> None:
-    """Write a file in one go: it is the old one or the new one, never half."""
-    scratch = path.with_name(f".{path.name}.tmp")
-    scratch.write_text(content, encoding="utf-8", newline="")
-    os.replace(scratch, path)
+    files.write(path, table.getvalue())

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware import files
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
 from rotflex.workbook import forms
@@ -80,6 +81,11 @@ def _refuse_constant(name: str) -> float:
     raise ValueError(f"{name} is not a number")
 
 
+def _identity(seen: os.stat_result) -> tuple[int, ...]:
+    """What tells a file from any other that bears, or bore, its name."""
+    return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns
+
+
 class AnswerBook:
     """A student's answers, and the file that they are kept in.
 
@@ -106,7 +112,10 @@ class AnswerBook:
 
     def refresh(self) -> None:
         """Read the file again if it has changed: another notebook may have written to it."""
-        found = self._identity(self.path)
+        try:
+            found = _identity(self.path.stat())
+        except OSError:
+            found = None
         if found is None or found != self._known:
             self._most_bytes = len(self._text({}))  # that the file has with these answers
             self._answers = self._load()
@@ -177,28 +186,12 @@ class AnswerBook:
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
-    @staticmethod
-    def _identity(path: Path) -> tuple[int, ...] | None:
-        """What tells a file from any other that bears, or bore, its name; None if there is no file."""
-        try:
-            seen = path.stat()
-        except OSError:
-            return None
-        return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns
-
     def _save(self) -> None:
         text = self._text(self._answers)
         if len(text) > MAX_BYTES:  # else it could not be read again
             raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
-        scratch = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
         try:
-            try:
-                scratch.write_bytes(text)
-                known = self._identity(scratch)
-                os.replace(scratch, self.path)
-                self._known = known
-            finally:
-                scratch.unlink(missing_ok=True)
+            self._known = _identity(files.write(self.path, text))
         except OSError as error:
             raise AnswerError(
                 f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."
