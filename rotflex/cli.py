@@ -15,6 +15,8 @@ import typer
 import typer.core
 
 from rotflex import __version__
+from rotflex.courseware import files, student_id
+from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, RotflexError
 
 COURSE_FILE = "course.json"
@@ -109,7 +111,14 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     -------
     list
         What was done, a line each.
+
+    Raises
+    ------
+    ConfigurationError
+        If the ID cannot be one, there are no notebooks to copy, or ``course.json`` cannot be written.
     """
+    if student is not None:
+        student = student_id.normalised(student)
     course = course_folder()
     wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
     wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
@@ -124,7 +133,12 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
     if student is not None:
         content = json.dumps({"student": student}, ensure_ascii=False) + "\n"
-        (folder / COURSE_FILE).write_text(content, encoding="utf-8")
+        try:
+            files.write(folder / COURSE_FILE, content)
+        except OSError as error:
+            raise ConfigurationError(
+                _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
+            ) from None
         lines.append(f"Student: {student}")
     return lines
 

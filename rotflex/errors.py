@@ -2,6 +2,7 @@
 
 RotflexError
 ├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
+│   └── StudentIDError   text that cannot be a student's ID
 ├── RecordingError       a file or an array that is not a usable recording (also a ValueError)
 ├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
 ├── DesignError          a control design that cannot be done (also a ValueError)
@@ -24,6 +25,10 @@ class RotflexError(Exception):
 
 class ConfigurationError(RotflexError, ValueError):
     """A combination of parts or parameters that does not exist."""
+
+
+class StudentIDError(ConfigurationError):
+    """Text that cannot be a student's ID."""
 
 
 class RecordingError(RotflexError, ValueError):

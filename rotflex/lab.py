@@ -35,7 +35,7 @@ def start(
     Raises
     ------
     ConfigurationError
-        If the student's name is not usable.
+        If the student's ID cannot be one, see :mod:`rotflex.courseware.student_id`.
     BenchError
         If the bench's address is not understood.
     """

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex.courseware import files
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
 
@@ -158,17 +159,13 @@ class Recording:
             If the file cannot be written, or would not hold the whole recording as it is.
         """
         target = Path(path)
-        writers = {".mat": self._write_mat, ".csv": self._write_csv}
-        if target.suffix.lower() not in writers:
+        write = {".mat": self._write_mat, ".csv": self._write_csv}.get(target.suffix.lower())
+        if write is None:
             raise RecordingError(f"{target.name}: a recording is saved as .mat or .csv.")
-        scratch = target.with_name(f".{target.name}.{os.getpid()}.tmp")
         try:
-            writers[target.suffix.lower()](scratch, variables)
-            os.replace(scratch, target)
+            files.write(target, lambda scratch: write(scratch, variables))
         except OSError as error:
             raise RecordingError(f"{target} cannot be written: {error.strerror or error}.") from None
-        finally:
-            scratch.unlink(missing_ok=True)
         return target
 
     @classmethod

@@ -94,6 +94,25 @@ def test_lab_fills_a_new_folder_and_opens_it(course, opened):
     assert opened == [(Path("work"), [])]
 
 
+@pytest.mark.parametrize("student", ["", "a/b", "x" * 81, "nul", "a\nb"])
+def test_lab_refuses_what_cannot_be_an_id_before_it_does_anything(course, opened, student):
+    done = rotflex("lab", "work", "--student", student)
+    assert done.exit_code == 2 and "cannot be a student's ID" in " ".join(done.output.split())
+    assert not Path("work").exists() and opened == []
+
+
+def test_lab_writes_the_id_as_it_is_kept(course, opened):
+    assert rotflex("lab", "work", "--student", " ju\u0308rgen").exit_code == 0
+    assert json.loads(Path("work/course.json").read_text(encoding="utf-8")) == {"student": "j\u00fcrgen"}
+
+
+def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):
+    Path("work/course.json").mkdir(parents=True)
+    done = rotflex("lab", "work", "--student", "ada")
+    assert done.exit_code == 2 and "cannot be written: Is a directory" in " ".join(done.output.split())
+    assert not list(Path("work").glob(".course*"))
+
+
 def test_lab_never_overwrites_a_students_work(course, opened):
     Path("work").mkdir()
     Path("work/00_start.ipynb").write_text("my work")

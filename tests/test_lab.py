@@ -52,10 +52,34 @@ def test_a_broken_course_file_is_told(folder):
             rotflex.lab.start()
 
 
-@pytest.mark.parametrize("student", [3, " ", "a\nb", "x" * 100, None.__class__])
-def test_an_unusable_id_is_told(student):
-    with pytest.raises(ConfigurationError, match="id should be text"):
+@pytest.mark.parametrize(
+    ("student", "said"),
+    [
+        (3, "should be text, not 3"),
+        (None.__class__, "should be text, not <class"),
+        (" ", "it is empty"),
+        ("a\nb", "one line"),
+        ("x" * 100, "100 characters"),
+        ("a/b", "/ cannot stand"),
+    ],
+)
+def test_an_unusable_id_is_told(student, said):
+    with pytest.raises(ConfigurationError, match=said):
         rotflex.lab.start(student)
+
+
+def test_of_an_unusable_id_in_the_course_file_the_file_is_told(folder):
+    (folder / "course.json").write_text('{"student": "a/b"}')
+    with pytest.raises(ConfigurationError, match=r"course\.json: 'a/b' cannot be a student's ID"):
+        rotflex.lab.start()
+
+
+def test_an_id_taken_apart_as_macs_do_is_the_same_student_with_the_same_answers(folder):
+    lab = quiet("j\u00fcrgen")
+    lab.answer("2.11", omega_n=19.9)
+    again = quiet("ju\u0308rgen ")
+    assert again.student == lab.student and again.seed == lab.seed
+    assert again.value("2.11", "omega_n") == 19.9
 
 
 def test_the_parts_and_the_bench_are_the_students_own():

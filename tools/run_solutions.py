@@ -18,6 +18,7 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
+from rotflex.courseware import files
 from rotflex.workbook.questions import CATALOGUE
 
 SOLUTIONS = Path(__file__).resolve().parents[1] / "solutions"
@@ -52,9 +53,7 @@ def run(path: Path) -> None:
         cell.metadata.pop("execution", None)
         for output in cell.get("outputs", []):  # a widget has a random name; what stands for it on paper stays
             output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
-    scratch = path.with_suffix(".tmp")
-    nbformat.write(notebook, scratch)
-    scratch.replace(path)
+    files.write(path, lambda scratch: nbformat.write(notebook, scratch))
 
 
 def main(names: list[str]) -> None:

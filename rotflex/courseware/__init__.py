@@ -1,1 +1,1 @@
-"""What any course needs: kinds and forms of answers, the file that they are kept in, a student's session, explorers."""
+"""What any course needs: one rule for students' IDs, files written whole, and messages that can be translated."""

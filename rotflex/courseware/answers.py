@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware import forms
+from rotflex.courseware import files, forms
 from rotflex.courseware.forms import FormError, NotAnswered
 from rotflex.courseware.parts import Question
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
 
 FORMAT = 1
@@ -78,6 +79,11 @@ def _refuse_constant(name: str) -> float:
     raise ValueError(f"{name} is not a number")
 
 
+def _identity(seen: os.stat_result) -> tuple[int, ...]:
+    """What tells a file from any other that bears, or bore, its name."""
+    return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns
+
+
 class AnswerBook:
     """A student's answers, and the file that they are kept in.
 
@@ -104,7 +110,10 @@ class AnswerBook:
 
     def refresh(self) -> None:
         """Read the file again if it has changed: another notebook may have written to it."""
-        found = self._identity(self.path)
+        try:
+            found = _identity(self.path.stat())
+        except OSError:
+            found = None
         if found is None or found != self._known:
             self._most_bytes = len(self._text({}))  # that the file has with these answers
             self._answers = self._load()
@@ -175,28 +184,12 @@ class AnswerBook:
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
-    @staticmethod
-    def _identity(path: Path) -> tuple[int, ...] | None:
-        """What tells a file from any other that bears, or bore, its name; None if there is no file."""
-        try:
-            seen = path.stat()
-        except OSError:
-            return None
-        return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns
-
     def _save(self) -> None:
         text = self._text(self._answers)
         if len(text) > MAX_BYTES:  # else it could not be read again
             raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
-        scratch = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
         try:
-            try:
-                scratch.write_bytes(text)
-                known = self._identity(scratch)
-                os.replace(scratch, self.path)
-                self._known = known
-            finally:
-                scratch.unlink(missing_ok=True)
+            self._known = _identity(files.write(self.path, text))
         except OSError as error:
             raise AnswerError(
                 f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."
@@ -220,7 +213,7 @@ class AnswerBook:
                 "A new one is begun: run the notebooks again to answer again."
             )
             return {}
-        if content["student"].casefold() != self.student.casefold():
+        if caseless(content["student"]) != caseless(self.student):
             aside = self._put_aside(re.sub(r"[^\w.-]+", "_", content["student"])[:40] or "nobody")
             self.notices.append(f"The answers of {content['student'][:40]!r} were put aside as {aside}.")
             return {}

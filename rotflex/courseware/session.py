@@ -11,20 +11,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import forms
+from rotflex.courseware import forms, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.json_values import plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
 from rotflex.courseware.tables import ResultsTable
-from rotflex.errors import AnswerError, ConfigurationError
+from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
 ANSWERS_FILE = "answers.json"
 COURSE_FILE = "course.json"  #: in the notebooks' folder: {"student": "..."}
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = "demo"  #: the student of whoever gives no name
-_LONGEST_NAME = 80
 _RAISE = object()
 
 
@@ -47,11 +46,12 @@ def student_of(given: str, folder: Path) -> str:
             raise ConfigurationError(
                 f'{COURSE_FILE} should be {{"student": "your id"}}; it is not: {error!r}.'
             ) from None
-    if not isinstance(student, str) or not student.strip() or len(student) > _LONGEST_NAME or not student.isprintable():
-        raise ConfigurationError(
-            f"The student's id should be text on one line, of at most {_LONGEST_NAME} characters; it is {student!r}."
-        )
-    return student.strip()
+    try:
+        return student_id.normalised(student)
+    except StudentIDError as error:
+        if given:
+            raise
+        raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
 
 
 class Session:

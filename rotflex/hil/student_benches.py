@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotflex.config import joint, one_of, srv02
+from rotflex.courseware.student_id import composed
 from rotflex.plant import PlantParameters
 
 
@@ -24,8 +25,8 @@ class VirtualPlantSpec:
 
 
 def student_seed(student: str) -> int:
-    """The seed (32 bits) of a student's own bench; the same on every machine, whatever the case of the name."""
-    digest = hashlib.sha256(f"rotflex bench: {student.strip().casefold()}".encode()).digest()
+    """The seed (32 bits) of a student's own bench; the same on every machine, however the ID is typed."""
+    digest = hashlib.sha256(f"rotflex bench: {composed(student).casefold()}".encode()).digest()
     return int.from_bytes(digest[:4], "big")
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import rotflex
 from rotflex.courseware.run.merge import merged
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
@@ -106,8 +107,8 @@ class Batch:
         self._gradebook = gradebook
         self._settings = settings or Settings()
         self._secret = gradebook.secret()
-        there = {one.student.casefold() for one in self._submissions}
-        self.absent = [one.student for one in gradebook.students() if one.student.casefold() not in there]
+        there = {caseless(one.student) for one in self._submissions}
+        self.absent = [one.student for one in gradebook.students() if caseless(one.student) not in there]
 
     def __len__(self) -> int:
         return len(self._submissions)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import course as courses
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from rotflex.instructor.batch import Settings
     from rotflex.instructor.gradebook import Gradebook
 
-GRADEBOOK_FILE = "gradebook.sqlite"
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  # exit codes; 2 is for any error that stops the command
 
 CourseFolder = Annotated[

@@ -252,15 +252,19 @@ def _empty(path: Path, outside: Outside) -> None:
         notebook.unlink()
 
 
-_NAMES = ("=1+1", "@SUM(A1)", "+1", "-rf", "[red]x[bold]", "{{7*7}}", "'; DROP TABLE--")
+_NAMES = ("=1+1", "@SUM(A1)", "+1", "-rf", "[red]x[bold]", "{{7+7}}", "'; DROP TABLE--")
 #: Names that are an ID, and are taken for one. One of them has work to hand in, too.
-NAMES = {"<img src=x onerror=alert(1)>": Attack()} | {
+NAMES = {"&lt;img src=x onerror=alert(1)&gt;": Attack()} | {
     name: Attack(earns={}, lay=_empty, runs=False, trouble=(_IGNORED,)) for name in _NAMES
 }
 #: Names that are none: these are told, and nothing is made of them.
 REFUSED = (
     "gradebook.sqlite",
     "grades.csv",
+    "<img src=x onerror=alert(1)>",
+    "C:\\evil",
+    "NUL.evil",
+    "evil.",
     "\x1b[31mred",
     "\u202eevil",
     "two\nlines",

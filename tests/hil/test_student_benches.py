@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import unicodedata
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rotflex.config import joint, srv02
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import ConfigurationError
 from rotflex.hil.student_benches import PRESETS, preset, student_bench, student_seed
 from rotflex.units import HZ
@@ -117,8 +120,15 @@ def test_a_students_seed_is_the_same_everywhere():
 @given(st.text(), st.text())
 def test_seeds_have_32_bits_and_differ_between_students(one, other):
     assert 0 <= student_seed(one) < 2**32
-    if one.strip().casefold() != other.strip().casefold():
+    if caseless(one) != caseless(other):
         assert student_seed(one) != student_seed(other)
+
+
+@given(st.text())
+def test_seeds_are_those_of_always_and_the_same_however_accents_are_put_together(student):
+    composed, apart = (unicodedata.normalize(form, student) for form in ("NFC", "NFD"))
+    always = hashlib.sha256(f"rotflex bench: {composed.strip().casefold()}".encode()).digest()
+    assert student_seed(composed) == student_seed(apart) == int.from_bytes(always[:4], "big")
 
 
 def test_presets_are_named():

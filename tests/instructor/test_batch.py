@@ -9,15 +9,17 @@ from base64 import b64encode
 import pytest
 from made_courses import loaded
 
+from rotflex.courseware import student_id
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import batch
 from rotflex.instructor.batch import Batch, Settings
+from rotflex.instructor.commands import GRADEBOOK_FILE
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.marking import decoding
 from rotflex.instructor.marking import marking_processes as marker
 from rotflex.instructor.regrade import regrade
 from rotflex.instructor.reports.grades import GRADES_FILE, Reports
-from rotflex.instructor.running import intake, runner
+from rotflex.instructor.running import runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
@@ -302,6 +304,24 @@ def test_who_is_in_the_roster_and_has_not_handed_in_is_named(school):
         assert Batch(school.folder / "in", school.course, book).absent == ["bob"]
 
 
+def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(school, tmp_path):
+    """The roster and the laboratory have it composed; the folder, and answers of old, taken apart."""
+    composed, apart = "j\u00fcrgen", "ju\u0308rgen"
+    school.hand_in(apart)
+    (school.folder / "class.csv").write_text(f"id\n{composed}\n", encoding="utf-8")
+    seed = 7
+    school.leaves[composed] = runner.Run(perfect(apart, seed))
+    with school.book() as book, Reports(tmp_path / "out") as reports:
+        book.import_roster(school.folder / "class.csv")
+        a_class = Batch(school.folder / "in", school.folder, book, Settings(probe_seed=seed))
+        assert a_class.absent == []
+        (step,) = a_class.grade()
+        assert reports.write(step.graded).total == 2
+        assert not any("say that they are" in note for note in step.graded.run.notes)
+    assert school.runs == [composed]
+    assert [path.name for path in (tmp_path / "out").iterdir() if path.is_dir()] == [composed]
+
+
 # --- reports ----------------------------------------------------------------------------------------------------------
 
 
@@ -321,4 +341,4 @@ def test_reports_are_written_for_each_and_for_all(school, tmp_path):
 
 
 def test_names_that_grading_gives_itself_are_reserved():
-    assert GRADES_FILE in intake.RESERVED
+    assert {GRADES_FILE, GRADEBOOK_FILE} <= set(student_id.RESERVED)

@@ -55,7 +55,7 @@ class ResultsExplorer(Explorer):
         text = as_csv(self.table) if name == "csv" else as_html(self.table)
         # The mark tells spreadsheets that it is UTF-8.
         encoding = "utf-8-sig" if name == "csv" else "utf-8"
-        path = written(Path.cwd() / file_name, lambda place: _put(place, text.encode(encoding)))
+        path = written(Path.cwd() / file_name, text.encode(encoding))
         self.notice = f"Saved as {path.name}, beside the notebook."
 
     def view(self) -> Scene:
@@ -87,10 +87,6 @@ class ResultsExplorer(Explorer):
 def results_table(lab: Lab, number: str) -> ResultsExplorer:
     """A results table, as a notebook makes it; see :class:`ResultsExplorer`."""
     return ResultsExplorer(lab, number)
-
-
-def _put(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
 
 
 def as_csv(table: ResultsTable) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
+from rotflex.courseware import files
 from rotflex.courseware.pictures import DOTS_PER_INCH, Picture, style
 from rotflex.errors import RotflexError
 
@@ -29,20 +29,16 @@ def save(picture: Picture, folder: Path, name: str) -> list[Path]:
     return [written(folder / f"{name}.{kind}", draw(kind)) for kind in ("png", "svg")]
 
 
-def written(path: Path, write: Callable[[Path], None]) -> Path:
-    """Write a file whole or not at all.
+def written(path: Path, content: files.Content) -> Path:
+    """Write a file whole or not at all, see :func:`rotflex.courseware.files.write`.
 
     Raises
     ------
     RotflexError
         If it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.new")
     try:
-        write(temporary)
-        os.replace(temporary, path)
+        files.write(path, content)
     except OSError as error:
         raise RotflexError(f"{path.name} cannot be written: {error.strerror or error}.") from None
-    finally:
-        temporary.unlink(missing_ok=True)
     return path

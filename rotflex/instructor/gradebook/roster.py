@@ -25,7 +25,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rotflex.errors import GradebookError
+from rotflex.courseware import student_id
+from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import caseless
+from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook import storable
 
 _IDS = (
@@ -63,7 +66,7 @@ def read(path: Path) -> tuple[list[Entry], list[str]]:
         separator = max(",;\t", key=lambda one: len(_KNOWN.intersection(_headings(lines, one))))
         table = csv.reader(lines, delimiter=separator)
         columns = _Columns(path, next(table, []))
-        return _entries(columns, ((table.line_num + skipped, list(map(_cell, row))) for row in table))
+        return _entries(columns, ((table.line_num + skipped, row) for row in table))
     except csv.Error as error:
         raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
 
@@ -87,10 +90,18 @@ def _heading(cell: str) -> str:
     return "".join(filter(str.isalnum, cell.casefold()))
 
 
-def _cell(cell: str) -> str:
-    """A cell's text on one line."""
+def _plain(cell: str) -> str:
+    """A cell's text without white space around."""
     kept_zeros = _KEPT_ZEROS.fullmatch(cell.strip())
-    return " ".join((kept_zeros[1] if kept_zeros else cell).split())
+    return (kept_zeros[1] if kept_zeros else cell).strip()
+
+
+def _on_one_line(cell: str) -> str:
+    return " ".join(_plain(cell).split())
+
+
+class _NoID(Exception):
+    """A row whose cell for the ID is empty."""
 
 
 class _Columns:
@@ -109,14 +120,14 @@ class _Columns:
                 f"Besides it, 'name', 'email' and 'section' are understood."
             )
         self._student = student
-        self.id_heading = _cell(line[student])
+        self.id_heading = _on_one_line(line[student])
         name = first(name for name in _NAMES if name != headings[student])
         self._columns = {"email": [first(_EMAILS)], "section": [first(_SECTIONS)], "name": [name]}
         if name is None:
             self._columns["name"] = [first(_FIRST_NAMES), first(_LAST_NAMES)]
 
     def entry(self, row: list[str]) -> Entry:
-        """What a row says."""
+        """What a row says. Raises _NoID where it has no ID, StudentIDError where it has what cannot be one."""
 
         def cell(place: int) -> str:
             return row[place] if place < len(row) else ""
@@ -125,24 +136,29 @@ class _Columns:
         for what, places in self._columns.items():
             there = [place for place in places if place is not None]
             if there:
-                details[what] = storable.text(" ".join(filter(None, map(cell, there))))
-        return Entry(cell(self._student), details)
+                details[what] = storable.text(" ".join(filter(None, map(_on_one_line, map(cell, there)))))
+        given = _plain(cell(self._student))
+        if not given:
+            raise _NoID
+        return Entry(student_id.normalised(given), details)
 
 
 def _entries(columns: _Columns, rows: Iterable[tuple[int, list[str]]]) -> tuple[list[Entry], list[str]]:
     taken: dict[str, tuple[int, Entry]] = {}
     problems = []
     for line, row in rows:
-        if not any(row):
+        if not any(map(_plain, row)):
             continue
-        entry = columns.entry(row)
-        folded = entry.student.casefold()
-        if not entry.student:
-            problems.append(f"Line {line} has no ID in the column {columns.id_heading!r}: not taken.")
-        elif not storable.is_student(entry.student):
-            problems.append(f"Line {line}: {entry.student[: storable.LONGEST_ID]!r} cannot be an ID: not taken.")
-        elif folded not in taken:
-            taken[folded] = line, entry
-        elif taken[folded][1] != entry:
-            problems.append(f"Line {line}: {entry.student!r} is in line {taken[folded][0]} already: not taken.")
+        try:
+            entry = columns.entry(row)
+        except _NoID:
+            problem = _("Line {line} has no ID in the column {column!r}: not taken.")
+            problems.append(problem.format(line=line, column=columns.id_heading))
+        except StudentIDError as error:
+            problems.append(_("Line {line}: {why} It is not taken.").format(line=line, why=error))
+        else:
+            first, same = taken.setdefault(caseless(entry.student), (line, entry))
+            if same != entry:
+                problem = _("Line {line}: {student!r} is in line {first} already: not taken.")
+                problems.append(problem.format(line=line, student=entry.student, first=first))
     return [entry for _, entry in taken.values()], problems

@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, Select, delete, insert, select, update
 
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook.records import GIVEN_BY_A_PERSON, Graded, MarkRecord, MarkState, RunRecord
 from rotflex.instructor.gradebook.tables import answers, audit, decisions, marks, runs, students, submissions
@@ -45,7 +46,7 @@ def now() -> datetime:
 
 def find_student(connection: Connection, student: str) -> int | None:
     """The number of a student's row."""
-    return connection.scalar(select(students.c.id).where(students.c.folded == student.casefold()))
+    return connection.scalar(select(students.c.id).where(students.c.folded == caseless(student)))
 
 
 def known_student(connection: Connection, student: str) -> int:
@@ -58,7 +59,7 @@ def known_student(connection: Connection, student: str) -> int:
 
 def add_student(connection: Connection, student: str, details: Mapping[str, str]) -> int:
     """A new row for a student; its number."""
-    row = {"student": student, "folded": student.casefold(), "name": "", "email": "", "section": "", **details}
+    row = {"student": student, "folded": caseless(student), "name": "", "email": "", "section": "", **details}
     return _added(connection, insert(students).values(row))
 
 

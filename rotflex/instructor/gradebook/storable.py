@@ -11,10 +11,10 @@ import math
 import re
 from dataclasses import replace
 
-from rotflex.errors import GradebookError
+from rotflex.courseware import student_id
+from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook.records import Graded, MarkRecord, RunRecord
 
-LONGEST_ID = 80
 _INTEGERS = range(-(2**63), 2**63)
 _LINE_END = re.compile(r"\r\n?")
 _UNFIT = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
@@ -31,24 +31,18 @@ def _written_out(found: re.Match[str]) -> str:
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
 
 
-def is_student(given: str) -> bool:
-    """Whether it can be a student's ID."""
-    return given == given.strip() and given.isprintable() and 0 < len(given) <= LONGEST_ID
-
-
 def student(given: str) -> str:
-    """A student's ID.
+    """A student's ID as it is kept.
 
     Raises
     ------
     GradebookError
         If it cannot be one.
     """
-    if not is_student(given):
-        raise GradebookError(
-            f"{given[:LONGEST_ID]!r} is not a student's ID: 1 to {LONGEST_ID} printable characters, no space around."
-        )
-    return str.__str__(given)
+    try:
+        return student_id.normalised(given)
+    except StudentIDError as error:
+        raise GradebookError(str(error)) from None
 
 
 def graded(given: Graded) -> Graded:

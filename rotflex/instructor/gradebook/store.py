@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import insert, select, update
 
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import roster, rows, schema, storable
 from rotflex.instructor.gradebook.database import Database
@@ -30,7 +31,8 @@ class Gradebook:
     """A class's submissions, runs, answers, marks, comments, and every change of a mark.
 
     It may be used by several processes at once, and by several threads. Students are told apart without regard to
-    capitals. Strangers' text is kept as :mod:`rotflex.instructor.gradebook.storable` says.
+    capitals, as :mod:`rotflex.courseware.student_id` says; strangers' text is kept as
+    :mod:`rotflex.instructor.gradebook.storable` says.
 
     Parameters
     ----------
@@ -85,7 +87,7 @@ class Gradebook:
         with self._database.writing() as connection:
             there = {row.folded: row for row in connection.execute(select(students))}
             for entry in entries:
-                row = there.get(entry.student.casefold())
+                row = there.get(caseless(entry.student))
                 new = {"student": entry.student, **entry.details}
                 if row is None:
                     rows.add_student(connection, entry.student, entry.details)
@@ -100,7 +102,7 @@ class Gradebook:
         columns = (students.c.student, students.c.name, students.c.email, students.c.section)
         with self._database.reading() as connection:
             found = [StudentRecord(*row) for row in connection.execute(select(*columns))]
-        return sorted(found, key=lambda one: one.student.casefold())
+        return sorted(found, key=lambda one: caseless(one.student))
 
     # --- runs and marks -----------------------------------------------------------------------------------------------
 
@@ -210,7 +212,7 @@ class Gradebook:
         found = (
             select(comments, students.c.student)
             .join(students)
-            .where(students.c.folded == storable.text(student).casefold())
+            .where(students.c.folded == caseless(storable.text(student)))
             .order_by(comments.c.id)
         )
         with self._database.reading() as connection:
@@ -223,7 +225,7 @@ class Gradebook:
         """Every change of a mark, in the order in which they were made; of one student or one question, if given."""
         found = select(audit, students.c.student).join(students).order_by(audit.c.id)
         if student is not None:
-            found = found.where(students.c.folded == storable.text(student).casefold())
+            found = found.where(students.c.folded == caseless(storable.text(student)))
         if question is not None:
             found = found.where(audit.c.question == storable.text(question))
         with self._database.reading() as connection:

@@ -15,6 +15,7 @@ from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from rotflex.courseware import student_id
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.course import Course
@@ -131,7 +132,7 @@ def _end_with_parent() -> None:
 def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
     (course,) = _courses
     claims = decoding.decode(answers, probe_seed, course.catalogue)
-    if claims.student and claims.student.casefold() != student.casefold():
-        claims.notes.append(f"The answers say that they are {claims.student[:80]!r}'s.")
+    if claims.student and student_id.caseless(claims.student) != student_id.caseless(student):
+        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
     marks = marking.mark(course, claims, course.bench(student), probe_seed)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))

@@ -5,20 +5,19 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from dataclasses import asdict
 from pathlib import Path
 
 import rotflex
+from rotflex.courseware import files
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.student_id import GRADES_FILE
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Graded
 from rotflex.instructor.reports import feedback
 from rotflex.instructor.reports.feedback import points
 from rotflex.instructor.reports.result import Result, result_of
 from rotflex.instructor.reports.safe_text import spreadsheet_cell
-
-GRADES_FILE = "grades.csv"
 
 
 class Reports:
@@ -56,8 +55,8 @@ class Reports:
         folder.mkdir(exist_ok=True)
         totals = {"total": result.total, "out_of": result.out_of, "awaiting": result.awaiting}
         record = {**asdict(result), **totals, "software": f"rotflex {rotflex.__version__}"}
-        _replace(folder / "marks.json", json.dumps(record, indent=1, sort_keys=True) + "\n")
-        _replace(folder / "feedback.html", feedback.page(result, self._catalogue))
+        files.write(folder / "marks.json", json.dumps(record, indent=1, sort_keys=True) + "\n")
+        files.write(folder / "feedback.html", feedback.page(result, self._catalogue))
         self._results[result.student] = result
         return result
 
@@ -85,11 +84,4 @@ def write_grades(path: Path, results: list[Result]) -> None:
                 spreadsheet_cell(" ".join((*result.problems, *result.notes, result.stamp))),
             ]
         )
-    _replace(path, table.getvalue())
-
-
-def _replace(path: Path, content: str) -> None:
-    """Write a file in one go: it is the old one or the new one, never half."""
-    scratch = path.with_name(f".{path.name}.tmp")
-    scratch.write_text(content, encoding="utf-8", newline="")
-    os.replace(scratch, path)
+    files.write(path, table.getvalue())

@@ -21,7 +21,9 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from rotflex.errors import GradingError
+from rotflex.courseware import student_id
+from rotflex.courseware.messages import _
+from rotflex.errors import GradingError, StudentIDError
 
 MAX_NOTEBOOK = 5_000_000  #: bytes
 MAX_ARCHIVE = 50_000_000  #: bytes of a zip
@@ -29,16 +31,7 @@ MAX_DIRECTORY = 2_000_000  #: bytes of a zip's table of contents
 MAX_ENTRIES = 5_000  #: files and folders of a submission
 MAX_DEPTH = 8  #: folders within folders
 MAX_SOURCE = 200_000  #: characters of a cell
-LONGEST_ID = 80
 COURSE_FILE = "course.json"
-#: Names that grading itself gives in the folder of results.
-RESERVED = (
-    "grades.csv",
-    "gradebook.sqlite",
-    "gradebook.sqlite-journal",
-    "gradebook.sqlite-wal",
-    "gradebook.sqlite-shm",
-)
 
 
 @dataclass(frozen=True)
@@ -83,31 +76,30 @@ def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
     ignored = []
     # A folder goes before a zip of the same name, whoever packed which.
     for path in sorted(folder.iterdir(), key=lambda path: (path.is_file(), path.name)):
-        student = path.stem if path.suffix.lower() == ".zip" and path.is_file() else path.name
         if path.name.startswith("."):
             continue
-        if path.is_symlink() or not (path.is_dir() or path.suffix.lower() == ".zip"):
-            ignored.append(f"{path.name!r} is neither a folder nor a zip: not read.")
-        elif not _usable(student):
-            ignored.append(f"{path.name!r} is not named by a student's ID: not read.")
-        elif student.casefold() in found:
-            ignored.append(f"{path.name!r}: there is {found[student.casefold()].path.name!r} already: not read.")
-        else:
-            found[student.casefold()] = Submission(student, path)
+        try:
+            one = _submission(path)
+            same = found.setdefault(student_id.caseless(one.student), one)
+            if same is not one:
+                why = _("it is the same student's as {other!r}, though its name is written otherwise.")
+                raise _Unreadable(why.format(other=same.path.name))
+        except _Unreadable as error:
+            ignored.append(_("{name!r} is not read: {why}").format(name=path.name, why=error))
     if not found:
         raise GradingError(f"There are no submissions in {folder}: it should hold a folder or a zip for each student.")
     return [found[student] for student in sorted(found)], ignored
 
 
-def _usable(student: str) -> bool:
-    """Whether it can be an ID, as ``rotflex.lab`` takes it, and a folder's name."""
-    return (
-        student == student.strip()
-        and student.isprintable()
-        and 0 < len(student) <= LONGEST_ID
-        and not student.startswith(".")
-        and student.casefold() not in RESERVED
-    )
+def _submission(path: Path) -> Submission:
+    """What lies at a path, as a submission."""
+    zipped = path.suffix.lower() == ".zip"
+    if path.is_symlink() or not (path.is_dir() or zipped):
+        raise _Unreadable(_("it is neither a folder nor a zip."))
+    try:
+        return Submission(student_id.normalised(path.stem if zipped and path.is_file() else path.name), path)
+    except StudentIDError as error:
+        raise _Unreadable(_("it is not named by a student's ID. {why}").format(why=error)) from None
 
 
 def take_in(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Intake:
@@ -165,10 +157,10 @@ def _check_student(submission: Submission, files: _Files, path: PurePosixPath | 
     except _Unreadable:
         return  # it is the submission's name that counts
     named = course.get("student") if isinstance(course, dict) else None
-    if isinstance(named, str) and named.strip() and named.strip().casefold() != submission.student.casefold():
-        intake.notes.append(
-            f"{COURSE_FILE} names the student {named[:LONGEST_ID]!r}; this counts as {submission.student!r}'s work."
-        )
+    known = {"", student_id.caseless(submission.student)}
+    if isinstance(named, str) and student_id.caseless(named) not in known:
+        shown = named[: student_id.LONGEST]
+        intake.notes.append(f"{COURSE_FILE} names the student {shown!r}; this counts as {submission.student!r}'s work.")
 
 
 # --- a notebook's cells -----------------------------------------------------------------------------------------------

@@ -252,6 +252,19 @@ def test_students_are_told_apart_without_regard_to_capitals(book):
     assert [one.run.student for one in book.all_current()] == ["adèle", "STRASSE"]
 
 
+def test_students_are_told_apart_without_regard_to_how_accents_are_put_together(book):
+    composed, apart = "j\u00fcrgen", "ju\u0308rgen"
+    record(book, graded(apart, "first"))
+    record(book, graded(f" {composed.upper()} ", "second"))
+    assert [one.student for one in book.students()] == [composed]
+    for written in (composed, apart, apart.upper(), f"{apart} "):
+        assert book.current(written).run.student == composed.upper()
+        book.comment(written, "Well.", "prof")
+        assert len(book.audit(written)) == len(book.audit()) > 0
+    assert len(book.comments(apart)) == 4
+    assert book.set_mark(apart, mark().question, mark().part, 1.0, "Read.", "prof") == 1
+
+
 def test_a_key_belongs_to_one_student(book):
     record(book, graded("ada", key="k"))
     before = book.dump()
@@ -263,7 +276,9 @@ def test_a_key_belongs_to_one_student(book):
 @pytest.mark.parametrize(
     "unfit",
     [
-        graded(" ada"),
+        graded("a/b"),
+        graded("NUL"),
+        graded(".ada"),
         graded(""),
         graded("a" * 81),
         graded("a\nb"),

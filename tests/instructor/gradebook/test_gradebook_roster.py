@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rotflex.errors import GradebookError
+from rotflex.courseware.student_id import caseless, normalised
+from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook import Gradebook, Graded, RosterReport, RunRecord, StudentRecord, roster
 
 ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A")
@@ -79,6 +80,7 @@ def test_doubtful_lines_are_told_and_not_taken(imported):
         + "x" * 81 + ",\nY,a\x1bb,\n"
     )  # fmt: skip
     assert [one.student for one in students] == ["ada", "bob"] and report.added == 2
+    assert "81 characters" in report.problems[3]
     assert [problem.partition(":")[0] for problem in report.problems] == [
         "Line 2 has no ID in the column 'SIS ID'",
         "Line 4",
@@ -88,6 +90,14 @@ def test_doubtful_lines_are_told_and_not_taken(imported):
     ]
     assert "'bob' is in line 6 already" in report.problems[2]
     assert students[1].section == "B"
+
+
+def test_an_id_is_kept_as_everywhere_else(imported):
+    report, students = imported("student\nju\u0308rgen\nJ\u00dcRGEN\nada  l\na/b\n")
+    assert [one.student for one in students] == ["ada  l", "j\u00fcrgen"]
+    assert "is in line 2 already" in report.problems[0] and "/ cannot stand" in report.problems[1]
+    report, students = imported("student,name\nju\u0308rgen,J\n")
+    assert (report.changed, students[1].name) == (1, "J")
 
 
 def test_cells_are_text_whatever_they_begin_with(imported):
@@ -125,10 +135,19 @@ def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeyp
 
 
 words = st.text(st.characters(categories=("L", "N", "P", "S")), min_size=1, max_size=12)
+good_ids = words.filter(lambda word: kept(word) == word)
+
+
+def kept(student):
+    """A student's ID as it is kept, or None."""
+    try:
+        return normalised(student)
+    except StudentIDError:
+        return None
 
 
 @given(
-    people=st.lists(st.tuples(words, words, words), max_size=6, unique_by=lambda person: person[0].casefold()),
+    people=st.lists(st.tuples(good_ids, words, words), max_size=6, unique_by=lambda person: caseless(person[0])),
     separator=st.sampled_from(",;\t"),
 )
 def test_whatever_a_spreadsheet_writes_is_read(people, separator, tmp_path_factory):

@@ -244,6 +244,8 @@ def test_json_of_any_shape_never_raises(tmp_path_factory, content):
 
 # --- which submissions there are --------------------------------------------------------------------------------------
 
+COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
+
 
 def test_submissions_are_folders_and_zips_by_the_students_names(tmp_path):
     for folder in ("grace", "Ada L", ".git"):
@@ -264,13 +266,40 @@ def test_of_two_submissions_of_one_student_the_folder_is_taken_and_the_other_rep
     assert "'ada.zip'" in ignored[0] and "'Ada'" in ignored[0]
 
 
-@pytest.mark.parametrize("name", ["grades.csv", "Gradebook.sqlite", "gradebook.sqlite-wal", "a\nb", "x" * 81, " ada"])
+@pytest.mark.parametrize(
+    "name", ["grades.csv", "Gradebook.sqlite", "gradebook.sqlite-wal", "a\nb", "x" * 81, "NUL", "a:b", "ada."]
+)
 def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
     (tmp_path / name).mkdir()
     (tmp_path / "ada").mkdir()
     found, ignored = intake.submissions(tmp_path)
     assert [one.student for one in found] == ["ada"]
     assert "not named by a student's ID" in ignored[0]
+
+
+def test_a_name_as_macs_write_it_and_spaces_around_it_are_the_students_own(tmp_path):
+    (tmp_path / APART).mkdir()
+    (tmp_path / " ada .zip").write_bytes(b"")
+    found, ignored = intake.submissions(tmp_path)
+    assert [(one.student, one.path.name) for one in found] == [("ada", " ada .zip"), (COMPOSED, APART)]
+    assert ignored == []
+
+
+@pytest.mark.parametrize("other", [APART, APART.upper(), COMPOSED.upper(), f"{APART} "])
+def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(tmp_path, other):
+    (tmp_path / COMPOSED).mkdir()
+    (tmp_path / f"{other}.zip").write_bytes(b"")
+    found, ignored = intake.submissions(tmp_path)
+    assert [one.path.name for one in found] == [COMPOSED]
+    assert len(ignored) == 1 and "the same student's" in ignored[0] and repr(COMPOSED) in ignored[0]
+
+
+def test_the_course_file_may_write_the_same_student_otherwise(tmp_path):
+    submission = as_folder(tmp_path, {"a.ipynb": A, "b.ipynb": B, "course.json": json.dumps({"student": APART})})
+    named = intake.Submission(COMPOSED, submission.path)
+    assert intake.take_in(named, WANTED).notes == []
+    other = intake.Submission("jurgen", submission.path)
+    assert "names the student" in intake.take_in(other, WANTED).notes[0]
 
 
 def test_no_folder_and_an_empty_folder_are_errors(tmp_path):

@@ -1,0 +1,47 @@
+"""Files written whole or not at all: whatever happens, there is the old one or the new one, and nothing beside it."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+Content = str | bytes | Callable[[Path], object]
+
+_count = itertools.count()  # two threads may write the same file
+
+
+def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
+    """Write a file in place of an earlier one, under a temporary name first.
+
+    Parameters
+    ----------
+    target : the file
+    content : bytes; or text, which is written as UTF-8, its line ends as they are; or a function that is given a path,
+        whose ending is not the target's, and writes the file there
+
+    Returns
+    -------
+    os.stat_result
+        Of what was written, taken before it bore the target's name: another program may have replaced it since.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    target = Path(target)
+    scratch = target.with_name(f".{target.name}.{os.getpid()}-{next(_count)}.tmp")
+    try:
+        if callable(content):
+            content(scratch)
+        else:
+            scratch.write_bytes(content.encode() if isinstance(content, str) else content)
+        written = scratch.stat()
+        os.replace(scratch, target)
+    finally:
+        with contextlib.suppress(OSError):  # it is gone, after all went well; and what went wrong before says more
+            scratch.unlink()
+    return written

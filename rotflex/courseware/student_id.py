@@ -1,0 +1,89 @@
+"""A student's ID: one rule for the laboratory, for submissions, and for the gradebook.
+
+An ID is a line of text that can name a folder on Windows, macOS and Linux: each student's results lie in one. It is
+kept in Unicode's composed form (NFC), without white space around, so that ``jürgen`` is one student with one bench,
+also where a Mac takes the ü apart. Capitals are kept as they are written, but tell nobody apart.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator
+
+from rotflex.courseware.messages import _
+from rotflex.errors import StudentIDError
+
+LONGEST = 80  #: characters of an ID
+LONGEST_IN_BYTES = 240  #: of UTF-8; file systems take 255, and ".zip" is put behind it
+GRADES_FILE = "grades.csv"  #: in the folder of results, beside the students' folders
+GRADEBOOK_FILE = "gradebook.sqlite"  #: beside it
+#: Names that grading itself gives in the folder of results; the last three are SQLite's.
+RESERVED = (GRADES_FILE, GRADEBOOK_FILE, *(f"{GRADEBOOK_FILE}-{part}" for part in ("journal", "wal", "shm")))
+_NOWHERE = '/\\:*?"<>|'  # these cannot stand in a folder's name on one system or another
+_DEVICES = {
+    *("con", "prn", "aux", "nul", "conin$", "conout$"),
+    *(f"{device}{number}" for device in ("com", "lpt") for number in "123456789¹²³"),
+}
+
+
+def normalised(given: object) -> str:
+    """A student's ID as it is kept.
+
+    Raises
+    ------
+    StudentIDError
+        If it cannot be one; the message says why, and what to do.
+    """
+    if not isinstance(given, str):
+        raise StudentIDError(_("A student's ID should be text, not {given!a:.80}.").format(given=given))
+    student = composed(given)
+    why = next(_objections(student), None)
+    if why is not None:
+        raise StudentIDError(
+            _("{student!r} cannot be a student's ID: {why}").format(student=student[:LONGEST], why=why)
+        )
+    return student
+
+
+def composed(given: str) -> str:
+    """Any text in the form in which an ID is kept, whether it can be one or not."""
+    return unicodedata.normalize("NFC", str.__str__(given)).strip()
+
+
+def caseless(given: str) -> str:
+    """The form by which IDs are compared, of any text: equal for the same student."""
+    return unicodedata.normalize("NFC", composed(given).casefold())
+
+
+def _objections(student: str) -> Iterator[str]:
+    """Why an ID cannot be one. Each may take for granted what those before it ask for."""
+    if not student:
+        yield _("it is empty. Give the one that your instructor knows you by.")
+    unseen = [character for character in student if not character.isprintable()]
+    if unseen:
+        yield _("it should be one line of characters that can be seen. Leave {character!a} out.").format(
+            character=unseen[0]
+        )
+    if len(student) > LONGEST:
+        yield _("it has {count} characters, of which there may be {most}. Shorten it.").format(
+            count=len(student), most=LONGEST
+        )
+    size = len(student.encode())
+    if size > LONGEST_IN_BYTES:
+        yield _("as a folder's name it takes {count} bytes, of which there may be {most}. Shorten it.").format(
+            count=size, most=LONGEST_IN_BYTES
+        )
+    if student.startswith("."):
+        yield _("it begins with a dot, as the names of hidden files do. Leave the dot out.")
+    if student.endswith("."):
+        yield _("it ends with a dot, which Windows drops from a folder's name. Leave the dot out.")
+    unfit = [character for character in student if character in _NOWHERE]
+    if unfit:
+        yield _(
+            "{character} cannot stand in a folder's name on every system. Leave it out, or write - instead."
+        ).format(character=unfit[0])
+    if caseless(student) in RESERVED:
+        yield _("grading gives a file of its own that name. Use another.")
+    stem = student.partition(".")[0].rstrip()
+    if caseless(stem) in _DEVICES:
+        yield _("Windows keeps the name {stem} for a device. Use another.").format(stem=stem)

@@ -1,0 +1,238 @@
+"""One rule for students' IDs: what it takes, what it refuses and why, and that all rooms follow it."""
+
+from __future__ import annotations
+
+import ntpath
+import unicodedata
+import zipfile
+from pathlib import PureWindowsPath
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rotflex.hil.draw import student_seed
+
+import rotflex.lab
+from rotflex.courseware import student_id
+from rotflex.courseware.student_id import caseless, normalised
+from rotflex.errors import ConfigurationError, GradebookError, GradingError, RotflexError, StudentIDError
+from rotflex.instructor.gradebook import storable
+from rotflex.instructor.running import intake
+
+COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
+
+GOOD = {
+    "ada": "ada",
+    " Ada L \n": "Ada L",
+    "Ada  L": "Ada  L",
+    "0042": "0042",
+    APART: COMPOSED,
+    "Angstrom \u212b": "Angstrom \u00c5",
+    "김민준": "김민준",
+    "[red]ada": "[red]ada",
+    "{{7+7}}": "{{7+7}}",
+    "'; DROP TABLE--": "'; DROP TABLE--",
+    "=1+1": "=1+1",
+    "a.b@example.org": "a.b@example.org",
+    "console": "console",
+    "com10": "com10",
+    "null.ada": "null.ada",
+    "grades.csv.ada": "grades.csv.ada",
+    "x" * 80: "x" * 80,
+    "u\u0308" * 80: "ü" * 80,  # 160 characters as they come, 80 as they are kept
+    "民" * 80: "民" * 80,
+}
+BAD = {
+    "": "it is empty",
+    " \t\n": "it is empty",
+    "a\nb": r"one line of characters that can be seen. Leave '\\n' out",
+    "a\x1b[31m": r"Leave '\\x1b' out",
+    "a\u202eb": r"Leave '\\u202e' out",
+    "a\u00a0b": r"Leave '\\xa0' out",
+    "a\udcff": r"Leave '\\udcff' out",
+    "x" * 81: "it has 81 characters, of which there may be 80. Shorten it",
+    "\N{GRINNING FACE}" * 61: "takes 244 bytes, of which there may be 240. Shorten it",
+    ".ada": "begins with a dot",
+    "..": "begins with a dot",
+    "ada.": "ends with a dot",
+    "grades.csv": "a file of its own",
+    "Gradebook.SQLite": "a file of its own",
+    "gradebook.sqlite-journal": "a file of its own",
+    "gradebook.sqlite-wal": "a file of its own",
+    "gradebook.sqlite-shm": "a file of its own",
+    "NUL": "Windows keeps the name NUL for a device",
+    "con.ada.lovelace": "Windows keeps the name con for a device",
+    "Aux .ada": "Windows keeps the name Aux for a device",
+    "COM1": "for a device",
+    "lpt\u00b2": "for a device",
+    **{f"a{character}b": rf"\{character} cannot stand in a folder's name" for character in '/\\:*?"<>|'},
+}
+
+
+@pytest.mark.parametrize(("given", "kept"), GOOD.items())
+def test_an_id_is_kept_composed_and_without_white_space_around(given, kept):
+    assert normalised(given) == kept
+
+
+@pytest.mark.parametrize(("given", "said"), BAD.items())
+def test_what_cannot_be_an_id_is_refused_in_words(given, said):
+    with pytest.raises(StudentIDError, match=said) as refused:
+        normalised(given)
+    assert str(refused.value).isprintable()  # whatever was given, a terminal can show it
+
+
+@pytest.mark.parametrize("given", [None, 3, b"ada", ["ada"], {"a": "x" * 1000}])
+def test_what_is_no_text_is_refused_and_shown_in_short(given):
+    with pytest.raises(StudentIDError, match="should be text, not") as refused:
+        normalised(given)
+    assert len(str(refused.value)) < 150
+
+
+def test_a_string_of_another_kind_is_plain_afterwards():
+    class Odd(str):
+        __slots__ = ()
+
+    assert type(normalised(Odd("ada"))) is str
+
+
+anything = st.text(st.characters(exclude_categories=()), max_size=90)
+visible = st.text(st.characters(categories=("L", "M", "N", "P", "S")), min_size=1, max_size=90)
+near_the_rules = st.text(st.sampled_from("aAüÜ\u0308ßẞİıΣςſ. -/:1¹nulconNULCON"), max_size=6)
+any_id = anything | visible | near_the_rules
+
+
+def kept(given):
+    """The ID as it is kept, or None where it cannot be one."""
+    try:
+        return normalised(given)
+    except StudentIDError:
+        return None
+
+
+@given(any_id)
+def test_what_is_kept_stays_as_it_is_and_is_composed(given):
+    student = kept(given)
+    if student is not None:
+        assert normalised(student) == student == unicodedata.normalize("NFC", student)
+
+
+@given(any_id)
+def test_however_accents_are_put_together_it_is_the_same_student_with_the_same_bench(given):
+    composed, apart = (unicodedata.normalize(form, given) for form in ("NFC", "NFD"))
+    assert kept(composed) == kept(apart) == kept(given)
+    assert caseless(composed) == caseless(apart) == caseless(f" {given}\n")
+    if kept(given):
+        assert student_seed(composed) == student_seed(apart) == student_seed(given)
+
+
+@given(near_the_rules)
+def test_capitals_tell_nobody_apart(given):
+    assert caseless(given) == caseless(caseless(given))
+    assert caseless(given.swapcase()) == caseless(given.swapcase().casefold())
+
+
+def is_reserved_on_windows(name):
+    """By Python's own list."""
+    reserved = getattr(ntpath, "isreserved", None)  # Python 3.13
+    return reserved(name) if reserved else PureWindowsPath(name).is_reserved()
+
+
+@given(typed=any_id)
+def test_an_id_can_name_a_folder_and_a_zip_on_every_system(typed, tmp_path_factory):
+    student = kept(typed)
+    if student is None:
+        return
+    assert not is_reserved_on_windows(student) and PureWindowsPath(student).name == student
+    place = tmp_path_factory.mktemp("ids")
+    (place / student).mkdir()
+    (place / f"{student}.zip").write_bytes(b"")
+    assert sorted(path.name for path in place.iterdir()) == sorted([student, f"{student}.zip"])
+
+
+@pytest.mark.parametrize(
+    "device",
+    ["CON", "prn", "AUX", "nul", "CONIN$", "conout$", "com1", "COM9", "LPT1", "lpt9", "COM\u00b9", "lpt\u00b3"],
+)
+@pytest.mark.parametrize("ending", ["", ".ada", " .ada"])
+def test_what_windows_reserves_is_refused(device, ending):
+    assert is_reserved_on_windows(device + ending)
+    assert kept(device + ending) is None
+
+
+# --- all rooms follow it ----------------------------------------------------------------------------------------------
+
+
+def by_lab(given, folder):
+    return rotflex.lab._student(given, folder)
+
+
+def by_gradebook(given, folder):
+    return storable.student(given)
+
+
+def by_intake(given, folder):
+    """As a folder's name; a zip's and a folder's are read alike."""
+    return intake._submission(_Named(given)).student
+
+
+class _Named:
+    """A folder of any name, also of such as no file system would take."""
+
+    def __init__(self, name):
+        self.name = self.stem = name
+        self.suffix = ""
+
+    def is_symlink(self):
+        return False
+
+    def is_dir(self):
+        return True
+
+    def is_file(self):
+        return False
+
+
+@given(typed=any_id.filter(bool))
+def test_what_one_room_takes_all_take_as_the_same(typed, tmp_path_factory):
+    folder = tmp_path_factory.getbasetemp()
+    expected = kept(typed)
+    for take in (by_lab, by_gradebook, by_intake):
+        try:
+            student = take(typed, folder)
+        except (ConfigurationError, GradebookError, intake._Unreadable):
+            student = None
+        assert student == expected, take.__name__
+
+
+@pytest.mark.parametrize("given", GOOD)
+def test_what_the_laboratory_takes_can_be_handed_in(given, tmp_path):
+    student = rotflex.lab.start(given, folder=tmp_path, quiet=True).student
+    (tmp_path / "in").mkdir()
+    with zipfile.ZipFile(tmp_path / "in" / f"{student}.zip", "w"):
+        pass
+    found, ignored = intake.submissions(tmp_path / "in")
+    assert ([one.student for one in found], ignored) == ([GOOD[given]], [])
+    assert storable.student(found[0].student) == student
+
+
+@pytest.mark.parametrize(
+    "given", [name for name in BAD if name.strip() and not {"/", "\0"} & {*name, ".." * (name == "..")}]
+)
+def test_what_the_laboratory_refuses_is_not_read_either(given, tmp_path):
+    if len(given.encode(errors="surrogateescape")) < 255:
+        (tmp_path / given).mkdir(exist_ok=True)
+        with pytest.raises(GradingError, match="no submissions"):
+            intake.submissions(tmp_path)
+
+
+def test_errors_are_those_that_callers_expect():
+    assert issubclass(StudentIDError, ConfigurationError) and issubclass(StudentIDError, RotflexError)
+    with pytest.raises(GradebookError, match="begins with a dot"):
+        storable.student(".ada")
+
+
+def test_names_that_grading_gives_itself_stand_in_one_place():
+    assert set(student_id.RESERVED) == {
+        "grades.csv",
+        *("gradebook.sqlite", "gradebook.sqlite-journal", "gradebook.sqlite-wal", "gradebook.sqlite-shm"),
+    }
