@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex.errors import AnswerError
 from rotflex.workbook.parts import Part
 from rotflex.workbook.plain import (
-    AnswerError,
     FormError,
     NotAnswered,
     clean,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from rotflex.errors import AnswerError
 from rotflex.recording import UNITS, Recording
 from rotflex.workbook.parts import Part
 from rotflex.workbook.plain import (
-    AnswerError,
     FormError,
     NotAnswered,
     plural,

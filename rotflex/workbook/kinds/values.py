@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from rotflex.errors import AnswerError
 from rotflex.units import DEG, REV, RPM
 from rotflex.workbook.expressions import is_symbolic
 from rotflex.workbook.parts import YES_NO, Part
 from rotflex.workbook.plain import (
-    AnswerError,
     FormError,
     NotAnswered,
     clean,
