@@ -125,7 +125,8 @@ class PlantParameters:
         """Kinetic and elastic energy (J) of states (..., 4)."""
         _, alpha, theta_dot, alpha_dot = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
         kinetic = self.J_eq * theta_dot**2 / 2 + self.J_l * (theta_dot + alpha_dot) ** 2 / 2
-        return kinetic + self.K_s * alpha**2 / 2 + self.K_3 * alpha**4 / 4
+        energy: NDArray[np.float64] = kinetic + self.K_s * alpha**2 / 2 + self.K_3 * alpha**4 / 4
+        return energy
 
     def current(self, voltage: float, theta_dot: float) -> float:
         """Motor current (A) at a commanded voltage, within the amplifier's limits."""

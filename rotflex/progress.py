@@ -24,7 +24,8 @@ def progress(items: Collection[T], what: str, unit: str, show: bool = True) -> I
         return items
     from tqdm.auto import tqdm
 
-    return tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False)
+    bar: Iterable[T] = tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False)
+    return bar
 
 
 @contextmanager

@@ -55,7 +55,8 @@ def chirp(t: Any, f_start: float, f_stop: float, amplitude: float = 1.0) -> NDAr
     _below_nyquist(max(f_start, f_stop), _sample_time(time))
     elapsed = time - time[0]
     acceleration = (f_stop - f_start) / elapsed[-1]  # Hz/s
-    return amplitude * np.sin(2 * np.pi * (f_start * elapsed + acceleration * elapsed**2 / 2))
+    signal: NDArray[np.float64] = amplitude * np.sin(2 * np.pi * (f_start * elapsed + acceleration * elapsed**2 / 2))
+    return signal
 
 
 def square_wave(t: Any, frequency: float, amplitude: float = 1.0) -> NDArray[np.float64]:

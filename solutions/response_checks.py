@@ -48,7 +48,8 @@ def simulated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
         A, B = own_voltage_model(case.own, case.bench.servo)
     except LookupError:
         A, B = Design(case.bench.servo, case.bench.joint, case.bench.K_s).voltage_model
-    return case.bench.simulations(A, B, own_gain(case))
+    simulations: list[Recording] = case.bench.simulations(A, B, own_gain(case))
+    return simulations
 
 
 def run_again(feedback: str) -> Again:

@@ -22,6 +22,11 @@ BUFFERS: dict[str, np.dtype[Any]] = {
     "digital": np.dtype(np.int8),
 }
 
+Channels = NDArray[np.uint32]
+Counts = NDArray[np.int32]
+Levels = NDArray[np.int8]
+Vector = NDArray[np.float64]
+
 
 class Clock(IntEnum):
     """Clocks that can time a task."""
@@ -49,35 +54,35 @@ class Board(Protocol):
 
     # Immediate input and output ---------------------------------------------------------------------------------
 
-    def set_encoder_counts(self, channels: NDArray, num_channels: int, counts: NDArray) -> None:
+    def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the encoder counters read now."""
 
-    def read_encoder(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def read_encoder(self, channels: Channels, num_channels: int, buffer: Counts) -> None:
         """Read encoder counts into ``buffer``."""
 
-    def read_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def read_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Read analog inputs (V) into ``buffer``."""
 
-    def write_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Write analog outputs (V) from ``buffer``."""
 
-    def write_digital(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Write digital outputs from ``buffer``."""
 
     def read(
         self,
-        analog_channels: NDArray | None,
+        analog_channels: Channels | None,
         num_analog_channels: int,
-        encoder_channels: NDArray | None,
+        encoder_channels: Channels | None,
         num_encoder_channels: int,
-        digital_channels: NDArray | None,
+        digital_channels: Channels | None,
         num_digital_channels: int,
-        other_channels: NDArray | None,
+        other_channels: Channels | None,
         num_other_channels: int,
-        analog_buffer: NDArray | None,
-        encoder_buffer: NDArray | None,
-        digital_buffer: NDArray | None,
-        other_buffer: NDArray | None,
+        analog_buffer: Vector | None,
+        encoder_buffer: Counts | None,
+        digital_buffer: Levels | None,
+        other_buffer: Vector | None,
     ) -> None:
         """Read inputs of all kinds at one instant."""
 
@@ -86,19 +91,19 @@ class Board(Protocol):
 
     # Hardware-timed input ---------------------------------------------------------------------------------------
 
-    def task_create_encoder_reader(self, samples_in_buffer: int, channels: NDArray, num_channels: int) -> int:
+    def task_create_encoder_reader(self, samples_in_buffer: int, channels: Channels, num_channels: int) -> int:
         """Create a task that samples encoders, and return its handle."""
 
     def task_create_reader(
         self,
         samples_in_buffer: int,
-        analog_channels: NDArray | None,
+        analog_channels: Channels | None,
         num_analog_channels: int,
-        encoder_channels: NDArray | None,
+        encoder_channels: Channels | None,
         num_encoder_channels: int,
-        digital_channels: NDArray | None,
+        digital_channels: Channels | None,
         num_digital_channels: int,
-        other_channels: NDArray | None,
+        other_channels: Channels | None,
         num_other_channels: int,
     ) -> int:
         """Create a task that samples inputs of all kinds, and return its handle."""
@@ -109,17 +114,17 @@ class Board(Protocol):
     def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
         """Start sampling at ``frequency`` (Hz); with ``num_samples`` of 2**32 - 1, until stopped."""
 
-    def task_read_encoder(self, task: int, num_samples: int, buffer: NDArray) -> int:
+    def task_read_encoder(self, task: int, num_samples: int, buffer: Counts) -> int:
         """Wait for samples, put them into ``buffer``, and return how many came."""
 
     def task_read(
         self,
         task: int,
         num_samples: int,
-        analog_buffer: NDArray | None,
-        encoder_buffer: NDArray | None,
-        digital_buffer: NDArray | None,
-        other_buffer: NDArray | None,
+        analog_buffer: Vector | None,
+        encoder_buffer: Counts | None,
+        digital_buffer: Levels | None,
+        other_buffer: Vector | None,
     ) -> int:
         """Wait for samples of all kinds, put them into the buffers, and return how many came."""
 
@@ -134,7 +139,7 @@ class Board(Protocol):
 
     # Watchdog ---------------------------------------------------------------------------------------------------
 
-    def watchdog_set_analog_expiration_state(self, channels: NDArray, num_channels: int, voltages: NDArray) -> None:
+    def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
         """Choose the analog outputs (V) that an expired watchdog sets."""
 
     def watchdog_start(self, timeout: float) -> None:
@@ -153,7 +158,7 @@ class Board(Protocol):
         """Stop the watchdog."""
 
 
-def check_buffer(buffer: NDArray | None, size: int, kind: str) -> None:
+def check_buffer(buffer: NDArray[Any] | None, size: int, kind: str) -> None:
     """Check that a buffer can hold ``size`` values of a kind ("encoder", "analog" or "digital").
 
     Raises

@@ -15,11 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
 from rotflex.errors import HILError
-from rotflex.hil.board import CHANNEL, BufferOverflowMode, Clock, check_buffer
+from rotflex.hil.board import CHANNEL, BufferOverflowMode, Channels, Clock, Counts, Levels, Vector, check_buffer
 from rotflex.hil.clock import Sampling, SimulatedClock, TimeSource
 from rotflex.plant import HALVINGS, REST, SUBSTEP, Moving, Plant, PlantParameters, State
 from rotflex.units import DEG
@@ -125,9 +124,9 @@ class VirtualBoard:
 
     def _fetch(
         self,
-        analog: tuple[Sequence[int], NDArray | None],
-        encoders: tuple[Sequence[int], NDArray | None],
-        digital: tuple[Sequence[int], NDArray | None],
+        analog: tuple[Sequence[int], Vector | None],
+        encoders: tuple[Sequence[int], Counts | None],
+        digital: tuple[Sequence[int], Levels | None],
         at: int = 0,
     ) -> None:
         """Put one sample of each channel into the buffers, as sample number ``at``."""
@@ -148,7 +147,7 @@ class VirtualBoard:
         self._tasks.clear()
         self._open = False
 
-    def set_encoder_counts(self, channels: NDArray, num_channels: int, counts: NDArray) -> None:
+    def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the counters read now."""
         chosen = self._channels(channels, num_channels, _ENCODERS, "encoder")
         check_buffer(counts, num_channels, "encoder")
@@ -156,28 +155,28 @@ class VirtualBoard:
         for channel, count in zip(chosen, counts.tolist(), strict=False):
             self._count_offsets[channel] += count - self._counts(channel)
 
-    def read_encoder(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def read_encoder(self, channels: Channels, num_channels: int, buffer: Counts) -> None:
         """Read encoder counts."""
         self.read(None, 0, channels, num_channels, None, 0, None, 0, None, buffer, None, None)
 
-    def read_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def read_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Read analog inputs, V."""
         self.read(channels, num_channels, None, 0, None, 0, None, 0, buffer, None, None, None)
 
     def read(
         self,
-        analog_channels: NDArray | None,
+        analog_channels: Channels | None,
         num_analog_channels: int,
-        encoder_channels: NDArray | None,
+        encoder_channels: Channels | None,
         num_encoder_channels: int,
-        digital_channels: NDArray | None,
+        digital_channels: Channels | None,
         num_digital_channels: int,
-        other_channels: NDArray | None,
+        other_channels: Channels | None,
         num_other_channels: int,
-        analog_buffer: NDArray | None,
-        encoder_buffer: NDArray | None,
-        digital_buffer: NDArray | None,
-        other_buffer: NDArray | None,
+        analog_buffer: Vector | None,
+        encoder_buffer: Counts | None,
+        digital_buffer: Levels | None,
+        other_buffer: Vector | None,
     ) -> None:
         """Read inputs of all kinds at one instant. This board has no other channels."""
         _refuse_other(num_other_channels)
@@ -190,7 +189,7 @@ class VirtualBoard:
         self._catch_up(self.clock.now())
         self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer))
 
-    def write_analog(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Set analog outputs, V, within the converter's ±10 V."""
         voltages = self._voltages(channels, num_channels, buffer)
         self._catch_up(self.clock.now())
@@ -199,7 +198,7 @@ class VirtualBoard:
         for channel, voltage in voltages.items():
             self._outputs[channel] = voltage
 
-    def write_digital(self, channels: NDArray, num_channels: int, buffer: NDArray) -> None:
+    def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Set digital lines."""
         chosen = self._channels(channels, num_channels, _DIGITAL_LINES, "digital")
         check_buffer(buffer, num_channels, "digital")
@@ -215,20 +214,20 @@ class VirtualBoard:
 
     # --- hardware-timed input -------------------------------------------------------------------------------------
 
-    def task_create_encoder_reader(self, samples_in_buffer: int, channels: NDArray, num_channels: int) -> int:
+    def task_create_encoder_reader(self, samples_in_buffer: int, channels: Channels, num_channels: int) -> int:
         """Create a task that samples encoders."""
         return self.task_create_reader(samples_in_buffer, None, 0, channels, num_channels, None, 0, None, 0)
 
     def task_create_reader(
         self,
         samples_in_buffer: int,
-        analog_channels: NDArray | None,
+        analog_channels: Channels | None,
         num_analog_channels: int,
-        encoder_channels: NDArray | None,
+        encoder_channels: Channels | None,
         num_encoder_channels: int,
-        digital_channels: NDArray | None,
+        digital_channels: Channels | None,
         num_digital_channels: int,
-        other_channels: NDArray | None,
+        other_channels: Channels | None,
         num_other_channels: int,
     ) -> int:
         """Create a task that samples inputs of all kinds."""
@@ -262,7 +261,7 @@ class VirtualBoard:
             raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
         chosen.sampling.start(self.clock.now(), frequency, num_samples)
 
-    def task_read_encoder(self, task: int, num_samples: int, buffer: NDArray) -> int:
+    def task_read_encoder(self, task: int, num_samples: int, buffer: Counts) -> int:
         """Wait for samples of encoders, and return how many came."""
         return self.task_read(task, num_samples, None, buffer, None, None)
 
@@ -270,10 +269,10 @@ class VirtualBoard:
         self,
         task: int,
         num_samples: int,
-        analog_buffer: NDArray | None,
-        encoder_buffer: NDArray | None,
-        digital_buffer: NDArray | None,
-        other_buffer: NDArray | None,
+        analog_buffer: Vector | None,
+        encoder_buffer: Counts | None,
+        digital_buffer: Levels | None,
+        other_buffer: Vector | None,
     ) -> int:
         """Wait for samples of all kinds, and return how many came (fewer only at the end of the task)."""
         chosen = self._task(task)
@@ -314,7 +313,7 @@ class VirtualBoard:
 
     # --- watchdog -------------------------------------------------------------------------------------------------
 
-    def watchdog_set_analog_expiration_state(self, channels: NDArray, num_channels: int, voltages: NDArray) -> None:
+    def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
         """Choose the analog outputs (V) that an expired watchdog sets."""
         self._watchdog.states = self._voltages(channels, num_channels, voltages)
 
@@ -364,7 +363,7 @@ class VirtualBoard:
             raise HILError(f"There is no task {handle}.")
         return self._tasks[handle]
 
-    def _channels(self, channels: NDArray | None, count: int, available: int, kind: str) -> tuple[int, ...]:
+    def _channels(self, channels: Channels | None, count: int, available: int, kind: str) -> tuple[int, ...]:
         """The first ``count`` channel numbers, checked."""
         self._check_open()
         if count == 0:
@@ -380,7 +379,7 @@ class VirtualBoard:
             self._known_channels[key] = chosen
         return chosen
 
-    def _voltages(self, channels: NDArray, count: int, buffer: NDArray) -> dict[int, float]:
+    def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
         """Voltages by analog output, checked, and cut to what the converter can give."""
         chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
         check_buffer(buffer, count, "analog")

@@ -90,7 +90,8 @@ def _monic(polynomial: ArrayLike) -> Array:
             "A polynomial must be a list of at least two coefficients, highest power first and not zero; "
             f"it is {polynomial!r}."
         )
-    return coefficients / coefficients[0]
+    monic: Array = coefficients / coefficients[0]
+    return monic
 
 
 # --- by way of the companion form ------------------------------------------------------------------------------------

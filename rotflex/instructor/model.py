@@ -233,7 +233,7 @@ def _grows(group: Array, A: Array | None) -> bool:
         return len(group) > 1
     shifted = A - 1j * group.mean() * np.eye(len(A))
     eigenvectors = len(A) - np.linalg.matrix_rank(shifted, tol=RANK_TOLERANCE * np.linalg.norm(A, 2))
-    return eigenvectors < len(group)
+    return bool(eigenvectors < len(group))
 
 
 # --- controllability -------------------------------------------------------------------------------------------------

@@ -196,4 +196,5 @@ _OF_ARM = (m_1, L_1, m_2, L_2, d_12)
 def _function_of_parameters(input: str) -> Callable[..., list[NDArray[np.float64]]]:
     """A and B as a function of the numbers of servo and arm, K_s and B_l."""
     matrices = [matrix.subs(J_l, link_inertia()) for matrix in state_space(input)]
-    return sympy.lambdify([*_OF_SERVO, *_OF_ARM, K_s, B_l], matrices)
+    function: Callable[..., list[NDArray[np.float64]]] = sympy.lambdify([*_OF_SERVO, *_OF_ARM, K_s, B_l], matrices)
+    return function

@@ -266,7 +266,8 @@ def _excess(a: Vector, b: Vector, gains: Vector) -> Vector:
         np.abs(alpha).max(axis=0) / LIMITS["max_alpha"],
         np.abs(volts).max(axis=0) / LIMITS["max_vm"],
     )
-    return np.nan_to_num(np.max(measures, axis=0) - 1, nan=1e3, posinf=1e3)
+    excess: Vector = np.nan_to_num(np.max(measures, axis=0) - 1, nan=1e3, posinf=1e3)
+    return excess
 
 
 def _phases() -> list[tuple[float, float, float]]:

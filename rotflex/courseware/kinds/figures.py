@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import (
-    AnswerError,
     FormError,
     NotAnswered,
     clean,
@@ -22,6 +21,7 @@ from rotflex.courseware.json_values import (
     thin,
 )
 from rotflex.courseware.parts import Part
+from rotflex.errors import AnswerError
 
 MOST_AXES = 8
 MOST_LINES = 12

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import (
-    AnswerError,
     FormError,
     NotAnswered,
     plural,
@@ -23,6 +22,7 @@ from rotflex.courseware.json_values import (
 )
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
+from rotflex.errors import AnswerError
 
 MOST_POINTS = 400
 MOST_SAMPLES = 10**7

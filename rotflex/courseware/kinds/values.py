@@ -10,7 +10,6 @@ import numpy as np
 
 from rotflex.courseware.expressions import is_symbolic
 from rotflex.courseware.json_values import (
-    AnswerError,
     FormError,
     NotAnswered,
     clean,
@@ -21,6 +20,7 @@ from rotflex.courseware.json_values import (
     show_number,
 )
 from rotflex.courseware.parts import YES_NO, Part
+from rotflex.errors import AnswerError
 from rotflex.units import DEG, REV, RPM
 
 LONGEST_PROSE = 5000  #: characters

@@ -175,7 +175,7 @@ def put_run(connection: Connection, student_id: int, graded: Graded, there: Stor
 
 def _submission(connection: Connection, student_id: int, digest: str) -> int:
     which = (submissions.c.student_id == student_id) & (submissions.c.digest == digest)
-    found = connection.scalar(select(submissions.c.id).where(which))
+    found: int | None = connection.scalar(select(submissions.c.id).where(which))
     if found is not None:
         return found
     return _added(connection, insert(submissions).values(student_id=student_id, digest=digest, first_seen=now()))

@@ -169,7 +169,7 @@ def curves(figure: dict[str, Any]) -> Iterator[tuple[dict[str, Any], Vector, Vec
 
 def _samples(recording: Sampled, channel: str) -> Samples:
     values = recording.channels[channel].values
-    return recording.sample_time * np.arange(values.size), values
+    return np.arange(values.size, dtype=np.float64) * recording.sample_time, values
 
 
 def own_samples(case: Case, where: tuple[str, str], channel: str, largest: float) -> Samples | None:

@@ -46,7 +46,7 @@ def read(path: Path) -> NotebookNode:
         If it is not a valid notebook of format 4.5 or later (whose cells have ids).
     """
     try:
-        notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
+        notebook: NotebookNode = nbformat.read(path, as_version=nbformat.NO_CONVERT)
         nbformat.validate(notebook)
     except (NotJSONError, ValidationError, OSError, UnicodeDecodeError) as error:
         raise GradingError(f"{path.name} is not a valid notebook: {error}") from None
@@ -93,9 +93,10 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
     about = {"language_info": {"name": "python"}}
     if "kernelspec" in notebook.metadata:
         about["kernelspec"] = notebook.metadata.kernelspec
-    return nbformat.from_dict(
+    released: NotebookNode = nbformat.from_dict(
         {"cells": cells, "metadata": about, "nbformat": notebook.nbformat, "nbformat_minor": notebook.nbformat_minor}
     )
+    return released
 
 
 def text(notebook: NotebookNode) -> str:
