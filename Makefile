@@ -8,14 +8,16 @@ ARGS ?=
 
 .PHONY: lab test notebooks solutions data bench clean
 
-$(VENV)/.lab: pyproject.toml
+PROJECTS := pyproject.toml packaging/instructor/pyproject.toml packaging/instructor/requirements.py
+
+$(VENV)/.lab: $(PROJECTS)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable ".[instructor]"
+	$(BIN)/python -m pip install --quiet --editable . --editable packaging/instructor
 	touch $@
 
-$(VENV)/.test: pyproject.toml $(VENV)/.lab
-	$(BIN)/python -m pip install --quiet --editable ".[test]"
+$(VENV)/.test: $(PROJECTS) $(VENV)/.lab
+	$(BIN)/python -m pip install --quiet --editable ".[test]" --editable "packaging/instructor[postgres,cluster]"
 	touch $@
 
 lab: $(VENV)/.lab

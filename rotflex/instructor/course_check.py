@@ -192,6 +192,11 @@ def _solutions(course: Course) -> Iterator[Finding]:
     claims = answers_of_solutions(course)
     for problem in claims.problems:
         yield Finding(_("the solutions"), problem)
+    yield from judged(course, claims)
+
+
+def judged(course: Course, claims: Claims) -> Iterator[Finding]:
+    """What the key makes of the solutions' answers, and of wrong ones made of them."""
     bench = course.bench(STUDENT)
     case = marking.case_of(course, claims, bench, _SEED)
     for number, checks in course.key.items():

@@ -128,7 +128,7 @@ def _postgres(address: URL) -> Engine:
     try:
         return create_engine(address, pool_pre_ping=True)
     except (ImportError, NoSuchModuleError):
-        raise GradebookError("PostgreSQL needs its driver: pip install 'rotflex[postgres]'.") from None
+        raise GradebookError("PostgreSQL needs its driver: pip install 'rotflex-instructor[postgres]'.") from None
 
 
 def _said(error: DBAPIError) -> str:

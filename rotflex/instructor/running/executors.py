@@ -62,7 +62,7 @@ def cluster(scheduler: str) -> Iterator[Pool]:
     try:
         from distributed import Client
     except ImportError:
-        raise GradingError("A cluster needs dask: pip install 'rotflex[cluster]'.") from None
+        raise GradingError("A cluster needs dask: pip install 'rotflex-instructor[cluster]'.") from None
     try:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
