@@ -159,7 +159,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
     walls = sandbox.run if job.isolated else bare.run
     spec = {
-        "notebooks": [{"name": name, "notebook": notebook} for name, notebook in job.notebooks.items()],
+        "notebooks": list(job.notebooks.values()),
         "student": job.student,
         "bench": BENCH,
         "cell_timeout": job.limits.cell,

@@ -4,12 +4,10 @@
 
 The specification is JSON::
 
-    {"notebooks": [{"name": "00_start.ipynb", "notebook": {...}}, ...],
-     "student": "ada", "bench": "virtual", "cell_timeout": 60, "outputs": null}
+    {"notebooks": [{"cells": [...], ...}, ...], "student": "ada", "bench": "virtual", "cell_timeout": 60}
 
-The notebooks' cells work in the current folder. With ``outputs``, a folder, the executed notebooks are written there as
-a real kernel would have left them; without, the run is deaf: nothing that a cell says is kept, and pictures are not
-even drawn. The exit code tells how it ended, see the package's constants.
+The notebooks' cells work in the current folder. Nothing that a cell outputs is kept, and pictures are not even drawn.
+The exit code tells how it ended, see the package's constants.
 """
 
 from __future__ import annotations
@@ -38,29 +36,31 @@ def _load_package() -> None:
     spec.loader.exec_module(package)
 
 
+def _prepared(parameters: dict[str, str]) -> Any:
+    """What runs a notebook in a fork of this process, which has done all that need not be done for each."""
+    warm = importlib.import_module(f"{PACKAGE}.warm")
+    private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
+    warm.set_environment()
+    warm.import_all()
+    private_interfaces.check()
+    job = importlib.import_module(f"{PACKAGE}.engine").Job(parameters)
+    warm.freeze()
+    return job
+
+
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
     inside = importlib.import_module(PACKAGE)
-    warm = importlib.import_module(f"{PACKAGE}.warm")
     watch = importlib.import_module(f"{PACKAGE}.watch")
-    deaf = specification.get("outputs") is None
-    warm.set_environment(deaf)
     try:
-        warm.import_all(deaf)
+        job = _prepared({"student": specification["student"], "bench": specification["bench"]})
     except Exception:
         traceback.print_exc()
         return int(inside.BROKEN)
-    engine = importlib.import_module(f"{PACKAGE}.engine")
-    job = engine.Job(
-        parameters={"student": specification["student"], "bench": specification["bench"]},
-        outputs=None if deaf else Path(specification["outputs"]).resolve(),
-    )
-    warm.freeze()
     worst: int = inside.FINE
-    for entry in specification["notebooks"]:
-        notebook = entry["notebook"]
+    for notebook in specification["notebooks"]:
         ended = watch.run(
-            functools.partial(job.run, entry["name"], notebook),
+            functools.partial(job.run, notebook),
             steps=len(notebook["cells"]) + 1,  # the cell of papermill's parameters
             timeout=specification["cell_timeout"],
         )
