@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
-from collections.abc import Mapping
+from collections.abc import Coroutine, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -34,6 +34,8 @@ _EMPTY = {
     "nbformat": 4,
     "nbformat_minor": 5,
 }
+# What comes after an await is seen to as well: IPython runs such cells in another way.
+_TRIAL = "import asyncio\nawait asyncio.sleep(0)\nran = 6 * 7"
 
 
 class InsideEngine(Engine):
@@ -49,11 +51,15 @@ class InsideEngine(Engine):
         report_step: ReportStep,
         **_: Any,
     ) -> None:
-        kernel.start()
-        # It is not closed in the end: what a cell has left running in it need not be waited for.
-        loop = asyncio.new_event_loop()
-        asyncio.set_event_loop(loop)
-        loop.run_until_complete(_run_cells(nb_man, kernel, report_step))
+        _run_with(kernel, _run_cells(nb_man, kernel, report_step))
+
+
+def _run_with(kernel: Kernel, cells: Coroutine[Any, Any, None]) -> None:
+    kernel.start()
+    # It is not closed in the end: what a cell has left running in it need not be waited for.
+    loop = asyncio.new_event_loop()
+    asyncio.set_event_loop(loop)
+    loop.run_until_complete(cells)
 
 
 async def _run_cells(nb_man: NotebookExecutionManager, kernel: Kernel, report_step: ReportStep) -> None:
@@ -79,6 +85,19 @@ class Job:
         self.kernel = Kernel()
         # Once in vain, so that schemas are compiled, and all is imported, before the fork.
         self._execute(_EMPTY, prepare_only=True)
+
+    def try_out(self, report_step: ReportStep) -> None:
+        """Run a cell whose outcome is known, in a process of its own.
+
+        Raises
+        ------
+        RuntimeError
+            If it does not come out: an error in a kernel's own code is lost, as if a cell had broken it.
+        """
+        report_step()
+        _run_with(self.kernel, self.kernel.execute(_TRIAL))
+        if self.kernel.names.get("ran") != 42:
+            raise RuntimeError("Cells do not run.")
 
     def run(self, notebook: Mapping[str, Any], report_step: ReportStep) -> None:
         """Run one notebook, in a process of its own. Errors in cells are no errors of the run."""

@@ -46,6 +46,11 @@ class Kernel:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     @property
+    def names(self) -> dict[str, Any]:
+        """What cells have bound."""
+        return cast(dict[str, Any], self._shell.user_ns)
+
+    @property
     def running(self) -> bool:
         """Whether no cell has called ``exit()``."""
         return not self._shell.exit_now

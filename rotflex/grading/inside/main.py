@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = "rotflex_inside"
+_TRIAL_TIMEOUT = 60.0  # s
 
 
 def _load_package() -> None:
@@ -39,12 +40,15 @@ def _load_package() -> None:
 def _prepared(parameters: dict[str, str]) -> Any:
     """What runs a notebook in a fork of this process, which has done all that need not be done for each."""
     warm = importlib.import_module(f"{PACKAGE}.warm")
+    watch = importlib.import_module(f"{PACKAGE}.watch")
     private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
     warm.set_environment()
     warm.import_all()
     private_interfaces.check()
     job = importlib.import_module(f"{PACKAGE}.engine").Job(parameters)
     warm.freeze()
+    if watch.run(job.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != importlib.import_module(PACKAGE).FINE:
+        raise private_interfaces.InterfaceChangedError(private_interfaces.versions())
     return job
 
 
@@ -52,8 +56,12 @@ def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
     inside = importlib.import_module(PACKAGE)
     watch = importlib.import_module(f"{PACKAGE}.watch")
+    private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
     try:
         job = _prepared({"student": specification["student"], "bench": specification["bench"]})
+    except private_interfaces.InterfaceChangedError as error:
+        print(error, file=sys.stderr)
+        return int(inside.BROKEN)
     except Exception:
         traceback.print_exc()
         return int(inside.BROKEN)

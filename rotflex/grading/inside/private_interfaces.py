@@ -19,17 +19,19 @@ from typing import Any
 
 #: Library → first and last of the versions that were tested. The extra ``instructor`` installs no others.
 TESTED = {
-    "ipykernel": ("7.4", "7.4"),
-    "ipython": ("9.18", "9.18"),
-    "jupyter_client": ("8.10", "8.10"),
-    "matplotlib": ("3.11", "3.11"),
-    "scipy": ("1.17", "1.17"),
-    "sympy": ("1.14", "1.14"),
+    "ipykernel": ("7.1", "7.4"),
+    "ipython": ("9.4", "9.18"),
+    "jupyter_client": ("8.6", "8.10"),
+    "matplotlib": ("3.10", "3.11"),
+    "scipy": ("1.16", "1.17"),
+    "sympy": ("1.13", "1.14"),
 }
 _CHANGED = (
     "{library} {version} has another {name} than notebooks can be run with ({found} instead of {wanted}). "
     "Install a version of {library} that was tested: {first} to {last}."
 )
+_CELLS_DO_NOT_RUN = "Cells do not run with these libraries: {libraries}."
+_INSTALLED = "{library} {version} (tested: {first} to {last})"
 
 
 class InterfaceChangedError(Exception):
@@ -128,6 +130,15 @@ def check() -> None:
     """
     for interface in NEEDED:
         interface.check()
+
+
+def versions() -> str:
+    """A message for where everything is as it was tested, and cells do not run all the same."""
+    libraries = [
+        _INSTALLED.format(library=library, version=_version(library), first=first, last=last)
+        for library, (first, last) in TESTED.items()
+    ]
+    return _CELLS_DO_NOT_RUN.format(libraries=", ".join(libraries))
 
 
 def _version(library: str) -> str:
