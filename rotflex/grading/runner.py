@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 import json
-import sys
 import threading
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
@@ -166,7 +165,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         "cell_timeout": job.limits.cell,
     }
     return walls(
-        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), sys.executable, "-P", str(folder / INSIDE / "main.py")],
+        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
