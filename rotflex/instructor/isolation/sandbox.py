@@ -31,10 +31,10 @@ from types import MappingProxyType
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import cgroups, remedies, seccomp, walls
 from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
-from rotflex.instructor.isolation.walls import HOME, WORK
+from rotflex.instructor.isolation.walls import HOME, WORK, python
 from rotflex.instructor.isolation.watching import Conversation
 
-__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "run"]
+__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
 NO_VARIABLES: Mapping[str, str] = MappingProxyType({})
 _READY, _GO = b"ready\n", b"go\n"

@@ -1,7 +1,8 @@
 """Try to break out: attacks that are really made, from inside a sandbox, against targets that are really there.
 
-Three sandboxes are started: in one :mod:`rotflex.instructor.isolation.attacks` runs to its end; in the others
-deaf, detached children are left, and it is ended from outside. What only the outside can see is looked at from there.
+Three sandboxes are started: in one :mod:`rotflex.instructor.isolation.attacks` runs to its end; in the others detached
+children that ignore signals are left, and it is ended from outside. What only the outside can see is looked at from
+there.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import os
 import secrets
 import socket
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ _FILTERED = (
     "read inherited keys",
 )
 _TOGETHER = "take too much memory together"  # held by control groups, where they are to be had
-# Deaf and detached, with the token among their arguments; {then} is what comes after them.
+# Detached, ignoring signals, with the token among their arguments; {then} is what comes after them.
 _CHILDREN = """
 [ "$(uname -n)" = sandbox ] || exit 1
 for i in 1 2 3 4 5; do
@@ -106,7 +106,7 @@ def _judged(name: str, contained: bool, said: str, seen: str) -> Attempt:
 
 def _attacked(told: dict[str, Any]) -> dict[str, tuple[bool, str]]:
     outcome = sandbox.run(
-        [sys.executable, "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
+        [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
         visible=[],
         wanted="attempts.json",
         largest=65536,
@@ -133,7 +133,7 @@ def _deadline() -> Attempt:
 
 
 def _left_behind(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
-    """Leave deaf, detached children and be ended; the outside looks for them."""
+    """Leave detached children that ignore signals, and be ended; the outside looks for them."""
     token = secrets.token_hex(16)
     command = ["/bin/sh", "-c", _CHILDREN.format(then=then), token]
     outcome = sandbox.run(command, visible=[], wanted="left", largest=16, limits=replace(_LIMITS, seconds=seconds))

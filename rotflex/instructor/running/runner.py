@@ -7,7 +7,6 @@ the key goes into it.
 from __future__ import annotations
 
 import json
-import sys
 import threading
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
@@ -32,6 +31,7 @@ _PARTLY = {
 }
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
+_NOT_RUN = "The released course cannot be run here: {reason}"
 _ENDED_EARLY = "The run ended before all notebooks were run."
 
 
@@ -115,7 +115,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     IsolationError
         If it cannot be isolated as asked; it is not run, then.
     GradingError
-        If the course cannot be imported.
+        If the course cannot be imported, or a library is not one that notebooks can be run with.
     """
     outcome = _run(packed, job, cancelled)
     if outcome.code == inside.BROKEN:  # or so it says: a stranger may have had a hand in it
@@ -128,20 +128,20 @@ def _rehearse(packed: bytes, job: Job) -> None:
     outcome = _run(packed, replace(job, notebooks={}), None)
     if outcome.code == inside.BROKEN:
         said = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(f"The released course cannot be imported: {said[-1] if said else 'it says nothing'}")
+        raise GradingError(_NOT_RUN.format(reason=said[-1] if said else "it says nothing"))
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
     walls = sandbox.run if job.isolated else bare.run
     spec = {
-        "notebooks": [{"name": name, "notebook": notebook} for name, notebook in job.notebooks.items()],
+        "notebooks": list(job.notebooks.values()),
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
         "cell_timeout": job.limits.cell,
     }
     return walls(
-        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), sys.executable, "-P", str(folder / INSIDE / "main.py")],
+        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
