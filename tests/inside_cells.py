@@ -96,7 +96,8 @@ hashlib.sha256(other.canvas.buffer_rgba()).hexdigest()[:20]
     "script": "%%bash --out said --err complained\necho from bash\necho error >&2",
     "script-said": "said, complained",
     "script-fails": "%%bash\nexit 4",
-    "python-script": "%%python --out product\nprint(6 * 7)",
+    # (In one piece: IPython may keep the last piece only.)
+    "python-script": "%%python --out product\nimport os\nwritten = os.write(1, b'42')",
     "python-said": "product",
     "who": "%who_ls int",
     "env": "%env ROTFLEX_TRIED=yes\nimport os\nos.environ['ROTFLEX_TRIED']",
