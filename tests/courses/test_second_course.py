@@ -1,7 +1,7 @@
 """Another laboratory's course goes the whole way over the same rails, by the commands that a teacher types.
 
-The course is in ``spring/``: a mass on a spring, four questions, 8 points. What each submission should get is worked out
-by hand from its key, in ``CLASS``.
+The course is in ``spring/``: a mass on a spring, four questions, 8 points. What each submission should get is worked
+out by hand from its key, in ``CLASS``.
 """
 
 from __future__ import annotations
