@@ -28,10 +28,7 @@ FOLLOWED = "right, given your own earlier answers"
 
 @dataclass(frozen=True)
 class Handed:
-    """A submission: what it adds to, or says instead of, the solutions of some cells, and the points it should get.
-
-    Points are those of 1.1 (of 1), 1.2 (2), 1.3 (3 for the formula and 1 for the number) and 1.4, which a person gives.
-    """
+    """A submission: what it says instead of the solutions, by cell; the points of 1.1 to 1.4; what became of parts."""
 
     changes: dict[str, tuple[str, str]]
     points: tuple[int, int, int, int]
@@ -237,3 +234,14 @@ def test_a_changed_key_marks_stored_answers(marks: Path, lenient: Path, submissi
     assert rows(tmp_path / "again") == rows(marks)
     for student in CLASS:
         assert statuses(tmp_path / "again", student) == statuses(marks, student)
+
+
+def test_a_persons_points_stay_in_the_reports_when_the_key_changes(
+    marks: Path, lenient: Path, submissions: Path
+) -> None:
+    book = marks / "gradebook.sqlite"
+    rotflex("mark", "right", "1.4", "why", 1, "--reason", "Well said.", "--by", "A. Teacher", "--gradebook", book)
+    lines = events(rotflex("grade", submissions, "--out", marks, "--course", lenient, "--json"))
+    assert {line["student"]: line["points"] for line in lines[:-1]}["right"] == 8
+    assert points(rows(marks)["right"]) == (1, 2, 4, 1)
+    assert "Well said." in text_of(marks / "right" / "feedback.html")
