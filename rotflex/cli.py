@@ -1,4 +1,4 @@
-"""The command ``rotflex``. Rooms load when a command needs them, so that ``rotflex --help`` is quick."""
+"""The command ``rotflex``. Modules load when a command needs them, so that ``rotflex --help`` is quick."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ class AnswerBook:
     def _record(self, question: str, part: str, content: dict[str, Any]) -> None:
         """Put an answer in its place, unless the file would grow too large with it."""
         changed = {**self._answers, question: {**self._answers.get(question, {}), part: content}}
-        # Mostly the answer by itself tells that there is room, and the whole need not be put into words to see it.
+        # Mostly the size of the answer by itself shows that it fits, and the whole need not be serialised to see it.
         self._most_bytes += len(json.dumps({question: {part: content}})) + 2
         if self._most_bytes > MAX_BYTES:
             self._most_bytes = len(self._text(changed))

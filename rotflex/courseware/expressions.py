@@ -3,7 +3,7 @@
 A tree is one of ``["int", 3]``, ``["rational", 1, 2]``, ``["float", 0.5]``, ``["pi"]``, ``["symbol", "K_s"]``,
 ``["add", TREE, ...]``, ``["mul", TREE, ...]``, ``["pow", TREE, TREE]`` (the exponent a number), and ``["sqrt", TREE]``,
 ``["sin", TREE]``, ``["cos", TREE]``, ``["exp", TREE]``. Trees are bounded in size, depth and exponents, so that one
-read back from a stranger's file cannot be built into something huge. Nothing is ever evaluated from text.
+read back from an untrusted file cannot be built into something huge. Nothing is ever evaluated from text.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The form of an answer: from a Python value to plain data and back, by the kind of the part. Never its value.
 
-Grading reads a stranger's answers with :func:`decode`, which takes nothing but what :func:`encode` can write.
+Grading reads untrusted answers with :func:`decode`, which takes nothing but what :func:`encode` can write.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Plain data: how answers are rounded and thinned out, and how they are read back from a stranger's file."""
+"""Plain data: how answers are rounded and thinned out, and how they are read back from an untrusted file."""
 
 from __future__ import annotations
 

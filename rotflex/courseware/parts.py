@@ -188,8 +188,8 @@ def recording(
     units: Mapping[str, str],
 ) -> Part:
     """A recording of an experiment."""
-    told = tuple(settings.items())
-    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=told, units=units)
+    checked_settings = tuple(settings.items())
+    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=checked_settings, units=units)
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:

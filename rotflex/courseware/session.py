@@ -81,7 +81,7 @@ class Session:
             folder / ANSWERS_FILE, student, bench, seed if given_seed is None else check_seed(given_seed)
         )
 
-    def tell_notices(self) -> None:
+    def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""
         for notice in self.book.notices:
             print(f"Note      {notice}")
@@ -102,9 +102,9 @@ class Session:
         print(*self.record(question, **parts), sep="\n")
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
-        """As :meth:`answer`, but returns the lines: for explorers, which have their own place for them."""
+        """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""
         replies = self.book.answer(self.catalogue.find(question), parts)
-        self.tell_notices()
+        self.print_notices()
         return [str(reply) for reply in replies]
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
@@ -196,7 +196,7 @@ class Session:
 
     def _refresh(self) -> None:
         self.book.refresh()
-        self.tell_notices()
+        self.print_notices()
 
     def _missing(self, question: Question) -> list[str]:
         """Names of the parts that have no answer."""

@@ -1,4 +1,4 @@
-"""The instructor's commands. ``rotflex.cli`` takes them in where this room is."""
+"""The instructor's commands. ``rotflex.cli`` adds them where this package is."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def release(
     with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,
 ) -> None:
-    """Make the students' folder and zip: no solutions, no key, none of the instructor's rooms."""
+    """Make the students' folder and zip: no solutions, no key, none of the instructor's modules."""
     from rotflex.instructor.release.student_course import release as make
 
     made = make(courses.find(course), out, with_data, replace)
@@ -143,7 +143,7 @@ def grade(
     """
     from rotflex.instructor.batch import Batch, Settings
     from rotflex.instructor.reports.grades import Reports
-    from rotflex.instructor.reports.live_report import Lines, Screen
+    from rotflex.instructor.reports.live_report import JsonLines, Screen
     from rotflex.instructor.running import intake, isolation_report
     from rotflex.instructor.running.runner import Limits
 
@@ -160,24 +160,24 @@ def grade(
         reports = Reports(out, found.catalogue)
         with _open(gradebook or str(out / GRADEBOOK_FILE)) as book:
             batch = Batch(submissions, found, book, settings)
-            watcher = (Lines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
-            with reports, watcher:
+            progress = (JsonLines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
+            with reports, progress:
                 for step in batch.grade():
-                    watcher.add(step.ran, reports.write(step.graded))
+                    progress.add(step.ran, reports.write(step.graded))
     except IsolationError as error:
         isolation_report.refuse(error)
         raise typer.Exit(NOT_ISOLATED) from None
-    raise typer.Exit(SOME_TROUBLE if watcher.trouble else ALL_WELL)
+    raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 
 def _check_isolation(settings: Settings) -> None:
-    """Try to break out before any submission can. (On a cluster it is the workers' walls that count.)"""
+    """Try to break out before any submission can. (On a cluster it is the workers' isolation that counts.)"""
     from rotflex.instructor.running import isolation_report
 
     if settings.isolated and settings.scheduler is None:
         isolation_report.check()
     elif not settings.isolated:
-        isolation_report.check_unwalled()
+        isolation_report.check_unisolated()
 
 
 def _open(url: str) -> Gradebook:

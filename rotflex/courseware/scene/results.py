@@ -76,7 +76,7 @@ class ResultsExplorer(Explorer):
             height=0,
         )
 
-    def on_paper(self) -> tuple[dict[str, str], dict[str, str]]:
+    def static_view(self) -> tuple[dict[str, str], dict[str, str]]:
         """The table itself."""
         return {"text/html": self.table._repr_html_()}, {}
 

@@ -82,7 +82,7 @@ class Database:
                     connection.exec_driver_sql(statement)
                 yield connection
         except DBAPIError as error:
-            raise GradebookError(f"The gradebook {self.where}: {_said(error)}") from error
+            raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
 
 
 def _address(url: str | Path) -> URL:
@@ -131,11 +131,11 @@ def _postgres(address: URL) -> Engine:
         raise GradebookError("PostgreSQL needs its driver: pip install 'rotflex-instructor[postgres]'.") from None
 
 
-def _said(error: DBAPIError) -> str:
-    """What the database said; without the statement and its values, which are strangers' text."""
-    said = str(error.orig).strip()
-    if "file is not a database" in said:
+def _message(error: DBAPIError) -> str:
+    """The database's message; without the statement and its values, which are untrusted text."""
+    message = str(error.orig).strip()
+    if "file is not a database" in message:
         return "this file is not a gradebook. It is left as it is; choose another."
-    if "database is locked" in said or "lock timeout" in said:
+    if "database is locked" in message or "lock timeout" in message:
         return f"another process has been writing to it for {PATIENCE:g} s. Try again when that has ended."
-    return f"the database says: {said}"
+    return f"the database says: {message}"

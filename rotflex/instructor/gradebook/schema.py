@@ -1,4 +1,4 @@
-"""A new, an old or a stranger's database → one with the gradebook's tables, as this software knows them.
+"""A new, an old or somebody else's database → one with the gradebook's tables, as this software knows them.
 
 The migrations are alembic's, and are run from here. A new one is a module in ``migrations/versions``, whose
 ``down_revision`` is the newest before; ``tables`` is changed along with it. A released migration is never changed.

@@ -1,4 +1,4 @@
-"""Strangers' text and numbers, in the form in which every database takes them and every report can show them.
+"""Untrusted text and numbers, in the form in which every database takes them and every report can show them.
 
 Text stays as it is, but for what PostgreSQL refuses (NUL, halves of surrogate pairs) and what a terminal obeys (control
 characters): these are written out, as ``\\x00`` or ``\\ud800``. Line ends become ``\\n``; tabs stay. Twice is as once,

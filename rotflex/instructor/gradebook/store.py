@@ -31,7 +31,7 @@ class Gradebook:
     """A class's submissions, runs, answers, marks, comments, and every change of a mark.
 
     It may be used by several processes at once, and by several threads. Students are told apart without regard to
-    capitals, as :mod:`rotflex.courseware.student_id` says; strangers' text is kept as
+    capitals, as :mod:`rotflex.courseware.student_id` says; untrusted text is kept as
     :mod:`rotflex.instructor.gradebook.storable` says.
 
     Parameters
@@ -61,7 +61,7 @@ class Gradebook:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the database."""
         self._database.close()
 
     def secret(self) -> bytes:
@@ -194,7 +194,7 @@ class Gradebook:
             if graded is not None:
                 yield graded
 
-    # --- words --------------------------------------------------------------------------------------------------------
+    # --- comments ---------------------------------------------------------------------------------------------------
 
     def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
         """A person's word to a student."""

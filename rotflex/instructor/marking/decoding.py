@@ -1,4 +1,4 @@
-"""A stranger's ``answers.json``, strictly read: bytes in, claims out. Nothing is evaluated or unpickled."""
+"""An untrusted ``answers.json``, strictly read: bytes in, claims out. Nothing is evaluated or unpickled."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rotflex.instructor.marking.time_limit import within
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
 MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are
 _MOST_NOTES = 20
-_SHOWN = 40  # characters of a stranger's text in a note
+_SHOWN = 40  # characters of untrusted text in a note
 _PATIENCE = 5.0  # s for one answer
 
 
@@ -107,7 +107,7 @@ def _strict(data: bytes) -> None:
         If there are names twice in an object, larger integers than an answer can have, or more levels.
     """
     if len(data) > answers.MAX_BYTES:
-        return  # refused, with its own words, by what reads it next
+        return  # refused, with its own message, by what reads it next
     try:
         content = json.loads(data, object_pairs_hook=_unique, parse_int=_bounded)
     except RecursionError:

@@ -2,7 +2,7 @@
 
 Two expressions are taken as equal if they agree at a few random points. (A polynomial or a quotient of polynomials
 that is not zero vanishes at random points with a probability of nothing; and numbers can be compared in bounded time,
-where simplifying a stranger's expression cannot.)
+where simplifying an untrusted expression cannot.)
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, part
 Point = Mapping[str, float]
 Rule = Callable[[Point], float]  # a quantity as a function of all symbols' values
 _POINTS = 6
-_RTOL = 1e-7  # of what is compared; room for rounded coefficients is made by the checks
+_RTOL = 1e-7  # of what is compared; a tolerance for rounded coefficients is in the checks
 _FLOAT_RTOL = 2e-3  # a student's 0.333 for a third
 
 

@@ -112,7 +112,7 @@ def _given(part: Part, content: dict[str, Any], value: Any) -> str:
 
 
 def unmarked(key: Key, claims: Claims) -> list[str]:
-    """A word on answers to questions that the key does not have."""
+    """A message on answers to questions that the key does not have."""
     numbers = dict.fromkeys(number for number, _ in claims.contents if number not in key)
     return [f"Question {number} {UNMARKED}" for number in numbers]
 

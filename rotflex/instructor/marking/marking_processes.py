@@ -1,4 +1,4 @@
-"""Marking in processes of its own: what a stranger claims can be built to be expensive, and must stop nothing.
+"""Marking in processes of its own: what a submission claims can be built to be expensive, and must stop nothing.
 
 Each answer has a time, each process a size. Should a process die of an answer all the same, that submission is one for
 a person, and the next one is marked in a new process.
@@ -42,19 +42,19 @@ class Marker:
     Parameters
     ----------
     course : each process loads it for itself, from its folder
-    places : how many submissions to mark at a time
+    processes : how many submissions to mark at a time
     """
 
-    def __init__(self, course: Course, places: int) -> None:
-        self._course, self._places = course, places
+    def __init__(self, course: Course, processes: int) -> None:
+        self._course, self._processes = course, processes
         self._lock = threading.Lock()
-        self._pool = self._new_pool(places)
+        self._pool = self._new_pool(processes)
 
-    def _new_pool(self, places: int) -> ProcessPoolExecutor:
+    def _new_pool(self, processes: int) -> ProcessPoolExecutor:
         # Not forked: this program has threads.
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(
-            places, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
+            processes, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
         )
 
     def __enter__(self) -> Marker:
@@ -63,7 +63,7 @@ class Marker:
     def __exit__(self, *_: object) -> None:
         self._end(self._pool)
 
-    def get_ready(self) -> None:
+    def warm_up(self) -> None:
         """Start a marking process, if none is idle, while there is something else to wait for."""
         with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
             self._pool.submit(_warm)
@@ -82,7 +82,7 @@ class Marker:
         except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
             with self._lock:
                 if self._pool is pool:
-                    self._pool = self._new_pool(self._places)
+                    self._pool = self._new_pool(self._processes)
                     self._end(pool)
         # It may have been another submission's answers that broke the pool.
         alone = self._new_pool(1)

@@ -1,4 +1,4 @@
-"""A bound on the time that something may take, for what a stranger can make slow."""
+"""A bound on the time that something may take, for what untrusted input can make slow."""
 
 from __future__ import annotations
 

@@ -13,13 +13,13 @@ from rotflex.instructor.reports.safe_text import no_escapes
 _MOST_ROWS = 60  # of the table at the end
 
 
-class Watcher:
-    """Takes note of what is done.
+class ProgressReport:
+    """Counts what is done.
 
     Parameters
     ----------
     total : submissions that there are
-    ignored : words on what lies among them and is none
+    ignored : messages on what lies among them and is none
     absent : students who have not handed in anything
 
     Attributes
@@ -33,7 +33,7 @@ class Watcher:
         self.trouble = bool(ignored)
         self.ran = self.known = self.failed = 0
 
-    def __enter__(self) -> Watcher:
+    def __enter__(self) -> ProgressReport:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
@@ -47,20 +47,20 @@ class Watcher:
         self.trouble |= bool(result.problems)
 
 
-class Lines(Watcher):
+class JsonLines(ProgressReport):
     """An object a line on the standard output: one for each submission as it is done, one for all in the end."""
 
-    def __enter__(self) -> Lines:
-        for word in self.ignored:
-            self._say({"event": "ignored", "what": word})
+    def __enter__(self) -> JsonLines:
+        for message in self.ignored:
+            self._print({"event": "ignored", "what": message})
         for student in self.absent:
-            self._say({"event": "absent", "student": student})
+            self._print({"event": "absent", "student": student})
         return self
 
     def add(self, ran: bool, result: Result) -> None:
         """Note one submission, and whether it was run just now."""
         super().add(ran, result)
-        self._say(
+        self._print(
             {
                 "event": "graded",
                 "student": result.student,
@@ -75,14 +75,14 @@ class Lines(Watcher):
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
         counts = {"ran": self.ran, "known": self.known, "failed": self.failed, "total": self.total}
-        self._say({"event": "interrupted" if kind else "done", **counts})
+        self._print({"event": "interrupted" if kind else "done", **counts})
 
     @staticmethod
-    def _say(data: dict[str, object]) -> None:
+    def _print(data: dict[str, object]) -> None:
         print(json.dumps(data), flush=True)
 
 
-class Screen(Watcher):
+class Screen(ProgressReport):
     """A bar that tells what is done, what failed, and how long it will take; a table in the end."""
 
     def __init__(self, total: int, ignored: list[str], absent: list[str]) -> None:
@@ -97,7 +97,7 @@ class Screen(Watcher):
             TextColumn("Grading"),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[words]}"),
+            TextColumn("{task.fields[counts]}"),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeLeft(),
@@ -106,18 +106,18 @@ class Screen(Watcher):
         self._results: list[Result] = []
 
     def __enter__(self) -> Screen:
-        for word in self.ignored:
-            self._console.print(no_escapes(word), style="yellow", markup=False)
+        for message in self.ignored:
+            self._console.print(no_escapes(message), style="yellow", markup=False)
         self._bar.start()
-        self._task = self._bar.add_task("", total=self.total, words="")
+        self._task = self._bar.add_task("", total=self.total, counts="")
         return self
 
     def add(self, ran: bool, result: Result) -> None:
         """Note one submission, and whether it was run just now."""
         super().add(ran, result)
         self._results.append(result)
-        words = f"{self.ran} run, {self.known} known, {self.failed} with trouble"
-        self._bar.update(self._task, advance=1, words=words)
+        counts = f"{self.ran} run, {self.known} known, {self.failed} with trouble"
+        self._bar.update(self._task, advance=1, counts=counts)
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
         self._bar.stop()

@@ -20,11 +20,11 @@ class Pool:
     """An executor, how many submissions it takes at a time, and how to stop what is running."""
 
     executor: Executor
-    places: int
+    capacity: int
     stop: Callable[[], None]
 
 
-class _Here(ThreadPoolExecutor):
+class _LocalExecutor(ThreadPoolExecutor):
     """Threads are enough: the work is done in the sandboxes that they wait for."""
 
     def __init__(self, jobs: int) -> None:
@@ -40,9 +40,9 @@ class _Here(ThreadPoolExecutor):
 
 
 @contextlib.contextmanager
-def here(jobs: int) -> Iterator[Pool]:
+def local(jobs: int) -> Iterator[Pool]:
     """This machine, so many submissions at a time."""
-    executor = _Here(jobs)
+    executor = _LocalExecutor(jobs)
     try:
         yield Pool(executor, jobs, executor.stop)
     finally:

@@ -1,6 +1,6 @@
 """Submissions: which there are, and the source of their answer cells.
 
-A submission is a folder or a zip, named by the student's ID. It is read as a stranger's: bounded in size, never
+A submission is a folder or a zip, named by the student's ID. It is read as untrusted input: bounded in size, never
 unpacked, links never followed, its names never used for writing. Of all that it holds, only the source of the answer
 cells goes on.
 """
@@ -59,11 +59,11 @@ class Intake:
 
 
 class _Unreadable(Exception):
-    """A file that cannot be taken in; the message says why."""
+    """A file that cannot be read; the message says why."""
 
 
 def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
-    """The submissions in a folder, by student, and a word on everything else there.
+    """The submissions in a folder, by student, and a message on everything else there.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _submission(path: Path) -> Submission:
         raise _Unreadable(_("it is not named by a student's ID. {why}").format(why=error)) from None
 
 
-def take_in(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Intake:
+def read(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Intake:
     """Read a submission's answer cells.
 
     Parameters
@@ -243,7 +243,7 @@ class _Files:
         self.close()
 
     def close(self) -> None:
-        """Let go of what is open."""
+        """Close what is open."""
 
     def names(self) -> Iterator[PurePosixPath]:
         """Paths of ordinary files; more than ``MAX_ENTRIES`` raise _Unreadable."""

@@ -1,4 +1,4 @@
-"""Whether the walls around students' code stand: asked before anything is run, and shown by ``rotflex doctor``."""
+"""Whether students' code can be isolated here: asked before anything is run, and shown by ``rotflex doctor``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WAYS = (
 
 @dataclass(frozen=True)
 class Examined:
-    """What was found: the layers, and, where they stand, what came of trying to break out.
+    """What was found: the layers, and, where they are there, what came of trying to break out.
 
     Attributes
     ----------
@@ -56,8 +56,8 @@ class Examined:
 def examine() -> Examined:
     """Look at the layers, and try to break out if they are all there."""
     found = tuple(layers.examine())
-    standing = all(layer.good for layer in found if layer.needed)
-    return Examined(found, tuple(selftest.run_all()) if standing else ())
+    layers_good = all(layer.good for layer in found if layer.needed)
+    return Examined(found, tuple(selftest.run_all()) if layers_good else ())
 
 
 def check() -> None:
@@ -75,7 +75,7 @@ def check() -> None:
             )
 
 
-def check_unwalled() -> None:
+def check_unisolated() -> None:
     """Raise IsolationError for root: with its rights, a submission could do anything at all."""
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         raise IsolationError(
@@ -86,7 +86,7 @@ def check_unwalled() -> None:
 
 
 def refuse(error: IsolationError) -> None:
-    """Tell an instructor why nothing was graded."""
+    """Print for an instructor why nothing was graded."""
     from rich.console import Console
 
     console = Console(stderr=True)

@@ -17,7 +17,7 @@ from typing import Any
 
 import rotflex
 from rotflex.errors import GradingError
-from rotflex.instructor.isolation import bare, sandbox
+from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.sandbox import Ending, Outcome
 from rotflex.instructor.running import inside
 from rotflex.instructor.running.bundle import FONTS, INSIDE, unpacked
@@ -41,7 +41,7 @@ class Limits:
 
     Attributes
     ----------
-    cell, submission : time, s (of a cell; of everything, by the clock on the wall)
+    cell, submission : time, s (of a cell; of everything, wall time)
     memory : bytes
     processes : at a time
     folder : bytes that can be written
@@ -88,7 +88,7 @@ class Run:
 
     Attributes
     ----------
-    answers : a stranger's claim
+    answers : an untrusted claim
     problems : what went wrong
     complete : whether it ended by itself or by a limit, and so need not be run again
     """
@@ -118,29 +118,29 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
         If the course cannot be imported.
     """
     outcome = _run(packed, job, cancelled)
-    if outcome.code == inside.BROKEN:  # or so it says: a stranger may have had a hand in it
-        _rehearse(packed, job)
+    if outcome.code == inside.BROKEN:  # or so it claims: the submission may have caused it
+        _check_course(packed, job)
     return Run(outcome.file, _problems(outcome, job.limits), outcome.ending is not Ending.CANCELLED)
 
 
-def _rehearse(packed: bytes, job: Job) -> None:
+def _check_course(packed: bytes, job: Job) -> None:
     """Raise GradingError if the course does not even run without any notebooks."""
     outcome = _run(packed, replace(job, notebooks={}), None)
     if outcome.code == inside.BROKEN:
-        said = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(f"The released course cannot be imported: {said[-1] if said else 'it says nothing'}")
+        lines = outcome.output.decode(errors="replace").strip().splitlines()
+        raise GradingError(f"The released course cannot be imported: {lines[-1] if lines else 'it says nothing'}")
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
-    walls = sandbox.run if job.isolated else bare.run
+    run_command = sandbox.run if job.isolated else unisolated.run
     spec = {
         "notebooks": [{"name": name, "notebook": notebook} for name, notebook in job.notebooks.items()],
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
         "cell_timeout": job.limits.cell,
     }
-    return walls(
+    return run_command(
         ["sh", "-c", _WITH_FONTS, str(folder / FONTS), sys.executable, "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
