@@ -7,6 +7,7 @@ from typing import Any
 from rotflex.courseware import expressions
 from rotflex.courseware.json_values import FormError, NotAnswered, read_dict, read_list
 from rotflex.courseware.kinds.arrays import entries
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 
 
@@ -47,9 +48,15 @@ def encode_symbolic_matrix(part: Part, value: Any) -> tuple[dict[str, Any], list
             try:
                 trees.append(expressions.encode(entry, part.symbols))
             except NotAnswered:
-                raise FormError(f"the entry in row {i + 1}, column {j + 1} is still empty") from None
+                raise FormError(
+                    _("the entry in row {row}, column {column} is still empty").format(row=i + 1, column=j + 1)
+                ) from None
             except FormError as error:
-                raise FormError(f"look at the entry in row {i + 1}, column {j + 1}: {error}") from None
+                raise FormError(
+                    _("look at the entry in row {row}, column {column}: {error}").format(
+                        row=i + 1, column=j + 1, error=error
+                    )
+                ) from None
         rows.append(trees)
     return {"value": rows}, []
 
@@ -82,4 +89,8 @@ def _in_symbols(noun: str, part: Part, data: Any) -> str:
                 present.add(item[1])
             pending.extend(item)
     used = [symbol for symbol in part.symbols if symbol in present]
-    return f"{noun} in {', '.join(used)}" if used else f"{noun} without symbols"
+    return (
+        _("{noun} in {used}").format(noun=noun, used=", ".join(used))
+        if used
+        else _("{noun} without symbols").format(noun=noun)
+    )

@@ -13,6 +13,7 @@ from typing import Any
 import anywidget
 import traitlets
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import SWITCH, Picture, bundle
 from rotflex.courseware.scene.scene import Scene
 from rotflex.errors import RotflexError
@@ -175,11 +176,13 @@ def error_text(error: Exception) -> str:
     """An exception for a student: ours as they are, others with their kind."""
     if isinstance(error, RotflexError):
         return str(error)
-    return f"This did not work ({type(error).__name__}: {error}). What you see is as it was before."
+    return _("This did not work ({error_type}: {error}). What you see is as it was before.").format(
+        error_type=type(error).__name__, error=error
+    )
 
 
 def _finite(value: Any) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise RotflexError(f"{value!r} is not a number that can be used here.")
+        raise RotflexError(_("{value!r} is not a number that can be used here.").format(value=value))
     return number
