@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rotflex.courseware import student_id
+from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.course import Course
@@ -89,7 +90,9 @@ class Marker:
         try:
             return alone.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
         except (BrokenExecutor, TimeoutError) as error:
-            raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
+            raise GradingError(
+                _("The answers could not be marked ({error_type}).").format(error_type=type(error).__name__)
+            ) from None
         finally:
             self._end(alone)
 
@@ -133,6 +136,8 @@ def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
     (course,) = _courses
     claims = decoding.decode(answers, probe_seed, course.catalogue)
     if claims.student and student_id.caseless(claims.student) != student_id.caseless(student):
-        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
+        claims.notes.append(
+            _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
+        )
     marks = marking.mark(course, claims, course.bench(student), probe_seed)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
