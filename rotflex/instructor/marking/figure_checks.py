@@ -66,7 +66,7 @@ class FigureFollows:
             found = samples and self._curve(value, samples)
             if found:
                 axis, unit = found
-                missing = [] if has_unit(axis["xlabel"], SECONDS) else ["the horizontal axis lacks its unit, s"]
+                missing = [] if has_unit(axis["xlabel"], SECONDS) else [_("the horizontal axis lacks its unit, s")]
                 if not has_unit(axis["ylabel"], self.units[unit][0]):
                     missing.append(
                         _("the vertical axis lacks its unit, {unit}, or has another one than the curve").format(

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.sandbox import Ending, Outcome
@@ -128,7 +129,11 @@ def _check_course(packed: bytes, job: Job) -> None:
     outcome = _run(packed, replace(job, notebooks={}), None)
     if outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(f"The released course cannot be imported: {lines[-1] if lines else 'it says nothing'}")
+        raise GradingError(
+            _("The released course cannot be imported: {message}").format(
+                message=lines[-1] if lines else _("it says nothing")
+            )
+        )
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
@@ -170,7 +175,7 @@ def _environment(folder: Path, probe_seed: int) -> dict[str, str]:
 
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
     ended = {
-        Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
+        Ending.DEADLINE: _("The run took longer than {seconds:g} s and was stopped.").format(seconds=limits.submission),
         Ending.OUTPUT: "The run was stopped: it said too much.",
         Ending.CANCELLED: "The run was called off.",
         Ending.FINISHED: _PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY),
@@ -192,7 +197,9 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
     """
     asked = json.loads(job)
     if asked.pop("software") != rotflex.__version__:
-        raise GradingError(f"This worker has rotflex {rotflex.__version__}; install the version that grades.")
+        raise GradingError(
+            _("This worker has rotflex {version}; install the version that grades.").format(version=rotflex.__version__)
+        )
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
     return json.dumps({"answers": answers, "problems": done.problems, "complete": done.complete}).encode()
