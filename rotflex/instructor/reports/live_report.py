@@ -6,6 +6,7 @@ import json
 import sys
 from types import TracebackType
 
+from rotflex.courseware.messages import _
 from rotflex.instructor.reports.feedback import points
 from rotflex.instructor.reports.result import Result
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -116,7 +117,9 @@ class Screen(ProgressReport):
         """Note one submission, and whether it was run just now."""
         super().add(ran, result)
         self._results.append(result)
-        counts = f"{self.ran} run, {self.known} known, {self.failed} with trouble"
+        counts = _("{ran} run, {known} known, {failed} with trouble").format(
+            ran=self.ran, known=self.known, failed=self.failed
+        )
         self._bar.update(self._task, advance=1, counts=counts)
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
@@ -124,9 +127,11 @@ class Screen(ProgressReport):
         if self._results:
             self._table()
         if self.absent:
-            self._console.print(no_escapes(f"Nothing handed in: {', '.join(self.absent)}"), markup=False)
+            self._console.print(
+                no_escapes(_("Nothing handed in: {students}").format(students=", ".join(self.absent))), markup=False
+            )
         if kind is not None:
-            self._console.print("What is graded is in the gradebook: the same command goes on from here.")
+            self._console.print(_("What is graded is in the gradebook: the same command goes on from here."))
 
     def _table(self) -> None:
         from rich.table import Table
@@ -146,11 +151,11 @@ class Screen(ProgressReport):
             # Text: what looks like markup in a name or a message is none.
             table.add_row(
                 Text(no_escapes(result.student)),
-                f"{points(result.total)} of {points(result.out_of)}",
+                _("{total} of {out_of}").format(total=points(result.total), out_of=points(result.out_of)),
                 points(result.awaiting) if result.awaiting else "",
                 Text(no_escapes("\n".join(result.problems))),
             )
         self._console.print(table)
         if len(shown) < len(results):
-            self._console.print(f"and {len(results) - len(shown)} more, in grades.csv")
+            self._console.print(_("and {count} more, in grades.csv").format(count=len(results) - len(shown)))
         self._console.print(results[0].stamp, markup=False)
