@@ -17,6 +17,7 @@ from itertools import islice
 from pathlib import Path
 
 import rotflex
+from rotflex.courseware.messages import _
 from rotflex.courseware.run.merge import merged
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
@@ -208,7 +209,7 @@ class Batch:
         running = pool.executor.submit(runner.work, runner.job_bytes(job), built.packed)
         run = runner.run_from(running.result())
         if not run.complete:
-            raise GradingError("the run was called off")
+            raise GradingError(_("the run was called off"))
         return replace(record, answers=run.answers, problems=(*record.problems, *run.problems))
 
     def _marked(self, record: RunRecord, handed_in: Intake, marker: Marker) -> Graded:
@@ -220,7 +221,9 @@ class Batch:
 
     def _failed(self, student: str, error: Exception) -> Graded:
         """No marks, for a reason that is not the student's. Its key is nobody's, so that it is tried again."""
-        fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
+        fault = _("Grading failed, which is not the student's fault: {error_type}: {error}").format(
+            error_type=type(error).__name__, error=error
+        )
         record = RunRecord(
             key=f"failed: {student}",
             student=student,

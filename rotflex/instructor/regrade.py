@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor.batch import mark_records, with_messages
 from rotflex.instructor.course import Course
@@ -37,12 +38,16 @@ def regrade(
     with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as graders:
         everybody = list(gradebook.all_current())
         if not everybody:
-            raise GradingError("There is nothing in the gradebook to mark again.")
+            raise GradingError(_("There is nothing in the gradebook to mark again."))
         digest = marking_digest(course)
         for before, after in zip(
             everybody, graders.map(lambda one: _marked(one, marker, questions, digest), everybody), strict=True
         ):
-            gradebook.record(after, actor=ACTOR, reason=f"marked again: {', '.join(questions) or 'all questions'}")
+            gradebook.record(
+                after,
+                actor=ACTOR,
+                reason=_("marked again: {questions}").format(questions=", ".join(questions) or _("all questions")),
+            )
             yield before, gradebook.current(before.run.student) or after
 
 
@@ -53,7 +58,7 @@ def _check(questions: Collection[str], course: Course) -> None:
         except AnswerError as error:
             raise GradingError(str(error)) from None
         if number not in course.key:
-            raise GradingError(f"The key has no question {number}.")
+            raise GradingError(_("The key has no question {number}.").format(number=number))
 
 
 def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Graded:
