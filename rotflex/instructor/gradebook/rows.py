@@ -92,7 +92,7 @@ def _stored(connection: Connection, which: ColumnElement[bool]) -> Stored | None
     row = connection.execute(found).one_or_none()
     if row is None:
         return None
-    given = persons_marks(connection, row.student_id)
+    given = manual_marks(connection, row.student_id)
     shown = tuple(with_decision(mark, given) for mark in _marks(connection, row.id))
     return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest))
 
@@ -119,7 +119,7 @@ def _marks(connection: Connection, run_id: int) -> list[MarkRecord]:
     return [MarkRecord(*row) for row in connection.execute(found)]
 
 
-def persons_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
+def manual_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
     """The marks that persons set for a student."""
     found = connection.execute(select(decisions).where(decisions.c.student_id == student_id))
     return {
@@ -132,8 +132,8 @@ def persons_marks(connection: Connection, student_id: int) -> dict[Where, MarkRe
 
 def with_decision(mark: MarkRecord, decided: Mapping[Where, MarkRecord]) -> MarkRecord:
     """A person's mark in place of the software's, if it was for the same thing."""
-    person = decided.get(mark.where)
-    return person if person and (person.given, person.out_of) == (mark.given, mark.out_of) else mark
+    manual = decided.get(mark.where)
+    return manual if manual and (manual.given, manual.out_of) == (mark.given, mark.out_of) else mark
 
 
 # --- writing a run ----------------------------------------------------------------------------------------------------
@@ -190,14 +190,14 @@ def put_marks(connection: Connection, run_id: int, new: Iterable[MarkRecord]) ->
     beneath = {mark.where: mark for mark in stored}
     wanted = []
     for mark in new:
-        persons = mark.status == GIVEN_BY_A_PERSON
-        if persons and mark.where not in beneath:
+        is_manual = mark.status == GIVEN_BY_A_PERSON
+        if is_manual and mark.where not in beneath:
             raise GradebookError(
                 _("Question {question}, {part}: a person's mark is set by set_mark only.").format(
                     question=mark.question, part=mark.part
                 )
             )
-        wanted.append(beneath[mark.where] if persons else mark)
+        wanted.append(beneath[mark.where] if is_manual else mark)
     if wanted == stored:
         return
     connection.execute(delete(marks).where(marks.c.run_id == run_id))
@@ -235,7 +235,7 @@ def put_audit(connection: Connection, student_id: int, before: Stored | None, ch
             **_side("after", new.get(where)),
             "run": after.graded.run.key if after else "",
             "actor": change.actor,
-            "why": f"{change.reason} {_of_persons(old.get(where), new.get(where))}".strip(),
+            "why": f"{change.reason} {_note_on_manual_mark(old.get(where), new.get(where))}".strip(),
             "changed": now(),
         }
         for where in sorted(old.keys() | new.keys())
@@ -256,7 +256,7 @@ def _side(side: str, mark: MarkRecord | None) -> dict[str, Any]:
     return {f"{name}_{side}": getattr(mark, name, None) for name in names}
 
 
-def _of_persons(old: MarkRecord | None, new: MarkRecord | None) -> str:
+def _note_on_manual_mark(old: MarkRecord | None, new: MarkRecord | None) -> str:
     """A word on a person's decision that comes or goes, without a person's doing it."""
     was, is_now = (mark is not None and mark.status == GIVEN_BY_A_PERSON for mark in (old, new))
     return NO_LONGER if was and not is_now else ""
