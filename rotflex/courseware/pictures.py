@@ -151,6 +151,6 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
     if not InteractiveShell.initialized():
         return
     display(data, metadata=metadata, raw=True)
-    folded = f"<details><summary>The figure in words</summary>{html.escape(alt)}</details>"
+    folded = f"<details><summary>{_('The figure in words')}</summary>{html.escape(alt)}</details>"
     words = [caption, folded] if caption else [folded]
     display({"text/markdown": "\n\n".join(words), "text/plain": caption or alt}, raw=True)

@@ -66,4 +66,4 @@ def _state(catalogue: Catalogue, item: ReportItem, book: AnswerBook) -> str:
     missing = [f"{number} {part}" for number, part in parts if book.get(number, part) is None]
     if missing:
         return _("missing: {missing}").format(missing=", ".join(missing))
-    return "recorded" if parts else ""
+    return _("recorded") if parts else ""

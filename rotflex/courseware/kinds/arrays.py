@@ -67,7 +67,7 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
             " × ".join(str(n) for n in array.shape) if array.ndim > 1 else _("a row of {size}").format(size=array.size)
         )
         if array.ndim == 0:
-            given = f"a {type(value).__name__}"
+            given = _("a {type_name}").format(type_name=type(value).__name__)
         raise FormError(_("it should be {wanted}; it is {given}").format(wanted=_wanted(shape), given=given))
     table: list[list[Any]] = array.reshape(rows, columns).tolist()
     return table

@@ -20,7 +20,7 @@ def decode_expression(part: Part, content: Any) -> Any:
 
 
 def show_expression(part: Part, content: dict[str, Any]) -> str:
-    return f": {_in_symbols('expression', part, content['value'])}"
+    return f": {_in_symbols(_('expression'), part, content['value'])}"
 
 
 def encode_equation(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
@@ -37,7 +37,7 @@ def decode_equation(part: Part, content: Any) -> Any:
 
 
 def show_equation(part: Part, content: dict[str, Any]) -> str:
-    return f": {_in_symbols('equation', part, [content['lhs'], content['rhs']])}"
+    return f": {_in_symbols(_('equation'), part, [content['lhs'], content['rhs']])}"
 
 
 def encode_symbolic_matrix(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
@@ -75,7 +75,8 @@ def decode_symbolic_matrix(part: Part, content: Any) -> Any:
 
 
 def show_symbolic_matrix(part: Part, content: dict[str, Any]) -> str:
-    return f": {_in_symbols(f'{part.shape[0]} × {part.shape[1]} matrix', part, content['value'])}"
+    noun = _("{rows} × {columns} matrix").format(rows=part.shape[0], columns=part.shape[1])
+    return f": {_in_symbols(noun, part, content['value'])}"
 
 
 def _in_symbols(noun: str, part: Part, data: Any) -> str:
