@@ -131,10 +131,10 @@ def grade(command: list[str], variables: dict[str, str], interval: float | None 
         if sampler is not None:
             sampler.stop()
         log.seek(0)
-        said = log.read()
+        output = log.read()
     short = [one for one in events if one["event"] == "graded" and one["points"] + one["awaiting"] != one["out_of"]]
     if process.returncode or short:
-        raise RuntimeError(f"rotflex grade: exit code {process.returncode}; {short[:3]}\n{said}")
+        raise RuntimeError(f"rotflex grade: exit code {process.returncode}; {short[:3]}\n{output}")
     done = events[-1]
     peaks, looking = (sampler.peaks, sampler.busy) if sampler else (None, 0.0)
     return Graded(seconds, first, done["ran"], done["known"], peaks, looking)

@@ -4,7 +4,7 @@
 
 Each submission is the whole course, done as in the solutions. Times are those of the whole command, from start to end:
 ours includes the self-test, the sandboxes, imports, marking, gradebook and feedback, and begins with nothing each time.
-Also the floor: the students' code as plain Python, with nothing around it (see floor.py).
+Also a lower bound: the students' code as plain Python, with nothing around it (see plain_python.py).
 
 nbgrader comes into a virtual environment of its own (build/nbgrader-venv), as the course does not need it. What each of
 them did is looked at afterwards: every cell executed, no errors, the same questions answered, all points.
@@ -36,7 +36,7 @@ from rotflex.instructor import course as courses
 from rotflex.instructor.release import student_course
 
 OURS = "rotflex grade --jobs {}"
-FLOOR, IMPORTS = "students' code alone", "its imports"
+LOWER_BOUND, IMPORTS = "students' code alone", "its imports"
 FOR_MEMORY = 2  # submissions, at most
 INTERVAL = 0.05  # s between two looks at the memory
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # as in the sandbox
@@ -87,22 +87,22 @@ class Contest:
         with tempfile.TemporaryDirectory(dir=self._scratch) as folder:
             return self._runs[who](Path(folder), with_memory)
 
-    def floor(self) -> dict[str, float]:
+    def lower_bound(self) -> dict[str, float]:
         """Seconds of the students' code alone, and of its imports, over all submissions."""
-        found = {FLOOR: 0.0, IMPORTS: 0.0}
+        found = {LOWER_BOUND: 0.0, IMPORTS: 0.0}
         for student in self._students:
             with tempfile.TemporaryDirectory(dir=self._scratch) as folder:
-                told = subprocess.run(
-                    [sys.executable, Path(__file__).with_name("floor.py"), self._submissions / student],
+                finished = subprocess.run(
+                    [sys.executable, Path(__file__).with_name("plain_python.py"), self._submissions / student],
                     cwd=folder,
                     env=environment(self._scratch, **ONE_THREAD),
                     stdout=subprocess.PIPE,
                     check=True,
                 )
-                self._same(FLOOR, answered(Path(folder) / "answers.json"))
-            taken = json.loads(told.stdout)
-            found[FLOOR] += taken["cells"]
-            found[IMPORTS] += taken["imports"]
+                self._same(LOWER_BOUND, answered(Path(folder) / "answers.json"))
+            seconds = json.loads(finished.stdout)
+            found[LOWER_BOUND] += seconds["cells"]
+            found[IMPORTS] += seconds["imports"]
         return found
 
     def _other(self, other: Papermill | NbGrader) -> Look:
@@ -143,7 +143,7 @@ class Contest:
 
 
 def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None) -> Figures:
-    """Run everything. What goes on is told on the standard error."""
+    """Run everything. Progress is printed on the standard error."""
     figures = Figures()
     (scratch / "memory").mkdir()
     for_memory = Contest(scratch / "memory", min(FOR_MEMORY, submissions), venv)
@@ -158,7 +158,7 @@ def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None) -
         for who in contest.names:
             figures.add(who, contest.run(who)[0])
             print(f"{repeat} of {repeats}, {who}: {figures.seconds[who][-1]:.1f} s", file=sys.stderr, flush=True)
-        for what, seconds in contest.floor().items():
+        for what, seconds in contest.lower_bound().items():
             figures.add(what, seconds)
     return figures
 
@@ -177,7 +177,7 @@ def show(figures: Figures, count: int) -> None:
         each = sorted(second / count for second in seconds)
         print(f"{who:24}{median(each):14.2f}{f'{each[0]:.2f}–{each[-1]:.2f}':>18}{figures.ratio(who, one):16.2f}")
     print(f"\n2 jobs are {figures.ratio(one, two):.2f} times as fast as 1")
-    code = figures.ratio(FLOOR, one)
+    code = figures.ratio(LOWER_BOUND, one)
     imports = figures.ratio(IMPORTS, one)
     print(f"of our time with 1 job, students' code is {code:.0%}, and its imports once a submission {imports:.0%}")
     print(f"\npeak memory (PSS), MB   {'all':>10}{'sandboxes':>12}{'marking':>10}{'a worker':>10}")

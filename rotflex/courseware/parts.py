@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.probes import Probe
 from rotflex.errors import AnswerError
 
@@ -109,7 +110,11 @@ class Question:
         for part in self.parts:
             if part.name == name:
                 return part
-        raise AnswerError(f"Question {self.number} has no part {name!r}; it has {', '.join(self.names)}.")
+        raise AnswerError(
+            _("Question {number} has no part {name!r}; it has {names}.").format(
+                number=self.number, name=name, names=", ".join(self.names)
+            )
+        )
 
 
 @dataclass(frozen=True)
@@ -188,8 +193,8 @@ def recording(
     units: Mapping[str, str],
 ) -> Part:
     """A recording of an experiment."""
-    told = tuple(settings.items())
-    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=told, units=units)
+    checked_settings = tuple(settings.items())
+    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=checked_settings, units=units)
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:

@@ -112,11 +112,11 @@ def test_show_works_without_a_notebook_and_prints_nothing(capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_figures_load_neither_pyplot_nor_an_instructor_room():
+def test_figures_load_neither_pyplot_nor_an_instructor_module():
     code = "import sys, rotflex.figures; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "rotflex.figures.traces" in loaded
     unwanted = {"matplotlib.pyplot"} | {
-        f"rotflex.{room}" for room in ("model", "design", "symbolic", "stiffness", "grading")
+        f"rotflex.{module}" for module in ("model", "design", "symbolic", "stiffness", "grading")
     }
     assert not unwanted & set(loaded)

@@ -15,7 +15,7 @@ from rotflex.workbook.questions import CATALOGUE
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
 FOR_STUDENTS = [path for path in SOLUTIONS if not path.name.startswith("9")]
 STUDENT_NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-INSTRUCTOR_ROOMS = {"model", "design", "symbolic", "stiffness", "grading"}
+INSTRUCTOR_MODULES = {"model", "design", "symbolic", "stiffness", "grading"}
 MOST_BYTES = 1_500_000
 
 
@@ -128,12 +128,12 @@ class TestEverySolutionForStudents:
                 assert "recorded" in text
                 assert "not answered" not in text
 
-    def test_students_cells_use_no_instructor_room(self, path):
+    def test_students_cells_use_no_instructor_module(self, path):
         for cell in cells(path):
             if cell.cell_type == "code" and "instructor" not in tags(cell):
                 found = set(re.findall(r"rotflex\.(\w+)|from rotflex import ([\w, ]+)", cell.source))
                 words = {word for pair in found for part in pair for word in re.findall(r"\w+", part)}
-                assert not words & INSTRUCTOR_ROOMS, cell.id
+                assert not words & INSTRUCTOR_MODULES, cell.id
 
 
 def test_there_is_a_student_notebook_for_each_solution():

@@ -7,6 +7,7 @@ import io
 from html import escape
 from pathlib import Path
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import written
 from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
@@ -53,13 +54,17 @@ class ResultsExplorer(Explorer):
         # The mark tells spreadsheets that it is UTF-8.
         encoding = "utf-8-sig" if name == "csv" else "utf-8"
         path = written(Path.cwd() / file_name, text.encode(encoding))
-        self.notice = f"Saved as {path.name}, beside the notebook."
+        self.notice = _("Saved as {name}, beside the notebook.").format(name=path.name)
 
     def view(self) -> Scene:
         """The table, and the buttons."""
-        missing = sum(not entry for _, _, entry, _ in self.table.rows)
+        missing = sum(not entry for _prompt, _name, entry, _unit in self.table.rows)
         rows = [Row(prompt, (name, entry or _EMPTY, unit)) for prompt, name, entry, unit in self.table.rows]
-        left = f"{missing} of {len(rows)} entries are missing." if missing else "All entries are there."
+        left = (
+            _("{missing} of {count} entries are missing.").format(missing=missing, count=len(rows))
+            if missing
+            else _("All entries are there.")
+        )
         return Scene(
             alt=str(self.table),
             controls=[
@@ -73,7 +78,7 @@ class ResultsExplorer(Explorer):
             height=0,
         )
 
-    def on_paper(self) -> tuple[dict[str, str], dict[str, str]]:
+    def static_view(self) -> tuple[dict[str, str], dict[str, str]]:
         """The table itself."""
         return {"text/html": self.table._repr_html_()}, {}
 

@@ -17,7 +17,7 @@ import pytest
 from checkout import ROOT
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import cgroups, sandbox, walls
+from rotflex.instructor.isolation import bubblewrap, cgroups, sandbox
 from rotflex.instructor.isolation.outcome import MIB
 from rotflex.instructor.isolation.sandbox import Ending, Limits
 
@@ -45,7 +45,10 @@ def python(script, wanted="answer", largest=10000, visible=(), **more):
 
 
 def child(token):
-    """Start a detached child that ignores signals. Until it runs, no process has "child-" and the token as a word."""
+    """Start a detached child that ignores signals.
+
+    Until it runs, no process has "child-" and the token among its arguments.
+    """
     return f"""setsid sh -c 'trap "" INT TERM HUP; while :; do sleep 1; done' child-$(echo {token}) &\n"""
 
 
@@ -237,7 +240,11 @@ def test_nothing_outlives_a_grader_that_is_killed(moment):
     assert processes_with(token) == []
 
     def groups():
-        return [left for place in cgroups.places().values() for left in place.folder.glob(f"rotflex-{grader.pid}-*")]
+        return [
+            left
+            for parent in cgroups.parent_groups().values()
+            for left in parent.folder.glob(f"rotflex-{grader.pid}-*")
+        ]
 
     shell("true")  # which clears away the control groups that the killed one had, ...
     while groups() and time.monotonic() < deadline:
@@ -292,9 +299,9 @@ def test_it_has_no_rights_and_cannot_get_any(inside):
 
 def test_each_sandbox_of_root_has_a_user_of_its_own():
     if os.geteuid() != 0:
-        assert walls.person() == walls.Person(1000, False)
+        assert bubblewrap.sandbox_user() == bubblewrap.User(1000, False)
         return
-    assert len({walls.person().uid for _ in range(5)}) == 5
+    assert len({bubblewrap.sandbox_user().uid for _ in range(5)}) == 5
 
 
 def test_it_has_no_descriptors_but_the_three(inside):
@@ -439,7 +446,7 @@ def test_the_package_that_judges_is_hidden_where_it_is_installed(monkeypatch, tm
     package = Path(packaging.__file__).resolve().parent
     here = f"ls -A {package} && ! test -w {package}"
     assert b"version.py" in shell(here).output
-    monkeypatch.setattr(walls, "_ourselves", lambda: package)
+    monkeypatch.setattr(bubblewrap, "_own_package", lambda: package)
     outcome = shell(here)
     assert (outcome.code, outcome.output) == (0, b"")
     outcome = shell(here, visible=[package / "version.py"])
@@ -487,19 +494,19 @@ json.dump(done, open("answer", "w"))
     assert python(work) == [1, 2, 3, 4, True]
 
 
-@pytest.mark.skipif(not cgroups.places(), reason="no control groups to be had here")
+@pytest.mark.skipif(not cgroups.parent_groups(), reason="no control groups to be had here")
 def test_control_groups_are_named_and_leave_nothing_behind():
     outcome = shell("echo here > answer")
     assert {"memory of all together", "processes of all together"} & set(outcome.layers)
-    for place in cgroups.places().values():
-        assert list(place.folder.glob(f"rotflex-{os.getpid()}-*")) == []
+    for parent in cgroups.parent_groups().values():
+        assert list(parent.folder.glob(f"rotflex-{os.getpid()}-*")) == []
 
 
-# --- no walls, no run -------------------------------------------------------------------------------------------------
+# --- no sandbox, no run -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("said", "layer", "remedy"),
+    ("message", "layer", "remedy"),
     [
         ("bwrap: Unknown option --size", "bubblewrap", "apt-get install"),
         ("bwrap: No permissions to create new namespace, likely because ...", "namespaces", ""),
@@ -508,15 +515,15 @@ def test_control_groups_are_named_and_leave_nothing_behind():
         ("bwrap: loopback: Failed RTM_NEWADDR: Operation not permitted", "network", ""),
     ],
 )
-def test_without_its_walls_a_command_is_not_run(said, layer, remedy, tmp_path, monkeypatch):
+def test_without_its_sandbox_a_command_is_not_run(message, layer, remedy, tmp_path, monkeypatch):
     fake = tmp_path / "bwrap"
-    fake.write_text(f'#!/bin/sh\necho "{said}" >&2\nexit 1\n')
+    fake.write_text(f'#!/bin/sh\necho "{message}" >&2\nexit 1\n')
     fake.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(IsolationError) as caught:
         shell(f"touch {tmp_path}/ran")
     assert caught.value.layer == layer
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert remedy in caught.value.remedy
     assert caught.value.remedy
     assert not (tmp_path / "ran").exists()

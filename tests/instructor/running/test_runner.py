@@ -76,11 +76,11 @@ LOOK_AROUND = """
 import importlib, os, rotflex, rotflex.lab
 answers = {"student": student, "bench": bench, "environment": dict(os.environ), "package": rotflex.__file__}
 answers["solved"] = "solved" in globals()
-answers["rooms"] = []
-for room in ("model", "design", "symbolic", "stiffness", "gradebook", "grading", "isolation", "experiments"):
+answers["modules"] = []
+for module in ("model", "design", "symbolic", "stiffness", "gradebook", "grading", "isolation", "experiments"):
     try:
-        importlib.import_module(f"rotflex.{room}")
-        answers["rooms"].append(room)
+        importlib.import_module(f"rotflex.{module}")
+        answers["modules"].append(module)
     except ModuleNotFoundError:
         pass
 mine = 5
@@ -113,9 +113,9 @@ def test_the_notebooks_are_those_without_solutions(seen):
     assert seen["solved"] is False
 
 
-def test_the_package_is_the_students_without_the_instructors_rooms(seen):
+def test_the_package_is_the_students_without_the_instructors_modules(seen):
     assert "rotflex-course-" in seen["package"]
-    assert seen["rooms"] == ["experiments"]
+    assert seen["modules"] == ["experiments"]
 
 
 def test_nothing_of_the_graders_environment_is_handed_on_but_the_probe_seed_is(seen):
