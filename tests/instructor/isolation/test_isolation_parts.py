@@ -39,7 +39,7 @@ def test_what_is_to_be_shown_is_shown_where_its_path_leads(tmp_path):
     (tmp_path / "link").symlink_to("elsewhere/deep")
     for folder in (tmp_path, tmp_path / "elsewhere", tmp_path / "elsewhere" / "deep"):
         folder.chmod(0o755)
-    assert tmp_path.resolve() / "elsewhere" / "deep" in bubblewrap.shown([tmp_path / "link" / ".." / "deep"])
+    assert tmp_path.resolve() / "elsewhere" / "deep" in bubblewrap.visible_paths([tmp_path / "link" / ".." / "deep"])
 
 
 # --- system calls -----------------------------------------------------------------------------------------------------
