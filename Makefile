@@ -8,16 +8,16 @@ ARGS ?=
 
 .PHONY: lab test notebooks solutions data bench clean
 
-PROJECTS := pyproject.toml packaging/instructor/pyproject.toml packaging/instructor/requirements.py
+PROJECTS := pyproject.toml distributions/instructor/pyproject.toml distributions/instructor/requirements.py
 
 $(VENV)/.lab: $(PROJECTS)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable . --editable packaging/instructor
+	$(BIN)/python -m pip install --quiet --editable . --editable distributions/instructor
 	touch $@
 
 $(VENV)/.test: $(PROJECTS) $(VENV)/.lab
-	$(BIN)/python -m pip install --quiet --editable ".[test]" --editable "packaging/instructor[postgres,cluster]"
+	$(BIN)/python -m pip install --quiet --editable ".[test]" --editable "distributions/instructor[postgres,cluster]"
 	touch $@
 
 lab: $(VENV)/.lab

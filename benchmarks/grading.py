@@ -28,11 +28,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
-from classes import ROOT, answered, environment, grade, grade_command, hand_in
+from classes import ROOT, WHOLE, answered, environment, grade, grade_command, hand_in
 from contenders import NbGrader, Papermill
 from memory import OTHERS, SANDBOX, TOTAL, WORKERS, Peaks, Sampler
 
-from rotflex.instructor.release import student_course as release
+from rotflex.instructor import course as courses
+from rotflex.instructor.release import student_course
 
 OURS = "rotflex grade --jobs {}"
 LOWER_BOUND, IMPORTS = "students' code alone", "its imports"
@@ -72,7 +73,7 @@ class Contest:
     def __init__(self, scratch: Path, submissions: int, venv: Path | None) -> None:
         self._scratch = scratch
         self._submissions = scratch / "submissions"
-        self._students = hand_in(ROOT, self._submissions, submissions)
+        self._students = hand_in(WHOLE, self._submissions, submissions)
         others: list[Papermill | NbGrader] = [Papermill(self._submissions, scratch)]
         if venv is not None:
             others.append(NbGrader(self._submissions, scratch, venv))
@@ -125,7 +126,7 @@ class Contest:
 
     def _ours(self, jobs: int) -> Look:
         def look(folder: Path, with_memory: bool) -> tuple[float, Peaks | None]:
-            command = grade_command(ROOT, self._submissions, folder / "out", jobs)
+            command = grade_command(WHOLE, self._submissions, folder / "out", jobs)
             done = grade(command, environment(self._scratch), INTERVAL if with_memory else None)
             if (done.ran, done.known) != (len(self._students), 0):
                 raise RuntimeError(f"{done.ran} submissions were run and {done.known} were not.")
@@ -197,7 +198,7 @@ def main() -> None:
     parser.add_argument("--venv", type=Path, default=ROOT / "build" / "nbgrader-venv", help="where nbgrader is or goes")
     parser.add_argument("--without-nbgrader", action="store_true")
     asked = parser.parse_args()
-    notebooks = len(release.student_notebooks(ROOT))
+    notebooks = len(student_course.derived(courses.load(WHOLE)))
     print(f"{asked.submissions} submissions of {notebooks} notebooks, {asked.repeats} repeats")
     print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:

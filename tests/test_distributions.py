@@ -27,7 +27,7 @@ def built(project: Path, folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheels")
-    return built(ROOT, folder), built(ROOT / "packaging" / "instructor", folder)
+    return built(ROOT, folder), built(ROOT / "distributions" / "instructor", folder)
 
 
 @pytest.fixture(scope="module")

@@ -74,7 +74,7 @@ class Question:
 
     Attributes
     ----------
-    number : as in "2.11", "Table 2" or "Modeling report"
+    number : as in "1.2", "Table 1" or "First report"
     section : of the workbook
     notebook : where it is asked
     title : in a few words
@@ -119,11 +119,11 @@ class Question:
 
 @dataclass(frozen=True)
 class ReportItem:
-    """A row of the scoring sheet of a report (Sections 5.1, 5.2; sheets in Sections 7 and 9).
+    """A row of the scoring sheet of a report.
 
     Attributes
     ----------
-    report : number of the report, as in ``REPORTS``
+    report : number of the report, as in "First report"
     number : as on the sheet, as in "II.1"
     heading, prompt : what it is about and what it asks for
     outcomes : the codes scored in this row

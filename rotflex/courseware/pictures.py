@@ -139,7 +139,7 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
     alt = alt or getattr(figure, "alt_text", "")
     if not alt:
         raise RotflexError(
-            _("The figure has no description: give one, as in show(figure, alt='The angle against time.').")
+            _("The figure has no description: give one, as in show(figure, alt='The speed against time.').")
         )
     data, metadata = bundle(figure, alt)
     if "matplotlib.pyplot" in sys.modules:

@@ -70,7 +70,7 @@ def _key(course: Course) -> Iterator[Finding]:
         for part in question.parts:
             one = course.key[number][part.name]
             for_a_person = isinstance(one, ForAPerson)
-            if for_a_person and not one.rubric.strip():
+            if isinstance(one, ForAPerson) and not one.rubric.strip():
                 yield Finding(_the_key(question, part), _("it says nothing of what to look for in the text."))
             if for_a_person != (part.marked == "person"):
                 yield Finding(

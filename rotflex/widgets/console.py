@@ -21,10 +21,11 @@ from numpy.typing import ArrayLike
 from rotflex import experiments, hil
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.scene import Button, Choice, Column, Mechanism, Readout, Row, Scene
+from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
+from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.running import Experiment, Running, outcome
 from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
 
@@ -263,7 +264,7 @@ class BenchConsole(Explorer):
         return Scene(
             alt=alt_text_of(samples, self._state, self._message),
             columns=[
-                Column([Mechanism(float(latest[1]), float(latest[2]))], 0.7),
+                Column([mechanism(float(latest[1]), float(latest[2]))], 0.7),
                 Column(scope(samples, self.running), 1.3),
             ],
             controls=self._controls(),

@@ -181,8 +181,8 @@ class PoleExplorer(Explorer):
         plane.x = (1.12 * lowest, 6.0)
         turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
         for x, y in self._where_met():
-            plane.area(x, y, "voltage", alpha=0.25)
-            plane.area(x, -y, "voltage", alpha=0.25)
+            plane.area(x, y, "voltage", opacity=0.25)
+            plane.area(x, -y, "voltage", opacity=0.25)
         if self._outline[1]:  # in the legend once
             plane.items[0]["label"] = "specifications met"
         for omega_n in _GRID_OMEGA:

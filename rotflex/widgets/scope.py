@@ -62,8 +62,8 @@ def playable(recording: Recording) -> Play:
     """A recording as the mechanism goes through it."""
     duration = float(recording.time[-1] - recording.time[0])
     instants = np.linspace(recording.time[0], recording.time[-1], max(2, round(duration * _SAMPLES_TO_PLAY)))
-    theta, alpha = (np.interp(instants, recording.time, recording[name]) for name in ("theta", "alpha"))
-    return Play(theta, alpha, duration)
+    signals = {name: np.interp(instants, recording.time, recording[name]) for name in ("theta", "alpha")}
+    return Play(signals, duration)
 
 
 def alt_text_of(samples: Any, state: str, message: str) -> str:

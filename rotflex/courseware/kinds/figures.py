@@ -34,7 +34,7 @@ _UNIT = re.compile(r"\(.*\S.*\)|\[.*\S.*\]|\S\s*/\s*\S|\bin\s+\S")
 
 
 def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
-    """A figure's axes with their curves, each thinned to 200 points (``plain.thin``) of 6 significant digits."""
+    """A figure's axes with their curves, each thinned to 200 points (``json_values.thin``) of 6 significant digits."""
     figure = _figure(value)
     diagrams = [(axis, lines) for axis in figure.axes if (lines := [_line(line) for line in axis.lines])]
     diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]

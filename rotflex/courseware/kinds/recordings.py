@@ -52,7 +52,7 @@ class Sampled(Protocol):
 
 
 def encode_recording(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
-    """A recording's metadata and its channels, thinned to 400 points (``plain.thin``) of 6 significant digits."""
+    """A recording's metadata and its channels, thinned to 400 points (``json_values.thin``) of 6 significant digits."""
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
     if not isinstance(value, Sampled):

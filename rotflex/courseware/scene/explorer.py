@@ -19,7 +19,7 @@ from rotflex.courseware.scene.scene import Scene
 from rotflex.errors import RotflexError
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("drawing.js", "controls.js", "explorer.js")  # one module, in files that can be read
+_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "explorer.js")  # one module, in files that can be read
 
 
 class Explorer(anywidget.AnyWidget):

@@ -1,4 +1,4 @@
-"""The results tables (Tables 2 and 3 of the workbook), fed by the answers, to be taken along as CSV or HTML."""
+"""A course's results tables, fed by the answers, to be taken along as CSV or HTML."""
 
 from __future__ import annotations
 
@@ -6,16 +6,13 @@ import csv
 import io
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import written
 from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
-
-if TYPE_CHECKING:
-    from rotflex.courseware.tables import ResultsTable
-    from rotflex.lab import Lab
+from rotflex.courseware.session import Session
+from rotflex.courseware.tables import ResultsTable
 
 _HEAD = ("Description", "Name", "Value", "Unit")
 _EMPTY = "not filled in yet"
@@ -33,8 +30,8 @@ class ResultsExplorer(Explorer):
 
     Parameters
     ----------
-    lab : the student's session
-    number : "Table 2" or "Table 3"
+    session : the student's
+    number : of the table, as in "Table 1"
 
     Raises
     ------
@@ -42,14 +39,14 @@ class ResultsExplorer(Explorer):
         If there is no such table.
     """
 
-    def __init__(self, lab: Lab, number: str) -> None:
-        self._lab, self._number = lab, number
-        self.table = lab.table(number)
+    def __init__(self, session: Session, number: str) -> None:
+        self._session, self._number = session, number
+        self.table = session.table(number)
         super().__init__()
 
     def press(self, name: str) -> None:
         """Read the answers again, or write a file."""
-        self.table = self._lab.table(self._number)
+        self.table = self._session.table(self._number)
         if name == "refresh":
             return
         file_name = f"{self._number.lower().replace(' ', '_')}.{name}"
@@ -89,9 +86,9 @@ class ResultsExplorer(Explorer):
         return str(self.table)
 
 
-def results_table(lab: Lab, number: str) -> ResultsExplorer:
+def results_table(session: Session, number: str) -> ResultsExplorer:
     """A results table, as a notebook makes it; see :class:`ResultsExplorer`."""
-    return ResultsExplorer(lab, number)
+    return ResultsExplorer(session, number)
 
 
 def as_csv(table: ResultsTable) -> str:

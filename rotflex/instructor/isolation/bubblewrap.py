@@ -141,8 +141,28 @@ def setpriv_prefix(user: User) -> list[str]:
 
 def default_environment() -> dict[str, str]:
     """The variables that every command gets, unless the caller sets them."""
-    folders = [str(Path(sys.executable).parent), "/usr/local/bin", "/usr/bin", "/bin"]
+    folders = [str(python().parent), "/usr/local/bin", "/usr/bin", "/bin"]
     return {"PATH": os.pathsep.join(folders), "HOME": HOME, "TMPDIR": "/tmp", "LANG": "C.UTF-8", "USER": USER_NAME}
+
+
+def python() -> Path:
+    """This Python's program, by a name that it has in the sandbox as well.
+
+    ``sys.executable`` is what was typed: by ``..`` it may go through folders that are not shown.
+    """
+    return straight(Path(sys.executable).absolute())
+
+
+def straight(path: Path) -> Path:
+    """An absolute path to the same place, without ``..``.
+
+    Links are followed only where a ``..`` comes after them; the last stays: by its place, not by where it leads,
+    a Python knows its virtual environment.
+    """
+    found = Path(path.anchor)
+    for part in path.parts[1:]:
+        found = found.resolve().parent if part == ".." else found / part
+    return found
 
 
 # --- what is shown ----------------------------------------------------------------------------------------------------
@@ -164,7 +184,7 @@ def visible_paths(visible: Iterable[Path]) -> list[Path]:
 def _checked(path: Path) -> Path:
     if not path.is_absolute():
         raise IsolationError(f"Only absolute paths can be shown in the sandbox, not {path}.", "files")
-    path = Path(os.path.normpath(path))
+    path = straight(path)
     if not path.exists():
         raise IsolationError(f"{path} is to be shown in the sandbox, and is not there.", "files")
     real = path.resolve()
@@ -193,7 +213,7 @@ def _checked(path: Path) -> Path:
 
 def _own_package() -> Path:
     """The package that this belongs to: it knows how the command is judged, and is not for the command to see."""
-    return Path(__file__).resolve().parents[1]
+    return Path(__file__).resolve().parents[2]
 
 
 def _mounts(paths: Sequence[Path], hidden: Path) -> list[str]:

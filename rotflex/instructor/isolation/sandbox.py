@@ -30,11 +30,11 @@ from types import MappingProxyType
 
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import bubblewrap, cgroups, remedies, seccomp
-from rotflex.instructor.isolation.bubblewrap import HOME, WORK
+from rotflex.instructor.isolation.bubblewrap import HOME, WORK, python
 from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
 from rotflex.instructor.isolation.pipes import ProcessPipes
 
-__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "run"]
+__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
 NO_VARIABLES: Mapping[str, str] = MappingProxyType({})
 _READY, _GO = b"ready\n", b"go\n"

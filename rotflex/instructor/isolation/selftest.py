@@ -1,8 +1,8 @@
 """Try to break out: attacks that are really made, from inside a sandbox, against targets that are really there.
 
-Three sandboxes are started: in one :mod:`rotflex.instructor.isolation.attacks` runs to its end; in the others
-detached children that ignore signals are left, and it is ended from outside. What only the outside can see is looked
-at from there.
+Three sandboxes are started: in one :mod:`rotflex.instructor.isolation.attacks` runs to its end; in the others detached
+children that ignore signals are left, and it is ended from outside. What only the outside can see is looked at from
+there.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import os
 import secrets
 import socket
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -34,7 +33,7 @@ _FILTERED = (
     "read inherited keys",
 )
 _TOGETHER = "take too much memory together"  # held by control groups, where they are to be had
-# Detached and ignoring signals, with the token among their arguments; {then} is what comes after them.
+# Detached, ignoring signals, with the token among their arguments; {then} is what comes after them.
 _CHILDREN = """
 [ "$(uname -n)" = sandbox ] || exit 1
 for i in 1 2 3 4 5; do
@@ -107,7 +106,7 @@ def _judged(name: str, contained: bool, said: str, seen: str) -> Attempt:
 
 def _attacked(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
     outcome = sandbox.run(
-        [sys.executable, "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
+        [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
         visible=[],
         wanted="attempts.json",
         largest=65536,

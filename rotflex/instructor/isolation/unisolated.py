@@ -12,7 +12,6 @@ import os
 import secrets
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -23,6 +22,7 @@ import psutil  # type: ignore[import-untyped]
 
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import remedies
+from rotflex.instructor.isolation.bubblewrap import python
 from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
 from rotflex.instructor.isolation.pipes import ProcessPipes
 from rotflex.instructor.isolation.sandbox import NO_VARIABLES
@@ -101,7 +101,7 @@ def _refuse_root() -> None:
 
 
 def _variables(home: Path) -> dict[str, str]:
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
+    path = os.pathsep.join([str(python().parent), os.defpath])
     return {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
 
 

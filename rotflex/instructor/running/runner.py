@@ -7,7 +7,6 @@ the key goes into it.
 from __future__ import annotations
 
 import json
-import sys
 import threading
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
@@ -33,6 +32,7 @@ _PARTLY = {
 }
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
+_NOT_RUN = "The released course cannot be run here: {reason}"
 _ENDED_EARLY = "The run ended before all notebooks were run."
 
 
@@ -116,7 +116,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     IsolationError
         If it cannot be isolated as asked; it is not run, then.
     GradingError
-        If the course cannot be imported.
+        If the course cannot be imported, or a library is not one that notebooks can be run with.
     """
     outcome = _run(packed, job, cancelled)
     if outcome.code == inside.BROKEN:  # or so it claims: the submission may have caused it
@@ -129,24 +129,20 @@ def _check_course(packed: bytes, job: Job) -> None:
     outcome = _run(packed, replace(job, notebooks={}), None)
     if outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(
-            _("The released course cannot be imported: {message}").format(
-                message=lines[-1] if lines else _("it says nothing")
-            )
-        )
+        raise GradingError(_NOT_RUN.format(reason=lines[-1] if lines else _("it says nothing")))
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
     run_command = sandbox.run if job.isolated else unisolated.run
     spec = {
-        "notebooks": [{"name": name, "notebook": notebook} for name, notebook in job.notebooks.items()],
+        "notebooks": list(job.notebooks.values()),
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
         "cell_timeout": job.limits.cell,
     }
     return run_command(
-        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), sys.executable, "-P", str(folder / INSIDE / "main.py")],
+        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,

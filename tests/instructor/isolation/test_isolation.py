@@ -45,10 +45,7 @@ def python(script, wanted="answer", largest=10000, visible=(), **more):
 
 
 def child(token):
-    """Start a detached child that ignores signals.
-
-    Until it runs, no process has "child-" and the token among its arguments.
-    """
+    """Start a detached child that ignores signals. Until it runs, no process has "child-" and the token as a word."""
     return f"""setsid sh -c 'trap "" INT TERM HUP; while :; do sleep 1; done' child-$(echo {token}) &\n"""
 
 
@@ -341,6 +338,44 @@ def test_its_environment_is_what_it_was_given(inside):
 def test_nothing_can_be_slipped_into_bubblewraps_arguments(environment):
     with pytest.raises(IsolationError, match="NUL"):
         shell("true", environment=environment)
+
+
+#: What a program run by a Python finds of itself, and of its environment.
+ITSELF = """
+import json, sys
+import numpy
+print(json.dumps([sys.executable, sys.prefix, sys.base_prefix, numpy.__file__]))
+"""
+IN_ITS_SANDBOX = f"""
+import os, subprocess, sys
+from rotflex.instructor.isolation import sandbox, selftest
+command = [str(sandbox.python()), "-c", {GUARD_PYTHON + ITSELF!r}]
+print(sys.executable)
+print(sandbox.run(command, visible=[], wanted="answer", largest=1).output.decode(), end="")
+print([attempt.name for attempt in selftest.run_all() if not attempt.contained and attempt.needed])
+"""
+
+
+@pytest.mark.parametrize("way", ["relative", "found in PATH"])
+def test_a_python_called_by_a_path_with_dots_runs_in_its_own_environment(tmp_path, way):
+    here = tmp_path / "not" / "shown"
+    here.mkdir(parents=True)
+    dotted = os.path.relpath(sys.executable, here)
+    search = {"PATH": f"{os.path.dirname(dotted)}:/usr/bin:/bin"} if way == "found in PATH" else {}
+    program = os.path.basename(dotted) if search else dotted
+    done = subprocess.run(
+        ["/usr/bin/env", program, "-c", IN_ITS_SANDBOX],
+        cwd=here,
+        env={**os.environ, **search, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    called, found, broken_out = done.stdout.splitlines()
+    assert ".." in called and called.endswith(dotted)
+    ours = subprocess.run([sys.executable, "-c", ITSELF], capture_output=True, text=True, check=True).stdout
+    assert json.loads(found) == json.loads(ours)
+    assert broken_out == "[]"
 
 
 def test_the_checkout_around_an_environment_is_not_seen():

@@ -8,6 +8,7 @@ import platform
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,31 @@ from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp
 from rotflex.instructor.isolation.cgroups import ParentGroup
 from rotflex.instructor.isolation.outcome import Limits
+
+# --- paths ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_path_is_made_straight_by_where_it_leads_and_its_links_are_left(tmp_path):
+    for folder in ("bin", "elsewhere/deep"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "bin" / "python").symlink_to("/usr/bin/env")
+    (tmp_path / "link").symlink_to("elsewhere/deep")
+    (tmp_path / "environment").symlink_to(".")
+    top = tmp_path.resolve()
+    assert bubblewrap.straight(tmp_path / "bin/../bin/python") == top / "bin" / "python"
+    assert bubblewrap.straight(tmp_path / "environment/bin/python") == tmp_path / "environment/bin/python"
+    assert bubblewrap.straight(tmp_path / "link/../deep") == top / "elsewhere" / "deep"  # and not tmp_path / "deep"
+    assert bubblewrap.straight(tmp_path / "link/../../bin/python") == top / "bin" / "python"
+    assert bubblewrap.straight(Path("/../usr/bin/env")) == Path("/usr/bin/env")
+
+
+def test_what_is_to_be_shown_is_shown_where_its_path_leads(tmp_path):
+    (tmp_path / "elsewhere" / "deep").mkdir(parents=True)
+    (tmp_path / "link").symlink_to("elsewhere/deep")
+    for folder in (tmp_path, tmp_path / "elsewhere", tmp_path / "elsewhere" / "deep"):
+        folder.chmod(0o755)
+    assert tmp_path.resolve() / "elsewhere" / "deep" in bubblewrap.visible_paths([tmp_path / "link" / ".." / "deep"])
+
 
 # --- system calls -----------------------------------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -121,6 +122,14 @@ def test_nothing_of_the_graders_environment_is_handed_on_but_the_probe_seed_is(s
     assert "SECRET_TOKEN" not in seen["environment"]
     assert seen["environment"]["HOME"] != os.environ.get("HOME")
     assert seen["environment"]["ROTFLEX_PROBE_SEED"] == "123"
+
+
+def test_a_grader_called_by_a_path_with_dots_runs_submissions_in_its_own_environment(course, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "executable", str(tmp_path / os.path.relpath(sys.executable)))
+    assert ".." in sys.executable
+    answers, problems = run(course, "import sys\nanswers = {'prefix': sys.prefix}")
+    assert (answers, problems) == ({"prefix": sys.prefix}, ())
 
 
 def test_one_submission_cannot_change_the_package_of_the_next(course):

@@ -18,6 +18,15 @@ LIBRARIES = (
     "psutil>=5.9",
     "sqlalchemy>=2.0",
     "alembic>=1.13",
+    # A graded run replaces private interfaces of these. In other versions than those that were compared with a real
+    # kernel they may be others, and an answer might come out differently. The versions stand in private_interfaces.py,
+    # too, which looks at each interface before anything is run; to allow another, run the tests with it.
+    "ipykernel>=7.1,<7.5",
+    "ipython>=9.4,<9.19",
+    "jupyter_client>=8.6,<8.11",
+    "matplotlib>=3.10,<3.12",
+    "scipy>=1.16,<1.18",
+    "sympy>=1.13,<1.15",
 )
 
 
