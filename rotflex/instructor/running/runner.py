@@ -32,7 +32,7 @@ _PARTLY = {
 }
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
-_NOT_RUN = "The released course cannot be run here: {reason}"
+_NOT_RUN = _("The released course cannot be run here: {reason}")
 _ENDED_EARLY = "The run ended before all notebooks were run."
 
 
