@@ -63,7 +63,7 @@ class Catalogue:
         return [item for item in self.report_items if item.report == report]
 
     def find(self, number: Any) -> Question:
-        """The question, table or report of a number such as ``"2.11"``, ``"Table 2"`` or ``"Modeling report"``.
+        """The question, table or report of a number such as ``"1.11"``, ``"Table 1"`` or ``"First report"``.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class Catalogue:
             example = next(iter(self.questions), "")
             raise AnswerError(
                 _(
-                    'Give the number of the question as text, as in "{example}" (2.10 and 2.1 are two questions, but '
+                    'Give the number of the question as text, as in "{example}" (1.10 and 1.1 are two questions, but '
                     "one number); it is {number!r}."
                 ).format(example=example, number=number)
             )
@@ -92,7 +92,7 @@ class Catalogue:
 
 
 def spans(numbers: Iterable[str]) -> list[str]:
-    """Numbers in runs: "0.1", "2.1 to 2.18". A run ends where the part before the point changes, or a number lacks."""
+    """Numbers in runs: "1.1", "4.1 to 4.18". A run ends where the part before the point changes, or a number lacks."""
     runs: list[list[str]] = []
     for number in numbers:
         if runs and _follows(runs[-1][-1], number):
@@ -111,5 +111,5 @@ def _follows(before: str, number: str) -> bool:
 
 
 def in_words(items: list[str]) -> str:
-    """As in "0.1, 2.1 to 2.18 and 'Table 2'"."""
+    """As in "1.1, 4.1 to 4.18 and 'Table 1'"."""
     return items[0] if len(items) < 2 else _("{most} and {last}").format(most=", ".join(items[:-1]), last=items[-1])

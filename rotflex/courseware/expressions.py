@@ -1,6 +1,6 @@
 """Expressions as plain data: a sympy expression to a tree of lists and back, by a list of what is allowed.
 
-A tree is one of ``["int", 3]``, ``["rational", 1, 2]``, ``["float", 0.5]``, ``["pi"]``, ``["symbol", "K_s"]``,
+A tree is one of ``["int", 3]``, ``["rational", 1, 2]``, ``["float", 0.5]``, ``["pi"]``, ``["symbol", "mass"]``,
 ``["add", TREE, ...]``, ``["mul", TREE, ...]``, ``["pow", TREE, TREE]`` (the exponent a number), and ``["sqrt", TREE]``,
 ``["sin", TREE]``, ``["cos", TREE]``, ``["exp", TREE]``. Trees are bounded in size, depth and exponents, so that one
 read back from a stranger's file cannot be built into something huge. Nothing is ever evaluated from text.
@@ -46,8 +46,8 @@ def listed(symbols: Iterable[str]) -> str:
 def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     """The tree of a sympy expression (or a number) in the given symbols.
 
-    Functions of time and their derivatives are taken as the symbols that are meant: ``theta(t)`` as ``theta``, its
-    second derivative as ``theta_ddot``. Names are compared without underscores and braces (``Ks`` is ``K_s``). With
+    Functions of time and their derivatives are taken as the symbols that are meant: ``x(t)`` as ``x``, its
+    second derivative as ``x_ddot``. Names are compared without underscores and braces (``xddot`` is ``x_ddot``). With
     ``name``, an equation of the symbol of that name and an expression stands for the expression.
 
     Raises

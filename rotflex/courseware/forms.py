@@ -100,5 +100,5 @@ def decode(part: Part, content: Any) -> Any:
 
 
 def show(part: Part, content: dict[str, Any]) -> str:
-    """A few words on a stored answer, with its name: "omega_n = 19.9 rad/s". The same on every machine."""
+    """A few words on a stored answer, with its name: "speed = 19.9 rad/s". The same on every machine."""
     return part.name + _KINDS[part.kind].show(part, content)

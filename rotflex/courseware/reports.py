@@ -15,7 +15,7 @@ def outline(catalogue: Catalogue, report: str, book: AnswerBook) -> str:
     Parameters
     ----------
     catalogue : the course's
-    report : its number, as in "Modeling report"
+    report : its number, as in "First report"
     book : the student's answers
 
     Raises

@@ -112,7 +112,7 @@ class Session:
 
         Parameters
         ----------
-        question, part : as in ``lab.value("2.12", "K_s")``
+        question, part : as in ``lab.value("1.2", "speed")``
         default : returned, with a word of warning, where there is no answer yet
 
         Returns
@@ -153,7 +153,7 @@ class Session:
         return self.book.get(question, part) is not None
 
     def table(self, number: str) -> ResultsTable:
-        """A results table, by its number as "Table 2", as filled in so far, to be shown.
+        """A results table, by its number as "Table 1", as filled in so far, to be shown.
 
         Raises
         ------

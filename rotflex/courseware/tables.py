@@ -1,4 +1,4 @@
-"""The results tables (Tables 2 and 3 of the workbook), as filled in so far."""
+"""A results table, as filled in so far."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def show_symbolic_matrix(part: Part, content: dict[str, Any]) -> str:
 
 
 def _in_symbols(noun: str, part: Part, data: Any) -> str:
-    """As in "expression in K_s, alpha": a look at what was understood, the same on every machine."""
+    """As in "expression in m, x": a look at what was understood, the same on every machine."""
     present: set[str] = set()
     pending = [data]
     while pending:

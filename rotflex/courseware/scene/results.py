@@ -1,4 +1,4 @@
-"""The results tables (Tables 2 and 3 of the workbook), fed by the answers, to be taken along as CSV or HTML."""
+"""A results table, fed by the answers, to be taken along as CSV or HTML."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ResultsExplorer(Explorer):
     Parameters
     ----------
     lab : the student's session
-    number : "Table 2" or "Table 3"
+    number : as in "Table 1"
 
     Raises
     ------
