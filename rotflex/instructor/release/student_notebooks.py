@@ -1,8 +1,8 @@
 """The course's notebooks: what a student gets of an instructor's notebook, and which of its cells are answers.
 
 In an instructor's notebook, the part of an answer cell that students are to write stands between two lines,
-``### BEGIN SOLUTION`` and ``### END SOLUTION``; cells tagged ``instructor`` are for instructors' eyes only. Points stand
-in the catalogue alone, and are written into the cells here.
+``### BEGIN SOLUTION`` and ``### END SOLUTION``; cells tagged ``instructor`` are for instructors' eyes only. Points
+stand in the catalogue alone, and are written into the cells here.
 """
 
 from __future__ import annotations
@@ -146,7 +146,9 @@ def recorded(notebook: NotebookNode) -> Iterator[Recorded]:
         for statement in body:
             match statement:
                 case ast.Expr(
-                    value=ast.Call(func=ast.Attribute(attr="answer"), args=[ast.Constant(value=str() as number)]) as call
+                    value=ast.Call(
+                        func=ast.Attribute(attr="answer"), args=[ast.Constant(value=str() as number)]
+                    ) as call
                 ):
                     names = [keyword.arg for keyword in call.keywords]
                     known = tuple(name for name in names if name is not None)
