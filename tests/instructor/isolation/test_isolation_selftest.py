@@ -16,6 +16,8 @@ from checkout import ROOT
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import attacks, cgroups, sandbox, seccomp, selftest, walls
 
+pytestmark = pytest.mark.isolation
+
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 NOBODY = "65534"
 
