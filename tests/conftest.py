@@ -23,6 +23,7 @@ RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "rec
 LONGEST = ("solutions",)
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Markers by what a test uses; one process for all tests of a file, whose fixtures are made once."""
     for item in items:
