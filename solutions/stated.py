@@ -1,3 +1,125 @@
-"""The numbers of this course that texts repeat, so that ``rotflex check-course`` can hold them against each other."""
+"""The numbers of this course that texts repeat, so that ``rotflex check-course`` can hold them against each other.
 
-STATED = ()
+A text that says such a number in other words than these is not found: give it a pattern here when you write it.
+"""
+
+from rotflex.instructor.course import Stated
+from rotflex.specifications import AMPLITUDE, FREQUENCY, LIMITS, OMEGA_N, P_3, P_4, SAMPLE_TIME, SETTLING_BAND, ZETA
+from rotflex.units import DEG
+
+from . import tolerances
+
+_NUMBER = r"([-−]?\d+(?:\.\d+)?)"
+
+
+def _stated(what: str, value: float, *patterns: str) -> list[Stated]:
+    """A number, and the words around it; ``#`` stands for the number."""
+    return [Stated(what, pattern.replace("#", _NUMBER), round(value, 12)) for pattern in patterns]
+
+
+_SPECIFICATIONS = (
+    *_stated(
+        "the limit of the settling time, in s",
+        LIMITS["settling_time"],
+        r"\$t_s\\le\$ # s",
+        r"\$t_s\$ \| ≤ # s",
+        r"may take # s",
+        r"nothing about \d+ % or # s",
+        r"later than # s after the start of a turn",
+        r'"t_s", #, "s"',
+    ),
+    *_stated(
+        "the limit of the overshoot, in %",
+        LIMITS["overshoot"],
+        r"\$PO\\le\$ # %",
+        r"\$PO\$ \| ≤ # %",
+        r"meet a limit of # %",
+        r"overshoot by more, perhaps by more than # %",
+        r'"PO", #, "%"',
+    ),
+    *_stated(
+        "the limit of the deflection, in deg",
+        LIMITS["max_alpha"] / DEG,
+        r"\\alpha\\rvert\\le\$ # deg",
+        r"\\alpha\\rvert_\{\\max\}\$ \| ≤ # deg",
+        r"near the limit of # deg",
+        r"more than the # deg allowed",
+        r"deflection exceeds # deg on the bench",
+        r'"alpha_max_deg", #, "deg"',
+    ),
+    *_stated(
+        "the limit of the voltage, in V",
+        LIMITS["max_vm"],
+        r"V_m\\rvert\\le\$ # V",
+        r"V_m\\rvert_\{\\max\}\$ \| ≤ # V",
+        r"cuts the voltage to ±# V",
+        r"is cut\*\* to ±# V",
+        r"has been cut to ±# V",
+        r"no more than ±# V",
+        r"touches the limit of # V",
+        r"within the # V",
+        r"cut off at # V",
+        r'"V_max", #, "V"',
+    ),
+    *_stated(
+        "the settling band, in % of the final angle",
+        100 * SETTLING_BAND,
+        r"to within # % of its final value",
+        r"to within # % of the final angle",
+        r"\. # % of the \*final\*",
+        r"The band is ±# %",
+        r"±0\.8 deg \(# %\)",
+        r"another band, # % of its own final angle",
+    ),
+    *_stated(
+        "the amplitude of the command, in deg",
+        AMPLITUDE / DEG,
+        r"between [-−]20 and \+# degrees",
+        r"square wave of ±# deg",
+        r"specifications (?:hold|are) for ±# deg",
+        r"multiplied by # degrees",
+    ),
+    *_stated(
+        "the height of the step, in deg",
+        2 * AMPLITUDE / DEG,
+        r"by # degrees in half a second",
+        r"turn by # degrees and be there",
+        r"\\Delta\\theta\$ = # deg",
+        r"per cent of the # deg step",
+    ),
+    *_stated("the frequency of the command, in Hz", FREQUENCY, r"with a frequency of # Hz", r"1/\(2 · # Hz\)"),
+    *_stated("the sample time, in ms", 1e3 * SAMPLE_TIME, r"\$h\$ = # ms", r"sets it every # ms", r"samples of # ms"),
+)
+
+_POLES = (
+    *_stated(
+        "the desired damping ratio", ZETA, r"\| \$\\zeta=#\$", r"For \$\\zeta=#\$ and", r"\$\\zeta\$ = #\.", r"zeta=#,"
+    ),
+    *_stated(
+        "the desired natural frequency, in rad/s",
+        OMEGA_N,
+        r"\| \$\\zeta=[\d.]+\$, \$\\omega_n=#\$ rad/s",
+        r"and \$\\omega_n=#\$ rad/s: a settling time",
+        r"At # rad/s, where your loop lives",
+        r"not the # rad/s of the design",
+        r"zeta=[\d.]+, omega_n=#",
+    ),
+    *_stated("the desired pole p_3, in 1/s", P_3, r"\$p_3=#\$", r"two real poles, at #", r"16j, #, [-−]\d"),
+    *_stated(
+        "the desired pole p_4, in 1/s",
+        P_4,
+        r"\$p_4=#\$",
+        r"two real poles, at [-−]\d+ and #, act",
+        r"16j, [-−]\d+, #",
+        r"\*fourth\* pole from # to",
+        r"What did the pole at # cost",
+    ),
+)
+
+_TOLERANCES = (
+    *_stated("the tolerance of omega_n, in %", 100 * tolerances.OMEGA_N, r"\*\*2\.11\*\* is right within # %"),
+    *_stated("the tolerance of J_l, in %", 100 * tolerances.J_L, r"\$J_l\$ within # %"),
+    *_stated("the tolerance of K_s, in %", 100 * tolerances.K_S, r"\$K_s\$ within # % of the bench"),
+)
+
+STATED = (*_SPECIFICATIONS, *_POLES, *_TOLERANCES)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from checkout import ROOT
+from made_courses import copied
 from typer.testing import CliRunner
 
 from rotflex import cli
@@ -235,10 +236,8 @@ def test_a_place_without_a_course_is_an_error_in_words(tmp_path, monkeypatch, co
 
 
 def test_notebooks_are_derived_anew(tmp_path):
-    (tmp_path / "solutions").mkdir()
-    original = (ROOT / "solutions" / "00_start.ipynb").read_bytes()
-    (tmp_path / "solutions" / "00_start.ipynb").write_bytes(original)
-    assert rotflex("notebooks", "--course", tmp_path).exit_code == 0
+    course = copied(tmp_path, ["00_start.ipynb"])
+    assert rotflex("notebooks", "--course", course).exit_code == 0
     assert "# Your code here." in (tmp_path / "notebooks" / "00_start.ipynb").read_text()
 
 

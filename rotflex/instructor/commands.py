@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import course as courses
@@ -35,7 +36,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an o
 
 def register(app: typer.Typer) -> None:
     """Add the instructor's commands to the application."""
-    for command in (release, notebooks, doctor, grade, regrade, mark, history, roster):
+    for command in (release, notebooks, check_course, doctor, grade, regrade, mark, history, roster):
         app.command()(command)
 
 
@@ -59,6 +60,34 @@ def notebooks(course: CourseFolder = None) -> None:
 
     for path in write_notebooks(courses.find(course)):
         typer.echo(f"{path.parent.name}/{path.name}")
+
+
+def check_course(
+    course: CourseFolder = None,
+    run: Annotated[
+        bool, typer.Option("--run/--no-run", help="Run the notebooks with solutions, and mark what they answer.")
+    ] = True,
+) -> None:
+    """Say what is missing in a course, or contradicts itself: questions, key, cells, numbers in texts.
+
+    Exit code: 0 everything fits, 1 something does not.
+    """
+    from rotflex.instructor.course_check import check
+
+    found = courses.find(course)
+    count = 0
+    for finding in check(found, run):
+        count += 1
+        typer.echo(str(finding))
+    asked = len(found.catalogue.everything)
+    if count:
+        typer.echo(_("{count} found.").format(count=count), err=True)
+        raise typer.Exit(SOME_TROUBLE)
+    typer.echo(
+        _("{asked} questions, tables and reports in {notebooks} notebooks: everything fits.").format(
+            asked=asked, notebooks=len(found.notebooks)
+        )
+    )
 
 
 def doctor(as_json: Json = False) -> None:

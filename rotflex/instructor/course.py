@@ -143,7 +143,8 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     if not (folder / f"{module_name}.py").is_file():
         raise GradingError(
             _(
-                "{folder} is not a course's folder: it holds no {module}.py. Name one by --course, or by {setting}."
+                "{folder} is not a course's folder: it holds no {module}.py. Name one by --course FOLDER, or by the "
+                "environment variable {setting}."
             ).format(folder=folder, module=module_name, setting=SETTING)
         )
     package = _package(folder)

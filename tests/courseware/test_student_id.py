@@ -10,12 +10,13 @@ from pathlib import PureWindowsPath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rotflex.hil.draw import student_seed
 
 import rotflex.lab
 from rotflex.courseware import student_id
+from rotflex.courseware.session import student_of
 from rotflex.courseware.student_id import caseless, normalised
 from rotflex.errors import ConfigurationError, GradebookError, GradingError, RotflexError, StudentIDError
+from rotflex.hil.student_benches import student_seed
 from rotflex.instructor.gradebook import storable
 from rotflex.instructor.running import intake
 
@@ -163,7 +164,7 @@ def test_what_windows_reserves_is_refused(device, ending):
 
 
 def by_lab(given, folder):
-    return rotflex.lab._student(given, folder)
+    return student_of(given, folder)
 
 
 def by_gradebook(given, folder):

@@ -311,9 +311,9 @@ def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(school, tmp_pat
     (school.folder / "class.csv").write_text(f"id\n{composed}\n", encoding="utf-8")
     seed = 7
     school.leaves[composed] = runner.Run(perfect(apart, seed))
-    with school.book() as book, Reports(tmp_path / "out") as reports:
+    with school.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
         book.import_roster(school.folder / "class.csv")
-        a_class = Batch(school.folder / "in", school.folder, book, Settings(probe_seed=seed))
+        a_class = Batch(school.folder / "in", school.course, book, Settings(probe_seed=seed))
         assert a_class.absent == []
         (step,) = a_class.grade()
         assert reports.write(step.graded).total == 2

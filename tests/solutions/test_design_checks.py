@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotflex import simulation
+from rotflex.instructor.marking.checks import ChoiceIs
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.workbook.questions import CATALOGUE
-from solutions.design_checks import ArrayFrom, ChoiceIs, Design, GainPlaces, PolesFrom, StateSpaceFunction
+from solutions.design_checks import ArrayFrom, Design, GainPlaces, PolesFrom, StateSpaceFunction, desired_poles
 from solutions.true_bench import TrueBench
 
 BENCH = TrueBench("ada")
@@ -115,7 +116,7 @@ def test_the_order_of_poles_does_not_matter(order):
 
 
 def test_one_pole_twice_is_not_two_poles():
-    check = PolesFrom("the desired poles", lambda d: d.desired_poles)
+    check = PolesFrom("the desired poles", lambda d: desired_poles())
     assert status(check, POLES_PART, np.array(WANTED)) is Status.RIGHT
     assert status(check, POLES_PART, np.array([-12 + 16j, -12 + 16j, -30, -40])) is Status.WRONG
 

@@ -59,19 +59,25 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int) -> list[Ma
     bench : the student's own, as it really is: what ``course.bench`` gives
     probe_seed : from which the inputs of functions were drawn
     """
+    case = case_of(course, claims, bench, probe_seed)
+    marks = []
+    for number, checks in course.key.items():
+        question = course.catalogue.find(number)
+        marks += [mark_part(question, part, checks[part.name], claims, case) for part in question.parts]
+    return marks
+
+
+def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
+    """What the answers of a submission are judged against. Parameters as for :func:`mark`."""
 
     def own(question: str, part: str) -> Any:
         return claims.values[question, part]  # a KeyError is a LookupError
 
-    case = Case(bench, own, probe_seed, course.knows_bench(claims.bench))
-    marks = []
-    for number, checks in course.key.items():
-        question = course.catalogue.find(number)
-        marks += [_mark(question, part, checks[part.name], claims, case) for part in question.parts]
-    return marks
+    return Case(bench, own, probe_seed, course.knows_bench(claims.bench))
 
 
-def _mark(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
+def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
+    """The mark for one part."""
     where = (question.number, part.name)
     given = ""
     if where in claims.values:

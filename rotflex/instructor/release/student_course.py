@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
@@ -84,7 +85,7 @@ def derived(course: Course) -> dict[str, str]:
 
 
 def write_notebooks(course: Course) -> list[Path]:
-    """Derive the course's student notebooks anew, and return their paths.
+    """Derive the course's student notebooks anew, and return their paths. Points are written into the course's, too.
 
     Raises
     ------
@@ -101,8 +102,12 @@ def write_notebooks(course: Course) -> list[Path]:
                 folder=folder, strays=", ".join(strays), source=course.folder
             )
         )
+    for path in course.notebooks:
+        notebook = student_notebooks.read(path)
+        if student_notebooks.set_points(notebook, path.name, course.catalogue):
+            files.write(path, student_notebooks.text(notebook))
     for name, content in texts.items():
-        (folder / name).write_text(content, encoding="utf-8", newline="\n")
+        files.write(folder / name, content)
     return [folder / name for name in texts]
 
 

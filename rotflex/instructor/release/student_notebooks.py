@@ -70,7 +70,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         If a solution would stay in it: markers that do not pair, or an answer cell without any. If a cell records what
         the catalogue does not have.
     """
-    points = _points(notebook, name, catalogue)
+    points = points_of(notebook, name, catalogue)
     cells = []
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
@@ -155,8 +155,31 @@ def recorded(notebook: NotebookNode) -> Iterator[Recorded]:
                     yield Recorded(cell.id, number, known if len(known) == len(names) else None)
 
 
-def _points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, float]:
-    """Id of each answer cell → points of what is recorded of it before the next answer cell."""
+def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
+    """Write the catalogue's points into a notebook's answer cells; whether there was anything to change.
+
+    Raises
+    ------
+    GradingError
+        If a cell records what the catalogue does not have.
+    """
+    changed = False
+    points = points_of(notebook, name, catalogue)
+    for cell in notebook.cells:
+        if cell.id in points and cell.metadata.nbgrader.get("points") != points[cell.id]:
+            cell.metadata.nbgrader["points"] = points[cell.id]
+            changed = True
+    return changed
+
+
+def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, float]:
+    """Id of each answer cell → points of what is recorded of it before the next answer cell.
+
+    Raises
+    ------
+    GradingError
+        If a cell records what the catalogue does not have.
+    """
     by_cell: dict[str, list[Recorded]] = {}
     for one in recorded(notebook):
         by_cell.setdefault(one.cell, []).append(one)

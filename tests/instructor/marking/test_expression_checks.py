@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rotflex.instructor.marking.expression_checks import (
-    EquationIs,
-    ExpressionIs,
-    SymbolicMatrixIs,
-    accelerations,
-    at,
-    euler_lagrange,
-    slope,
-)
+from rotflex.instructor.marking import expression_checks
+from rotflex.instructor.marking.expression_checks import ExpressionIs, at
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.workbook.questions import CATALOGUE
+from solutions import motion
+from solutions.motion import accelerations, euler_lagrange, slope
+
+EquationIs = partial(expression_checks.EquationIs, motion=motion.MOTION)
+SymbolicMatrixIs = partial(expression_checks.SymbolicMatrixIs, own_symbols=motion.STATE)
 
 V = CATALOGUE.find("2.1").part("V")
 MOTION = CATALOGUE.find("2.4").part("equation")
