@@ -1,4 +1,4 @@
-"""Run every check, and fail if one fails: style, types, imports, scripts, tests, and the solutions against their outputs.
+"""Run every check, and fail if one fails: style, types, imports, scripts, tests, solutions against their outputs.
 
     python tools/run_tests.py [--quick] [PYTEST OPTIONS ...]
 

@@ -108,7 +108,7 @@ def number_parts(*kinds: str) -> list[Where]:
 
 def bench_of(name: str) -> Any:
     """What a student's bench really is, for those who are to be off by so much."""
-    return hil.draw.student_bench(student_seed(name))
+    return hil.student_benches.student_bench(student_seed(name))
 
 
 def omega_of(name: str) -> float:

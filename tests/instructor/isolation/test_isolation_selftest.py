@@ -121,9 +121,10 @@ def test_every_attack_is_contained_for_an_ordinary_user_as_well(tmp_path_factory
     try:
         scratch.chmod(0o755)
         package = scratch / "rotflex"
-        shutil.copytree(ROOT / "rotflex" / "isolation", package / "isolation")
+        shutil.copytree(ROOT / "rotflex" / "instructor" / "isolation", package / "instructor" / "isolation")
         shutil.copy(ROOT / "rotflex" / "errors.py", package)
-        (package / "__init__.py").touch()
+        for folder in (package, package / "instructor"):
+            (folder / "__init__.py").touch()
         drop = ["setpriv", "--reuid", NOBODY, "--regid", NOBODY, "--clear-groups", "--inh-caps=-all"]
         environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": str(scratch), "HOME": "/nonexistent"}
         done = subprocess.run(
@@ -141,7 +142,10 @@ def test_every_attack_is_contained_for_an_ordinary_user_as_well(tmp_path_factory
 
 def test_the_package_can_be_imported_where_linuxs_own_modules_are_missing():
     """As on Windows: without fcntl, resource, pwd and the like."""
-    modules = [module.stem for module in (ROOT / "rotflex" / "isolation").glob("*.py") if module.stem != "bare"]
+    modules = [
+        module.stem for module in (ROOT / "rotflex" / "instructor" / "isolation").glob("*.py") if module.stem != "bare"
+    ]
+    assert "sandbox" in modules
     script = "import sys\nfor name in ('fcntl', 'resource', 'pwd', 'grp', 'termios'): sys.modules[name] = None\n"
     script += "".join(f"import rotflex.instructor.isolation.{name}\n" for name in modules if name != "__init__")
     assert importlib.util.find_spec("rotflex.instructor.isolation") is not None

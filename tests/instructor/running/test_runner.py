@@ -76,7 +76,7 @@ import importlib, os, rotflex, rotflex.lab
 answers = {"student": student, "bench": bench, "environment": dict(os.environ), "package": rotflex.__file__}
 answers["solved"] = "solved" in globals()
 answers["rooms"] = []
-for room in ("model", "design", "symbolic", "stiffness", "gradebook", "grading", "isolation", "experiments"):
+for room in ("instructor", "instructor.model", "instructor.gradebook", "instructor.marking", "experiments"):
     try:
         importlib.import_module(f"rotflex.{room}")
         answers["rooms"].append(room)
