@@ -13,7 +13,8 @@ import os
 import subprocess
 import sys
 import sysconfig
-import time
+import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -34,36 +35,35 @@ ALL_TESTS = ("--nbval", "tests", "solutions")
 QUICK_TESTS = ("tests", "-q", "-m", f"not ({' or '.join(LEFT_OUT)})", "--durations=5", "--durations-min=1")
 
 
-def run(title: str, *command: str) -> bool:
+def run(title: str, command: Sequence[str], environment: Mapping[str, str]) -> bool:
     """Run one check; say so if it fails."""
     print(f"== {title}", flush=True)
-    good = subprocess.run(command, cwd=ROOT, check=False, env=environment()).returncode == 0
+    good = subprocess.run(command, cwd=ROOT, check=False, env=environment).returncode == 0
     if not good:
         print(f"FAILED: {title}", flush=True)
     return good
 
 
-def environment() -> dict[str, str]:
-    """No progress bars in outputs that are compared, none of a user's own settings of IPython, and the checkout's code.
+def environment(folder: str) -> dict[str, str]:
+    """No progress bars in outputs that are compared, and none of a user's own settings of IPython.
 
     Each process computes in one thread: there are as many processes as processors already.
     """
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    return os.environ | {"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": str(ROOT / ".venv" / "ipython"), **threads}
+    return os.environ | {"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": folder, **threads}
 
 
 def main(options: list[str]) -> int:
     """All checks, in order; 0 if all are good."""
-    started = time.monotonic()
     quick = "--quick" in options
     options = [option for option in options if option != "--quick"]
-    checks = [run(title, *command) for title, command in STATIC.items()]
-    if quick:
-        print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}: `make test` runs them")
-    title = "quick tests" if quick else "tests and solution notebooks"
-    print(f"== after {time.monotonic() - started:.0f} s", flush=True)
-    tests = QUICK_TESTS if quick else ALL_TESTS
-    checks.append(run(title, PYTHON, "-m", "pytest", *SHARED, *tests, *options))
+    with tempfile.TemporaryDirectory() as folder:
+        variables = environment(folder)
+        checks = [run(title, command, variables) for title, command in STATIC.items()]
+        if quick:
+            print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}; make test runs them")
+        title, tests = ("quick tests", QUICK_TESTS) if quick else ("tests and solution notebooks", ALL_TESTS)
+        checks.append(run(title, (PYTHON, "-m", "pytest", *SHARED, *tests, *options), variables))
     return 0 if all(checks) else 1
 
 

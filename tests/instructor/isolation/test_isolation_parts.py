@@ -252,6 +252,7 @@ def test_containers_are_told_of_least_privilege(tmp_path, monkeypatch):
     assert "do not use --privileged" in remedies.of_namespaces(tmp_path)
 
 
+@pytest.mark.isolation
 def test_all_layers_stand_here():
     found = layers.examine()
     names = [layer.name for layer in found]
@@ -303,6 +304,7 @@ def test_a_wall_that_cannot_be_put_up_is_told_with_the_rest(tmp_path, monkeypatc
     assert bad[0].remedy and bad[0].remedy not in bad[0].found
 
 
+@pytest.mark.isolation
 @pytest.mark.parametrize(("layer", "without"), [("network", ["--unshare-net"]), ("file system", ["--remount-ro", "/"])])
 def test_a_wall_that_is_not_there_is_seen_from_inside(layer, without, monkeypatch):
     arguments = walls.arguments
