@@ -20,7 +20,20 @@ settings.load_profile("rotflex")
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 
 #: What takes longest comes first where several processes share the tests, so that none is left with it in the end.
-LONGEST = ("solutions",)
+LONGEST = (
+    "whole/test_hostile_class.py",
+    "whole/test_whole_class.py",
+    "solutions",
+    "whole/test_class.py",
+    "whole/test_jupyterlab.py",
+    "widgets/test_explorers_browser.py",
+    "instructor/running/test_inside_equivalence.py",
+    "instructor/running/test_runner.py",
+    "instructor/test_crash.py",
+    "instructor/test_cluster.py",
+    "instructor/release/test_released_course.py",
+    "instructor/gradebook/test_gradebook.py",
+)
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups

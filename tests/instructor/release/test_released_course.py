@@ -12,6 +12,8 @@ from nbclient import NotebookClient
 
 from rotflex.instructor.release import student_course
 
+pytestmark = pytest.mark.slow
+
 NAMES = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
 _WHERE = "import rotflex, importlib.util as u; print(rotflex.__file__, u.find_spec('rotflex.instructor'))"
 

@@ -11,6 +11,8 @@ import papermill
 import pytest
 from inside_runs import ENVIRONMENT, ROOT, notebook, run, specification
 
+pytestmark = pytest.mark.slow
+
 CELLS = {
     "first": "student, bench",
     "streams": "import os, sys, time\nprint('out')\nprint('err', file=sys.stderr)\nprint('äé∑', end='')",
