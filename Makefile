@@ -9,14 +9,16 @@ ARGS ?=
 
 .PHONY: lab check test notebooks solutions data bench clean
 
-$(VENV)/.lab: pyproject.toml
+PROJECTS := pyproject.toml distributions/instructor/pyproject.toml distributions/instructor/requirements.py
+
+$(VENV)/.lab: $(PROJECTS)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable ".[instructor]"
+	$(BIN)/python -m pip install --quiet --editable . --editable distributions/instructor
 	touch $@
 
-$(VENV)/.test: pyproject.toml $(VENV)/.lab
-	$(BIN)/python -m pip install --quiet --editable ".[test]"
+$(VENV)/.test: $(PROJECTS) $(VENV)/.lab
+	$(BIN)/python -m pip install --quiet --editable ".[test]" --editable "distributions/instructor[postgres,cluster]"
 	touch $@
 
 lab: $(VENV)/.lab

@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -20,33 +19,32 @@ from typing import Any
 
 from memory import Peaks, Sampler
 
-from rotflex.instructor.release import student_course as release
-from rotflex.instructor.release import student_notebooks as notebooks
+from rotflex.instructor import course as courses
+from rotflex.instructor.release import student_course, student_notebooks
 
 ROOT = Path(__file__).resolve().parents[1]
+WHOLE = ROOT / "solutions"  #: the folder of the whole course
 NO_NAME = 'student = ""'  # in the cell of parameters
 
 
 def small_course(folder: Path) -> Path:
-    """A checkout with two notebooks, 00 and 02: the one that the tests' simulated class has done."""
-    sys.path.append(str(ROOT / "tests"))
-    importlib.import_module("simulated_class").course(folder)
-    # A copy of the package: to edit the real one meanwhile would make it another course, and everybody be run again.
-    (folder / "rotflex").unlink()
-    shutil.copytree(ROOT / "rotflex", folder / "rotflex", ignore=shutil.ignore_patterns("__pycache__"))
-    return folder
+    """The folder of a course with two notebooks, 00 and 02: the one that the tests' simulated class has done."""
+    sys.path.append(str(ROOT / "tests" / "helpers"))
+    made: Path = importlib.import_module("simulated_class").course(folder)
+    return made
 
 
 def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
     """Put so many submissions into a folder, a folder each, and return the students."""
-    stubs = release.student_notebooks(source)
-    solved = {path.name: notebooks.read(path) for path in notebooks.instructor_notebooks(source)}
+    course = courses.load(source)
+    stubs = student_course.derived(course)
+    solved = {path.name: student_notebooks.read(path) for path in course.notebooks}
     students = [f"s{number:03}" for number in range(1, size + 1)]
     for student in students:
         (submissions / student).mkdir(parents=True)
         for name, text in stubs.items():
             # Of this notebook alone: the same id may be another cell's in another notebook.
-            sources = {cell.id: cell.source for cell in solved[name].cells if notebooks.is_answer(cell)}
+            sources = {cell.id: cell.source for cell in solved[name].cells if student_notebooks.is_answer(cell)}
             notebook = _written(json.loads(text), sources, student)
             (submissions / student / name).write_text(json.dumps(notebook), encoding="utf-8")
     return students
@@ -99,7 +97,7 @@ class Graded:
 
 def grade_command(source: Path, submissions: Path, out: Path, jobs: int) -> list[str]:
     """The grading of a class as an instructor types it, with lines of JSON to tell when each is done."""
-    words = ["-m", "rotflex.cli", "grade", submissions, "--out", out, "--source", source, "--jobs", jobs, "--json"]
+    words = ["-m", "rotflex.cli", "grade", submissions, "--out", out, "--course", source, "--jobs", jobs, "--json"]
     return [sys.executable, *map(str, words)]
 
 
@@ -133,10 +131,10 @@ def grade(command: list[str], variables: dict[str, str], interval: float | None 
         if sampler is not None:
             sampler.stop()
         log.seek(0)
-        said = log.read()
+        output = log.read()
     short = [one for one in events if one["event"] == "graded" and one["points"] + one["awaiting"] != one["out_of"]]
     if process.returncode or short:
-        raise RuntimeError(f"rotflex grade: exit code {process.returncode}; {short[:3]}\n{said}")
+        raise RuntimeError(f"rotflex grade: exit code {process.returncode}; {short[:3]}\n{output}")
     done = events[-1]
     peaks, looking = (sampler.peaks, sampler.busy) if sampler else (None, 0.0)
     return Graded(seconds, first, done["ran"], done["known"], peaks, looking)

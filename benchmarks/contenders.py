@@ -14,9 +14,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from classes import ROOT, answered, environment
+from classes import ROOT, WHOLE, answered, environment
 
-from rotflex.instructor.release import student_course as release
+from rotflex.instructor import course as courses
+from rotflex.instructor.release import student_course
 
 ASSIGNMENT = "course"
 SUBMITTED, EXECUTED = "submitted", "executed"
@@ -89,14 +90,14 @@ class NbGrader:
 
     name = "nbgrader autograde"
 
-    def __init__(self, submissions: Path, scratch: Path, venv: Path, source: Path = ROOT) -> None:
+    def __init__(self, submissions: Path, scratch: Path, venv: Path, source: Path = WHOLE) -> None:
         programs = _installed(venv)
         self.variables = environment(scratch)
         self.variables["PATH"] = f"{programs}:{self.variables['PATH']}"
         self.command = [str(programs / "nbgrader"), "autograde", ASSIGNMENT]
         self._course = scratch / "nbgrader-course"
         (self._course / "source" / ASSIGNMENT).mkdir(parents=True)
-        for name, text in release.student_notebooks(source).items():
+        for name, text in student_course.derived(courses.load(source)).items():
             (self._course / "source" / ASSIGNMENT / name).write_text(text, encoding="utf-8")
         run([self.command[0], "generate_assignment", ASSIGNMENT], self._course, self.variables)
         for folder in submissions.iterdir():

@@ -4,7 +4,7 @@
 
 Each submission is the whole course, done as in the solutions. Times are those of the whole command, from start to end:
 ours includes the self-test, the sandboxes, imports, marking, gradebook and feedback, and begins with nothing each time.
-Also the floor: the students' code as plain Python, with nothing around it (see floor.py).
+Also a lower bound: the students' code as plain Python, with nothing around it (see plain_python.py).
 
 nbgrader comes into a virtual environment of its own (build/nbgrader-venv), as the course does not need it. What each of
 them did is looked at afterwards: every cell executed, no errors, the same questions answered, all points.
@@ -28,14 +28,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
-from classes import ROOT, answered, environment, grade, grade_command, hand_in
+from classes import ROOT, WHOLE, answered, environment, grade, grade_command, hand_in
 from contenders import NbGrader, Papermill
 from memory import OTHERS, SANDBOX, TOTAL, WORKERS, Peaks, Sampler
 
-from rotflex.instructor.release import student_course as release
+from rotflex.instructor import course as courses
+from rotflex.instructor.release import student_course
 
 OURS = "rotflex grade --jobs {}"
-FLOOR, IMPORTS = "students' code alone", "its imports"
+LOWER_BOUND, IMPORTS = "students' code alone", "its imports"
 FOR_MEMORY = 2  # submissions, at most
 INTERVAL = 0.05  # s between two looks at the memory
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # as in the sandbox
@@ -72,7 +73,7 @@ class Contest:
     def __init__(self, scratch: Path, submissions: int, venv: Path | None) -> None:
         self._scratch = scratch
         self._submissions = scratch / "submissions"
-        self._students = hand_in(ROOT, self._submissions, submissions)
+        self._students = hand_in(WHOLE, self._submissions, submissions)
         others: list[Papermill | NbGrader] = [Papermill(self._submissions, scratch)]
         if venv is not None:
             others.append(NbGrader(self._submissions, scratch, venv))
@@ -86,22 +87,22 @@ class Contest:
         with tempfile.TemporaryDirectory(dir=self._scratch) as folder:
             return self._runs[who](Path(folder), with_memory)
 
-    def floor(self) -> dict[str, float]:
+    def lower_bound(self) -> dict[str, float]:
         """Seconds of the students' code alone, and of its imports, over all submissions."""
-        found = {FLOOR: 0.0, IMPORTS: 0.0}
+        found = {LOWER_BOUND: 0.0, IMPORTS: 0.0}
         for student in self._students:
             with tempfile.TemporaryDirectory(dir=self._scratch) as folder:
-                told = subprocess.run(
-                    [sys.executable, Path(__file__).with_name("floor.py"), self._submissions / student],
+                finished = subprocess.run(
+                    [sys.executable, Path(__file__).with_name("plain_python.py"), self._submissions / student],
                     cwd=folder,
                     env=environment(self._scratch, **ONE_THREAD),
                     stdout=subprocess.PIPE,
                     check=True,
                 )
-                self._same(FLOOR, answered(Path(folder) / "answers.json"))
-            taken = json.loads(told.stdout)
-            found[FLOOR] += taken["cells"]
-            found[IMPORTS] += taken["imports"]
+                self._same(LOWER_BOUND, answered(Path(folder) / "answers.json"))
+            seconds = json.loads(finished.stdout)
+            found[LOWER_BOUND] += seconds["cells"]
+            found[IMPORTS] += seconds["imports"]
         return found
 
     def _other(self, other: Papermill | NbGrader) -> Look:
@@ -125,7 +126,7 @@ class Contest:
 
     def _ours(self, jobs: int) -> Look:
         def look(folder: Path, with_memory: bool) -> tuple[float, Peaks | None]:
-            command = grade_command(ROOT, self._submissions, folder / "out", jobs)
+            command = grade_command(WHOLE, self._submissions, folder / "out", jobs)
             done = grade(command, environment(self._scratch), INTERVAL if with_memory else None)
             if (done.ran, done.known) != (len(self._students), 0):
                 raise RuntimeError(f"{done.ran} submissions were run and {done.known} were not.")
@@ -142,7 +143,7 @@ class Contest:
 
 
 def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None) -> Figures:
-    """Run everything. What goes on is told on the standard error."""
+    """Run everything. Progress is printed on the standard error."""
     figures = Figures()
     (scratch / "memory").mkdir()
     for_memory = Contest(scratch / "memory", min(FOR_MEMORY, submissions), venv)
@@ -157,7 +158,7 @@ def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None) -
         for who in contest.names:
             figures.add(who, contest.run(who)[0])
             print(f"{repeat} of {repeats}, {who}: {figures.seconds[who][-1]:.1f} s", file=sys.stderr, flush=True)
-        for what, seconds in contest.floor().items():
+        for what, seconds in contest.lower_bound().items():
             figures.add(what, seconds)
     return figures
 
@@ -176,7 +177,7 @@ def show(figures: Figures, count: int) -> None:
         each = sorted(second / count for second in seconds)
         print(f"{who:24}{median(each):14.2f}{f'{each[0]:.2f}–{each[-1]:.2f}':>18}{figures.ratio(who, one):16.2f}")
     print(f"\n2 jobs are {figures.ratio(one, two):.2f} times as fast as 1")
-    code = figures.ratio(FLOOR, one)
+    code = figures.ratio(LOWER_BOUND, one)
     imports = figures.ratio(IMPORTS, one)
     print(f"of our time with 1 job, students' code is {code:.0%}, and its imports once a submission {imports:.0%}")
     print(f"\npeak memory (PSS), MB   {'all':>10}{'sandboxes':>12}{'marking':>10}{'a worker':>10}")
@@ -197,7 +198,7 @@ def main() -> None:
     parser.add_argument("--venv", type=Path, default=ROOT / "build" / "nbgrader-venv", help="where nbgrader is or goes")
     parser.add_argument("--without-nbgrader", action="store_true")
     asked = parser.parse_args()
-    notebooks = len(release.student_notebooks(ROOT))
+    notebooks = len(student_course.derived(courses.load(WHOLE)))
     print(f"{asked.submissions} submissions of {notebooks} notebooks, {asked.repeats} repeats")
     print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:

@@ -12,7 +12,7 @@ import psutil
 
 MEGABYTE = 1e6
 ITSELF, SANDBOX, OTHERS, WORKERS, TOTAL = "itself", "sandbox", "others", "workers", "total"
-_WALLS = "bwrap"
+_SANDBOX_PROGRAM = "bwrap"
 
 
 class Peaks(Counter[str]):
@@ -27,7 +27,7 @@ class Peaks(Counter[str]):
 
 
 class Sampler:
-    """Looks at the memory of a program until it is told to stop. It takes time itself, so that nothing else should be
+    """Looks at the memory of a program until it is stopped. It takes time itself, so that nothing else should be
     measured finely at once.
 
     Parameters
@@ -46,7 +46,7 @@ class Sampler:
         self.busy = 0.0
         self._program, self._interval = psutil.Process(program), interval
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread = threading.Thread(target=self._measure, daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -54,7 +54,7 @@ class Sampler:
         self._over.set()
         self._thread.join()
 
-    def _watch(self) -> None:
+    def _measure(self) -> None:
         started = time.thread_time()
         while not self._over.wait(self._interval):
             now = _sizes(self._program)
@@ -69,7 +69,7 @@ def _sizes(program: psutil.Process) -> dict[str, int]:
     for child in _children(program):
         family = list(_family(child))
         size = sum(map(_size, family))
-        if any(_is_wall(process) for process in family):
+        if any(_is_sandbox(process) for process in family):
             sandbox += size
         else:
             others += size
@@ -105,8 +105,8 @@ def _size(process: psutil.Process) -> int:
         return 0
 
 
-def _is_wall(process: psutil.Process) -> bool:
+def _is_sandbox(process: psutil.Process) -> bool:
     try:
-        return process.name() == _WALLS
+        return process.name() == _SANDBOX_PROGRAM
     except psutil.NoSuchProcess:
         return False

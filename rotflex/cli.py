@@ -1,4 +1,4 @@
-"""The command ``rotflex``. Rooms load when a command needs them, so that ``rotflex --help`` is quick."""
+"""The command ``rotflex``. Modules load when a command needs them, so that ``rotflex --help`` is quick."""
 
 from __future__ import annotations
 
@@ -76,7 +76,9 @@ def lab(
     given = list(words or [])
     folder = Path(given.pop(0) if given and not given[0].startswith("-") else "notebooks")
     if given and not given[0].startswith("-"):
-        raise typer.BadParameter(f"One folder, please; {given[0]!r} is another. Put JupyterLab's options after --.")
+        raise typer.BadParameter(
+            _("One folder, please; {other!r} is another. Put JupyterLab's options after --.").format(other=given[0])
+        )
     for line in fill(folder, student):
         typer.echo(line)
     raise typer.Exit(open_jupyterlab(folder, given))
@@ -95,7 +97,7 @@ def course_folder() -> Path:
         if any((place / "notebooks").glob("*.ipynb")):
             return place
     raise ConfigurationError(
-        "This installation of rotflex comes without notebooks: install it from the course's folder."
+        _("This installation of rotflex comes without notebooks: install it from the course's folder.")
     )
 
 
@@ -123,14 +125,14 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
     wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
     if folder.exists() and not folder.is_dir():
-        raise ConfigurationError(f"{folder} is not a folder.")
+        raise ConfigurationError(_("{folder} is not a folder.").format(folder=folder))
     folder.mkdir(parents=True, exist_ok=True)
     at_home = folder.resolve() == (course / "notebooks").resolve()
     copied = [name for name in wanted if not at_home and not (folder / name).exists()]
     for name in copied:
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copyfile(wanted[name], folder / name)
-    lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
+    lines = [_("Copied to {folder}: {copied}").format(folder=folder, copied=", ".join(copied))] if copied else []
     if student is not None:
         content = json.dumps({"student": student}, ensure_ascii=False) + "\n"
         try:
@@ -139,7 +141,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
             raise ConfigurationError(
                 _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
             ) from None
-        lines.append(f"Student: {student}")
+        lines.append(_("Student: {student}").format(student=student))
     return lines
 
 
@@ -157,7 +159,7 @@ def open_jupyterlab(folder: Path, options: list[str]) -> int:
     try:
         return child.wait()
     except KeyboardInterrupt:
-        typer.echo("Stopping JupyterLab.")
+        typer.echo(_("Stopping JupyterLab."))
         return 0
     finally:
         _stop(child)

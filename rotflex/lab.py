@@ -65,7 +65,7 @@ class Lab(Session):
         super().__init__(student, folder, CATALOGUE, bench.identity, self.seed)
         if not quiet:
             self._welcome()
-        self.tell_notices()
+        self.print_notices()
 
     def __repr__(self) -> str:
         return f"<Lab: student {self.student}, bench {self.address}>"

@@ -166,8 +166,8 @@ def worst(steps: Sequence[StepResponse]) -> Summary:
     """
     measurable = [step for step in steps if step.measurable]
     if not measurable:
-        said = "; ".join(_at(step) for step in steps) or "there are no steps"
-        raise IdentificationError(f"Nothing could be measured: {said}. Record for longer.")
+        steps_text = "; ".join(_at(step) for step in steps) or "there are no steps"
+        raise IdentificationError(f"Nothing could be measured: {steps_text}. Record for longer.")
     largest = max(step.size for step in measurable)
     full = [step for step in measurable if step.size >= _FULL_SIZE * largest]
 

@@ -246,7 +246,7 @@ def test_notebooks_are_derived_anew(tmp_path):
 
 @pytest.fixture
 def isolated(monkeypatch):
-    """As if the walls had been looked at."""
+    """As if the isolation had been examined."""
     monkeypatch.setattr("rotflex.instructor.running.isolation_report.check", lambda: None)
 
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import grimp
 import pytest
 from checkout import ROOT
-from hatchling.builders.wheel import WheelBuilder
 
 PACKAGE = ROOT / "rotflex"
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
@@ -52,16 +50,8 @@ def test_each_room_of_the_instructors_is_either_general_or_a_model_of_this_labor
 def test_what_runs_beside_the_students_package_imports_nothing_of_this_one():
     graph = grimp.build_graph("rotflex", cache_dir=None)
     own = {INSIDE, *graph.find_descendants(INSIDE)}
-    assert len(own) > 8
+    assert f"{INSIDE}.main" in own
     assert graph.find_upstream_modules(INSIDE, as_package=True) - own == set()
-
-
-def test_an_installed_package_has_all_files_of_the_package():
-    """What git ignores, a built package lacks."""
-    built = {Path(file.path) for file in WheelBuilder(str(ROOT)).recurse_included_files()}
-    there = {path for path in PACKAGE.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
-    assert there - built == set()
-    assert len(there) > 150
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))

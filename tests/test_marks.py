@@ -30,15 +30,12 @@ def test_all_tests_of_this_run_bear_what_they_have_to(request):
         assert values is None or "postgres" not in values.params.values() or "postgres" in given, item.nodeid
 
 
-def test_a_browser_is_started_by_one_helper_alone():
-    """Its marker goes by who imports that helper: the path of chromium is known before any test begins."""
-    here = ROOT / "tests"
-    naming = {
-        path.relative_to(here).as_posix()
-        for path in here.rglob("*.py")
-        if "sync_playwright" in path.read_text(encoding="utf-8") and path.name != "test_marks.py"
-    }
-    assert naming == {"helpers/browser.py"}
+def test_who_starts_a_browser_imports_the_helper_for_it():
+    """Its marker goes by who imports the helper of that name, which knows where chromium is before any test begins."""
+    texts = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")}
+    starting = {name for name, text in texts.items() if "import sync_playwright" in text} - {"test_marks.py"}
+    assert "browser.py" in starting
+    assert [name for name in starting - {"browser.py"} if "\nimport browser\n" not in texts[name]] == []
 
 
 def test_a_quick_run_leaves_out_just_the_projects_own_markers(request):

@@ -39,8 +39,13 @@ def whole(words: set[str]) -> str:
 
 #: Not an attribute, nor an opacity as matplotlib has it: ``alpha=0.3``.
 NAMES = re.compile(rf"(?<![\w.])(?:{whole(quantities() | WORDS)})(?!\w|=[\d.])")
-#: Not a part of another number or version: ``>=2.1``.
-NUMBERS = re.compile(rf"(?<![\w.<>=])(?:{whole(set(CATALOGUE.everything))})(?!\w|\.\d)")
+#: Not a part of another number or version: ``>=2.1``. What is below 1 is a question only where it is quoted.
+QUOTED = {number for number in CATALOGUE.everything if number.startswith("0.")}
+NUMBERS = re.compile(
+    rf"(?<![\w.<>=])(?:{whole(set(CATALOGUE.everything) - QUOTED)})(?!\w|\.\d)|(?<=[\"'`])(?:{whole(QUOTED)})(?=[\"'`])"
+)
+#: Versions of a library that look like a question.
+VERSIONS = {"rotflex/instructor/running/inside/private_interfaces.py": ("3.10", "3.11")}
 
 
 def without_numbers(text: str) -> str:
@@ -66,7 +71,9 @@ def found_in(text: str, python: bool = True) -> list[str]:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(ROOT).as_posix())
 def test_what_serves_any_course_speaks_of_no_question_and_quantity_of_this_one(file):
-    assert found_in(file.read_text(encoding="utf-8"), file.suffix == ".py") == []
+    found = found_in(file.read_text(encoding="utf-8"), file.suffix == ".py")
+    known = VERSIONS.get(file.relative_to(ROOT).as_posix(), ())
+    assert [one for one in found if not one.endswith(known)] == []
 
 
 def test_the_files_are_those_of_the_general_rooms():
@@ -82,7 +89,8 @@ def test_the_files_are_those_of_the_general_rooms():
         ('"""As in lab.value("2.12", "K_s")."""', ["K_s", "2.12"]),
         ('number = "Table 2"  # theta', ["theta", "Table 2"]),
         ('units = {"vm": "V"}', ["vm"]),
-        ("x = 2.1 + 0.1", []),
+        ("x = 2.1 + 0.1  # place(0.1, 0.2)", []),
+        ('book.get("0.1")', ["0.1"]),
         ("draw(x, alpha=0.3)", []),
         ('needs = ">=3.11", "3.11.2"', []),
         ("item.alpha = alphabet", []),

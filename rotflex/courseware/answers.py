@@ -18,6 +18,7 @@ from typing import Any
 import rotflex
 from rotflex.courseware import files, forms
 from rotflex.courseware.forms import FormError, NotAnswered
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
@@ -38,7 +39,9 @@ class Reply:
     hints: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return "\n".join([f"{self.question}  {self.text}", *(f"      hint: {hint}" for hint in self.hints)])
+        return "\n".join(
+            [f"{self.question}  {self.text}", *(_("      hint: {hint}").format(hint=hint) for hint in self.hints)]
+        )
 
 
 def parse(data: bytes) -> dict[str, Any]:
@@ -50,33 +53,37 @@ def parse(data: bytes) -> dict[str, Any]:
         If it is too large, is no JSON, or is not such a file.
     """
     if len(data) > MAX_BYTES:
-        raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
+        raise AnswerError(
+            _("It has {count} bytes; {max_bytes} at most are read.").format(count=len(data), max_bytes=MAX_BYTES)
+        )
     try:
         content = json.loads(data, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
-        raise AnswerError(f"It is not JSON: {error}") from None
+        raise AnswerError(_("It is not JSON: {error}").format(error=error)) from None
     if not isinstance(content, dict) or content.keys() != _KEYS:
-        raise AnswerError(f"It should be an object with {', '.join(sorted(_KEYS))}.")
+        raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS))))
     if content["format"] != FORMAT:
         raise AnswerError(
-            f"Its format is {repr(content['format'])[:20]}; this version of rotflex reads format {FORMAT}."
+            _("Its format is {found}; this version of rotflex reads format {format}.").format(
+                found=repr(content["format"])[:20], format=FORMAT
+            )
         )
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise AnswerError("Its probe_seed should be a non-negative integer.")
+        raise AnswerError(_("Its probe_seed should be a non-negative integer."))
     if not isinstance(content["student"], str) or not isinstance(content["bench"], dict):
-        raise AnswerError("Its student should be text, and its bench an object.")
+        raise AnswerError(_("Its student should be text, and its bench an object."))
     answers = content["answers"]
     if not isinstance(answers, dict) or not all(
         isinstance(parts, dict) and all(isinstance(answer, dict) for answer in parts.values())
         for parts in answers.values()
     ):
-        raise AnswerError("Its answers should be objects by question and part.")
+        raise AnswerError(_("Its answers should be objects by question and part."))
     return content
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is not a number")
+    raise ValueError(_("{name} is not a number").format(name=name))
 
 
 def _identity(seen: os.stat_result) -> tuple[int, ...]:
@@ -136,7 +143,11 @@ class AnswerBook:
         """
         parts = [question.part(name) for name in values]
         if not parts:
-            raise AnswerError(f"Question {question.number} takes {', '.join(question.names)}; nothing was given.")
+            raise AnswerError(
+                _("Question {number} takes {names}; nothing was given.").format(
+                    number=question.number, names=", ".join(question.names)
+                )
+            )
         self.refresh()
         replies = []
         for part in parts:
@@ -146,13 +157,13 @@ class AnswerBook:
                 encoded = forms.encode(part, values[part.name], self.probe_seed)
                 self._record(question.number, part.name, encoded.content)
             except NotAnswered:
-                text = f"{part.name}  not answered yet{kept}"
+                text = _("{name}  not answered yet{kept}").format(name=part.name, kept=kept)
                 replies.append(Reply(question.number, part.name, False, text))
             except FormError as error:
-                text = f"{part.name}  not recorded: {error}{kept}"
+                text = _("{name}  not recorded: {error}{kept}").format(name=part.name, error=error, kept=kept)
                 replies.append(Reply(question.number, part.name, False, text))
             else:
-                text = f"{forms.show(part, encoded.content)}  recorded"
+                text = _("{answer}  recorded").format(answer=forms.show(part, encoded.content))
                 replies.append(Reply(question.number, part.name, True, text, encoded.hints))
         if any(reply.recorded for reply in replies):
             self._save()
@@ -161,13 +172,15 @@ class AnswerBook:
     def _record(self, question: str, part: str, content: dict[str, Any]) -> None:
         """Put an answer in its place, unless the file would grow too large with it."""
         changed = {**self._answers, question: {**self._answers.get(question, {}), part: content}}
-        # Mostly the answer by itself tells that there is room, and the whole need not be put into words to see it.
+        # Mostly the size of the answer by itself shows that it fits, and the whole need not be serialised to see it.
         self._most_bytes += len(json.dumps({question: {part: content}})) + 2
         if self._most_bytes > MAX_BYTES:
             self._most_bytes = len(self._text(changed))
             if self._most_bytes > MAX_BYTES:
                 raise FormError(
-                    f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures"
+                    _("with it, {name} would be larger than {max_bytes} bytes: give smaller figures").format(
+                        name=self.path.name, max_bytes=MAX_BYTES
+                    )
                 )
         self._answers = changed
 
@@ -187,12 +200,18 @@ class AnswerBook:
     def _save(self) -> None:
         text = self._text(self._answers)
         if len(text) > MAX_BYTES:  # else it could not be read again
-            raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
+            raise AnswerError(
+                _("{name} would be larger than {max_bytes} bytes. The answer is not kept.").format(
+                    name=self.path.name, max_bytes=MAX_BYTES
+                )
+            )
         try:
             self._known = _identity(files.write(self.path, text))
         except OSError as error:
             raise AnswerError(
-                f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."
+                _("{name} cannot be written: {why}. The answer is not kept.").format(
+                    name=self.path.name, why=error.strerror
+                )
             ) from error
 
     def _load(self) -> dict[str, dict[str, Any]]:
@@ -202,20 +221,28 @@ class AnswerBook:
         except FileNotFoundError:
             return {}
         except OSError as error:
-            raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
+            raise AnswerError(
+                _("{name} cannot be read: {why}.").format(name=self.path.name, why=error.strerror)
+            ) from error
         try:
             content = parse(data)
             self._most_bytes += len(data)
         except AnswerError as error:
             aside = self._put_aside("broken")
             self.notices.append(
-                f"{self.path.name} could not be read, and was put aside as {aside}. {error} "
-                "A new one is begun: run the notebooks again to answer again."
+                _(
+                    "{name} could not be read, and was put aside as {aside}. {error} A new one is begun: run the "
+                    "notebooks again to answer again."
+                ).format(name=self.path.name, aside=aside, error=error)
             )
             return {}
         if caseless(content["student"]) != caseless(self.student):
             aside = self._put_aside(re.sub(r"[^\w.-]+", "_", content["student"])[:40] or "nobody")
-            self.notices.append(f"The answers of {content['student'][:40]!r} were put aside as {aside}.")
+            self.notices.append(
+                _("The answers of {student!r} were put aside as {aside}.").format(
+                    student=content["student"][:40], aside=aside
+                )
+            )
             return {}
         answers: dict[str, dict[str, Any]] = content["answers"]
         if content["probe_seed"] == self.probe_seed:

@@ -63,7 +63,7 @@ class Catalogue:
         return [item for item in self.report_items if item.report == report]
 
     def find(self, number: Any) -> Question:
-        """The question, table or report of a number such as ``"1.11"``, ``"Table 1"`` or ``"First report"``.
+        """The question, table or report of a number such as ``"1.2"``, ``"Table 1"`` or ``"First report"``.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class Catalogue:
             near = get_close_matches(number, self.everything, n=1)
             meant = _(" Did you mean {near!r}?").format(near=near[0]) if near else ""
             others = [repr(name) for name in (*self.tables, *self.reports)]
-            there = in_words([*spans([*self.warm_up, *self.questions]), *others])
+            there = enumeration([*spans([*self.warm_up, *self.questions]), *others])
             raise AnswerError(
                 _("There is no question {number!r}.{meant} There are {there}.").format(
                     number=number, meant=meant, there=there
@@ -92,7 +92,7 @@ class Catalogue:
 
 
 def spans(numbers: Iterable[str]) -> list[str]:
-    """Numbers in runs: "1.1", "4.1 to 4.18". A run ends where the part before the point changes, or a number lacks."""
+    """Numbers in runs: "1.1", "4.1 to 4.3". A run ends where the part before the point changes, or a number lacks."""
     runs: list[list[str]] = []
     for number in numbers:
         if runs and _follows(runs[-1][-1], number):
@@ -110,6 +110,6 @@ def _follows(before: str, number: str) -> bool:
     return bool(one and other and one[1] == other[1] and int(other[2]) == int(one[2]) + 1)
 
 
-def in_words(items: list[str]) -> str:
-    """As in "1.1, 4.1 to 4.18 and 'Table 1'"."""
+def enumeration(items: list[str]) -> str:
+    """As in "1.1, 4.1 to 4.3 and 'Table 1'"."""
     return items[0] if len(items) < 2 else _("{most} and {last}").format(most=", ".join(items[:-1]), last=items[-1])

@@ -1,9 +1,9 @@
 """Expressions as plain data: a sympy expression to a tree of lists and back, by a list of what is allowed.
 
-A tree is one of ``["int", 3]``, ``["rational", 1, 2]``, ``["float", 0.5]``, ``["pi"]``, ``["symbol", "mass"]``,
+A tree is one of ``["int", 3]``, ``["rational", 1, 2]``, ``["float", 0.5]``, ``["pi"]``, ``["symbol", "x_0"]``,
 ``["add", TREE, ...]``, ``["mul", TREE, ...]``, ``["pow", TREE, TREE]`` (the exponent a number), and ``["sqrt", TREE]``,
 ``["sin", TREE]``, ``["cos", TREE]``, ``["exp", TREE]``. Trees are bounded in size, depth and exponents, so that one
-read back from a stranger's file cannot be built into something huge. Nothing is ever evaluated from text.
+read back from an untrusted file cannot be built into something huge. Nothing is ever evaluated from text.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from rotflex.courseware.json_values import FormError, NotAnswered, read_number
+from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 
 MAX_NODES = 1000
@@ -46,9 +47,9 @@ def listed(symbols: Iterable[str]) -> str:
 def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     """The tree of a sympy expression (or a number) in the given symbols.
 
-    Functions of time and their derivatives are taken as the symbols that are meant: ``x(t)`` as ``x``, its
-    second derivative as ``x_ddot``. Names are compared without underscores and braces (``xddot`` is ``x_ddot``). With
-    ``name``, an equation of the symbol of that name and an expression stands for the expression.
+    Functions of time and their derivatives are taken as the symbols that are meant: ``x(t)`` as ``x``, its second
+    derivative as ``x_ddot``. Names are compared without underscores and braces (``x0`` is ``x_0``). With ``name``, an
+    equation of the symbol of that name and an expression stands for the expression.
 
     Raises
     ------
@@ -82,14 +83,19 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
 
     if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
         raise FormError(
-            "it is just True or False: two sides compared with == are decided on the spot; write sympy.Eq(left, right)"
+            _(
+                "it is just True or False: two sides compared with == are decided on the spot; write sympy.Eq(left, "
+                "right)"
+            )
         )
     if isinstance(value, tuple | list) and len(value) == 1:
         value = value[0]
     if isinstance(value, tuple | list):
         if len(value) != 2:
             raise FormError(
-                f"an equation has two sides; this is a sequence of {len(value)}: write sympy.Eq(left, right)"
+                _("an equation has two sides; this is a sequence of {count}: write sympy.Eq(left, right)").format(
+                    count=len(value)
+                )
             )
         left, right = value
     elif isinstance(value, sympy.Eq):
@@ -106,27 +112,29 @@ def _one_expression(value: Any, name: str) -> Any:
     import sympy
 
     if isinstance(value, str):
-        raise FormError("it is text: write it with sympy symbols, without quotes")
+        raise FormError(_("it is text: write it with sympy symbols, without quotes"))
     if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
-        raise FormError("it is just True or False, not an expression")
+        raise FormError(_("it is just True or False, not an expression"))
     if isinstance(value, list | tuple | set | sympy.MatrixBase) and len(value) == 1:
         return _one_expression(next(iter(value)), name)
     if isinstance(value, sympy.Eq):
         if name and _plain_name(str(_without_time(value.lhs))) == _plain_name(name):
             return value.rhs
-        raise FormError("it is an equation: give the expression alone")
+        raise FormError(_("it is an equation: give the expression alone"))
     if isinstance(value, sympy.MatrixBase | sympy.MatrixExpr):
-        raise FormError("it is a matrix: give a single expression")
+        raise FormError(_("it is a matrix: give a single expression"))
     if callable(value) and not isinstance(value, sympy.Basic):
-        raise FormError("it is a function: give the expression itself")
+        raise FormError(_("it is a function: give the expression itself"))
     try:
         expression = sympy.sympify(value, strict=True)
     except (sympy.SympifyError, TypeError, ValueError, AttributeError):
-        raise FormError(f"it is a {type(value).__name__}, not a sympy expression") from None
+        raise FormError(
+            _("it is a {type_name}, not a sympy expression").format(type_name=type(value).__name__)
+        ) from None
     if not isinstance(expression, sympy.Expr):
-        raise FormError(f"it is a {type(value).__name__}, not a single sympy expression")
+        raise FormError(_("it is a {type_name}, not a single sympy expression").format(type_name=type(value).__name__))
     if expression.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
-        raise FormError("it contains something infinite or undefined: look for a division by zero")
+        raise FormError(_("it contains something infinite or undefined: look for a division by zero"))
     return expression
 
 
@@ -161,7 +169,11 @@ class _Names:
 
     def __getitem__(self, name: str) -> str:
         if _plain_name(name) not in self._by_plain_name:
-            raise FormError(f"it contains {name}, which is not among the given symbols: {listed(self.symbols)}")
+            raise FormError(
+                _("it contains {name}, which is not among the given symbols: {symbols}").format(
+                    name=name, symbols=listed(self.symbols)
+                )
+            )
         return self._by_plain_name[_plain_name(name)]
 
 
@@ -174,7 +186,9 @@ def _tree(expression: Any, names: _Names) -> list[Any]:
     if expression.func not in kinds:
         raise _foreign(expression.func.__name__)
     if expression.is_Pow and not expression.exp.is_Number:
-        raise FormError(f"it contains a power whose exponent is not a number: {expression.exp}")
+        raise FormError(
+            _("it contains a power whose exponent is not a number: {exponent}").format(exponent=expression.exp)
+        )
     return [kinds[expression.func], *(_tree(argument, names) for argument in expression.args)]
 
 
@@ -199,7 +213,9 @@ def _leaf(expression: Any, names: _Names) -> list[Any]:
 
 def _foreign(what: str) -> FormError:
     allowed = "sums, products, powers, sqrt, sin, cos and exp"
-    return FormError(f"it contains {what[:40]}, which does not belong here: use {allowed}")
+    return FormError(
+        _("it contains {what}, which does not belong here: use {allowed}").format(what=what[:40], allowed=allowed)
+    )
 
 
 # --- from a tree to sympy --------------------------------------------------------------------------------------------
@@ -218,7 +234,7 @@ def decode(tree: Any, symbols: tuple[str, ...] | None = None) -> Any:
     check(tree, symbols)
     expression = _build(tree)
     if expression.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
-        raise AnswerError("The expression is infinite or undefined.")
+        raise AnswerError(_("The expression is infinite or undefined."))
     return expression
 
 
@@ -268,46 +284,56 @@ class _Check:
         """
         self.nodes += 1
         if self.nodes > MAX_NODES or depth <= 0:
-            raise AnswerError("The expression is too large.")
+            raise AnswerError(_("The expression is too large."))
         if not isinstance(tree, list) or not tree or not isinstance(tree[0], str):
-            raise AnswerError("An expression is a list that begins with its kind.")
+            raise AnswerError(_("An expression is a list that begins with its kind."))
         kind, *arguments = tree
         fewest, most = _ARGUMENTS.get(kind, (1, 0))
         if not fewest <= len(arguments) <= most:
-            raise AnswerError(f"There is no {kind[:20]!r} with {len(arguments)} arguments in an expression.")
+            raise AnswerError(
+                _("There is no {kind!r} with {count} arguments in an expression.").format(
+                    kind=kind[:20], count=len(arguments)
+                )
+            )
         match kind:
             case "symbol":
                 self._symbol(arguments[0])
             case "int" | "rational":
                 if not all(_is_integer(number) for number in arguments) or arguments[-1] <= 0 < len(arguments) - 1:
-                    raise AnswerError(f"An {kind} should be made of integers of at most {MAX_INTEGER:.0e}.")
+                    raise AnswerError(
+                        _("An {kind} should be made of integers of at most {max_integer:.0e}.").format(
+                            kind=kind, max_integer=MAX_INTEGER
+                        )
+                    )
             case "float":
                 read_number("A float", arguments[0])
             case "pow":
                 self.node(arguments[0], depth - 1, power / self._exponent(arguments[1], power), steep)
             case _:
                 if kind == "exp" and not steep:
-                    raise AnswerError("An exponential within an exponential or a sine is too large.")
+                    raise AnswerError(_("An exponential within an exponential or a sine is too large."))
                 for argument in arguments:
                     self.node(argument, depth - 1, power, steep and kind not in ("exp", "sin", "cos"))
 
     def _symbol(self, name: Any) -> None:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
-            raise AnswerError("A symbol should have a name.")
+            raise AnswerError(_("A symbol should have a name."))
         if self.symbols is not None and name not in self.symbols:
-            raise AnswerError(f"The symbol {name} is not among {listed(self.symbols)}.")
+            raise AnswerError(
+                _("The symbol {name} is not among {symbols}.").format(name=name, symbols=listed(self.symbols))
+            )
 
     def _exponent(self, tree: Any, power: float) -> float:
         """By how much an exponent uses up ``power``; at least 1."""
         self.node(tree, 1, 1)
         kind, *numbers = tree
         if kind not in ("int", "rational", "float"):
-            raise AnswerError("An exponent should be a number.")
+            raise AnswerError(_("An exponent should be a number."))
         size = max(1.0, *(abs(float(number)) for number in numbers))
         if kind == "float":
             size = max(1.0, math.ceil(size))
         if size > power:
-            raise AnswerError("An exponent is too large.")
+            raise AnswerError(_("An exponent is too large."))
         return size
 
 

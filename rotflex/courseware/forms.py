@@ -1,6 +1,6 @@
 """The form of an answer: from a Python value to plain data and back, by the kind of the part. Never its value.
 
-Grading reads a stranger's answers with :func:`decode`, which takes nothing but what :func:`encode` can write.
+Grading reads untrusted answers with :func:`decode`, which takes nothing but what :func:`encode` can write.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 from rotflex.courseware.json_values import FormError, NotAnswered
 from rotflex.courseware.kinds import arrays, figures, functions, recordings, symbolic, values
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
@@ -74,7 +75,9 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
     size = len(json.dumps(content, allow_nan=False))
     if size > MAX_BYTES:
         raise FormError(
-            f"it is too large to be kept ({size} of at most {MAX_BYTES} bytes): leave out what is not needed"
+            _("it is too large to be kept ({size} of at most {max_bytes} bytes): leave out what is not needed").format(
+                size=size, max_bytes=MAX_BYTES
+            )
         )
     return Encoded(content, tuple(hints))
 
@@ -95,7 +98,7 @@ def decode(part: Part, content: Any) -> Any:
         If the data is not what :func:`encode` could have written for this part.
     """
     if not isinstance(content, dict) or content.get("kind") != part.kind:
-        raise AnswerError(f"{part.name} should be of kind {part.kind}.")
+        raise AnswerError(_("{name} should be of kind {kind}.").format(name=part.name, kind=part.kind))
     return _KINDS[part.kind].decode(part, content)
 
 

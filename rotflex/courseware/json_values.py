@@ -1,4 +1,4 @@
-"""Plain data: how answers are rounded and thinned out, and how they are read back from a stranger's file."""
+"""Plain data: how answers are rounded and thinned out, and how they are read back from an untrusted file."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 
 
@@ -74,13 +75,13 @@ def read_number(what: str, value: Any) -> float:
         If it is anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise AnswerError(f"{what} should be a number.")
+        raise AnswerError(_("{what} should be a number.").format(what=what))
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise AnswerError(f"{what} should be finite.")
+        raise AnswerError(_("{what} should be finite.").format(what=what))
     return number
 
 
@@ -93,7 +94,9 @@ def read_text(what: str, value: Any, longest: int) -> str:
         If it is anything else.
     """
     if not isinstance(value, str) or len(value) > longest or _UNWRITABLE.search(value):
-        raise AnswerError(f"{what} should be printable text of at most {longest} characters.")
+        raise AnswerError(
+            _("{what} should be printable text of at most {longest} characters.").format(what=what, longest=longest)
+        )
     return value
 
 
@@ -106,8 +109,12 @@ def read_list(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> 
         If it is anything else.
     """
     if not isinstance(value, list) or not shortest <= len(value) <= longest:
-        wanted = str(shortest) if shortest == longest else f"{shortest} to {longest}"
-        raise AnswerError(f"{what} should be a list of {wanted} items.")
+        wanted = (
+            str(shortest)
+            if shortest == longest
+            else _("{shortest} to {longest}").format(shortest=shortest, longest=longest)
+        )
+        raise AnswerError(_("{what} should be a list of {wanted} items.").format(what=what, wanted=wanted))
     return value
 
 
@@ -120,7 +127,7 @@ def read_dict(what: str, value: Any, keys: set[str]) -> dict[str, Any]:
         If it is anything else.
     """
     if not isinstance(value, dict) or value.keys() != keys:
-        raise AnswerError(f"{what} should be an object with {', '.join(sorted(keys))}.")
+        raise AnswerError(_("{what} should be an object with {keys}.").format(what=what, keys=", ".join(sorted(keys))))
     return value
 
 

@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.probes import Probe
 from rotflex.errors import AnswerError
 
@@ -73,7 +74,7 @@ class Question:
 
     Attributes
     ----------
-    number : as in "1.11", "Table 1" or "First report"
+    number : as in "1.2", "Table 1" or "First report"
     section : of the course's text
     notebook : where it is asked
     title : in a few words
@@ -109,16 +110,20 @@ class Question:
         for part in self.parts:
             if part.name == name:
                 return part
-        raise AnswerError(f"Question {self.number} has no part {name!r}; it has {', '.join(self.names)}.")
+        raise AnswerError(
+            _("Question {number} has no part {name!r}; it has {names}.").format(
+                number=self.number, name=name, names=", ".join(self.names)
+            )
+        )
 
 
 @dataclass(frozen=True)
 class ReportItem:
-    """A row of the scoring sheet of a report (Sections 5.1, 5.2; sheets in Sections 7 and 9).
+    """A row of the scoring sheet of a report.
 
     Attributes
     ----------
-    report : number of the report, as in ``REPORTS``
+    report : number of the report, as in "First report"
     number : as on the sheet, as in "II.1"
     heading, prompt : what it is about and what it asks for
     outcomes : the codes scored in this row
@@ -188,8 +193,8 @@ def recording(
     units: Mapping[str, str],
 ) -> Part:
     """A recording of an experiment."""
-    told = tuple(settings.items())
-    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=told, units=units)
+    checked_settings = tuple(settings.items())
+    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=checked_settings, units=units)
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:

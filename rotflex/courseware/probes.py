@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import FormError, NotAnswered
+from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 
 
@@ -55,28 +56,33 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     FormError
         If it is anything else; the message is a hint for the student.
     """
-    wanted = f"it should return ({', '.join(names)})"
+    wanted = _("it should return ({names})").format(names=", ".join(names))
     if output is None or output is Ellipsis:
         raise NotAnswered("nothing yet")
     if not isinstance(output, tuple | list) or len(output) != len(names):
-        raise FormError(f"{wanted}; it returned a {type(output).__name__}" + _how_many(output))
+        raise FormError(
+            _("{wanted}; it returned a {type_name}").format(wanted=wanted, type_name=type(output).__name__)
+            + _how_many(output)
+        )
     if any(piece is None or piece is Ellipsis for piece in output):
         raise NotAnswered("nothing yet")
     arrays = []
     for name, piece in zip(names, output, strict=True):
         array = _array(piece)
         if array is None:
-            raise FormError(f"{wanted}, all numbers; {name} is not")
+            raise FormError(_("{wanted}, all numbers; {name} is not").format(wanted=wanted, name=name))
         if array.dtype.kind == "c":
-            raise FormError(f"{name} is complex: take the magnitude, or drop an imaginary part that is zero")
+            raise FormError(
+                _("{name} is complex: take the magnitude, or drop an imaginary part that is zero").format(name=name)
+            )
         if not np.isfinite(array).all():
-            raise FormError(f"{name} has values that are not finite (NaN or infinite)")
+            raise FormError(_("{name} has values that are not finite (NaN or infinite)").format(name=name))
         arrays.append(array.astype(np.float64))
     return arrays
 
 
 def _how_many(output: Any) -> str:
-    return f" of {len(output)}" if isinstance(output, tuple | list) else ""
+    return _(" of {count}").format(count=len(output)) if isinstance(output, tuple | list) else ""
 
 
 def _array(piece: Any) -> NDArray[Any] | None:
@@ -99,5 +105,5 @@ def check_seed(text: str) -> int:
         If it is not a non-negative integer.
     """
     if not text.isascii() or not text.isdigit() or len(text) > 30:
-        raise AnswerError(f"The probe seed should be a non-negative integer; it is {text[:40]!r}.")
+        raise AnswerError(_("The probe seed should be a non-negative integer; it is {text!r}.").format(text=text[:40]))
     return int(text)

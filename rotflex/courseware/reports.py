@@ -65,5 +65,5 @@ def _state(catalogue: Catalogue, item: ReportItem, book: AnswerBook) -> str:
     parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
     missing = [f"{number} {part}" for number, part in parts if book.get(number, part) is None]
     if missing:
-        return f"missing: {', '.join(missing)}"
-    return "recorded" if parts else ""
+        return _("missing: {missing}").format(missing=", ".join(missing))
+    return _("recorded") if parts else ""

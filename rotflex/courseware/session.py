@@ -15,6 +15,7 @@ from rotflex.courseware import forms, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.json_values import plural
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
 from rotflex.courseware.tables import ResultsTable
@@ -44,7 +45,9 @@ def student_of(given: str, folder: Path) -> str:
             student = DEMO
         except (ValueError, TypeError, KeyError) as error:
             raise ConfigurationError(
-                f'{COURSE_FILE} should be {{"student": "your id"}}; it is not: {error!r}.'
+                _('{course_file} should be {{"student": "your id"}}; it is not: {error!r}.').format(
+                    course_file=COURSE_FILE, error=error
+                )
             ) from None
     try:
         return student_id.normalised(student)
@@ -81,10 +84,10 @@ class Session:
             folder / ANSWERS_FILE, student, bench, seed if given_seed is None else check_seed(given_seed)
         )
 
-    def tell_notices(self) -> None:
+    def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""
         for notice in self.book.notices:
-            print(f"Note      {notice}")
+            print(_("Note      {notice}").format(notice=notice))
         self.book.notices.clear()
 
     # --- answers -------------------------------------------------------------------------------------------------
@@ -102,9 +105,9 @@ class Session:
         print(*self.record(question, **parts), sep="\n")
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
-        """As :meth:`answer`, but returns the lines: for explorers, which have their own place for them."""
+        """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""
         replies = self.book.answer(self.catalogue.find(question), parts)
-        self.tell_notices()
+        self.print_notices()
         return [str(reply) for reply in replies]
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
@@ -133,10 +136,16 @@ class Session:
             try:
                 return forms.decode(wanted, content)
             except AnswerError as error:
-                raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
-        missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
+                raise AnswerError(
+                    _("{question}  {part}  cannot be read: {error} Answer it again.").format(
+                        question=question, part=part, error=error
+                    )
+                ) from None
+        missing = _("{question}  {part}  not answered yet: notebook {notebook} asks for it").format(
+            question=question, part=part, notebook=asked.notebook
+        )
         if default is _RAISE:
-            raise AnswerError(f"{missing}. Answer it there first.")
+            raise AnswerError(_("{missing}. Answer it there first.").format(missing=missing))
         print(missing)
         return default
 
@@ -161,7 +170,11 @@ class Session:
             If there is no such table.
         """
         if number not in self.catalogue.tables:
-            raise AnswerError(f"There is no table {number!r}; there are {', '.join(self.catalogue.tables)}.")
+            raise AnswerError(
+                _("There is no table {number!r}; there are {tables}.").format(
+                    number=number, tables=", ".join(self.catalogue.tables)
+                )
+            )
         self._refresh()
         return ResultsTable(self.catalogue.tables[number], self.book)
 
@@ -177,13 +190,15 @@ class Session:
         """
         if notebook and notebook not in self.catalogue.notebooks:
             raise AnswerError(
-                f"There is no notebook {notebook!r} with questions; there are {', '.join(self.catalogue.notebooks)}."
+                _("There is no notebook {notebook!r} with questions; there are {notebooks}.").format(
+                    notebook=notebook, notebooks=", ".join(self.catalogue.notebooks)
+                )
             )
         self._refresh()
         for question in self.questions.values():
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
-                state = f"missing: {', '.join(missing)}" if missing else "answered"
+                state = _("missing: {missing}").format(missing=", ".join(missing)) if missing else _("answered")
                 print(f"{question.number:<16}  {question.title}: {state}")
 
     def summary(self) -> None:
@@ -192,11 +207,15 @@ class Session:
         for notebook in self.catalogue.notebooks:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
-            print(f"{notebook:<26}  {done} of {plural(len(asked), 'question')} answered")
+            print(
+                _("{notebook:<26}  {done} of {questions} answered").format(
+                    notebook=notebook, done=done, questions=plural(len(asked), "question")
+                )
+            )
 
     def _refresh(self) -> None:
         self.book.refresh()
-        self.tell_notices()
+        self.print_notices()
 
     def _missing(self, question: Question) -> list[str]:
         """Names of the parts that have no answer."""

@@ -1,4 +1,4 @@
-"""A results table, as filled in so far."""
+"""A course's results tables, as filled in so far."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from rotflex.courseware import forms
 from rotflex.courseware.answers import AnswerBook
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
 from rotflex.errors import AnswerError
 
@@ -32,8 +33,8 @@ class ResultsTable:
 
     def __str__(self) -> str:
         lines = [self.title]
-        for _, name, entry, unit in self.rows:
-            first, *rest = (entry or "(not filled in yet)").split("\n")
+        for _prompt, name, entry, unit in self.rows:
+            first, *rest = (entry or _("(not filled in yet)")).split("\n")
             lines.append(f"  {name:<20}{first} {unit if entry else ''}".rstrip())
             lines += [f"  {'':<20}{line}" for line in rest]
         return "\n".join(lines)
@@ -46,7 +47,7 @@ class ResultsTable:
         )
         body = "".join(
             f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row" style="{_LEFT}">{escape(name)}</th>'
-            f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or "not filled in yet"}</pre></td>'
+            f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or _("not filled in yet")}</pre></td>'
             f"<td>{escape(unit)}</td></tr>"
             for prompt, name, entry, unit in self.rows
         )

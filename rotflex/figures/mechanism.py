@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
 from rotflex.courseware.pictures import BLUE, Picture, style
-from rotflex.figures.sketch import INK, PAPER, SHADE, THICK, TINT, Sketch, along
+from rotflex.figures.sketch import BACKGROUND, INK, SHADE, THICK, TINT, Sketch, along
 
 
 def joint_angles() -> Picture:
@@ -33,9 +33,9 @@ def joint_angles() -> Picture:
         sketch.line(along(pivot, theta, 0.9, -2.0), (6.6, 1.0), width=0.8, layer=6)
         sketch.text(6.7, 1.0, "base, on the load gear of the servo", size=10.5, ha="left")
         # The link: a long arm on the pivot and a short one fixed on top of it.
-        sketch.bar(pivot, link, (-0.5, L_1), 0.85, PAPER, layer=5)
+        sketch.bar(pivot, link, (-0.5, L_1), 0.85, BACKGROUND, layer=5)
         sketch.bar(pivot, link, (d_12 - L_2 / 2, d_12 + L_2 / 2), 0.42, SHADE, layer=5.2)
-        sketch.axes.add_patch(Circle(pivot, 0.3, facecolor=PAPER, edgecolor=INK, linewidth=THICK, zorder=5.5))
+        sketch.axes.add_patch(Circle(pivot, 0.3, facecolor=BACKGROUND, edgecolor=INK, linewidth=THICK, zorder=5.5))
         for middle in (pivot, along(pivot, link, d_12)):
             sketch.axes.add_patch(Circle(middle, 0.09, facecolor=INK, zorder=5.6))
         sketch.dimension(pivot, link, (d_12 - L_2 / 2, d_12 + L_2 / 2), 0.95, "$L_2$")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
 from rotflex.courseware.pictures import Picture, style
-from rotflex.figures.sketch import INK, PAPER, SHADE, THICK, TINT, Point, Sketch, along
+from rotflex.figures.sketch import BACKGROUND, INK, SHADE, THICK, TINT, Point, Sketch, along
 
 
 def trolley_with_pendulum() -> Picture:
@@ -19,7 +19,7 @@ def trolley_with_pendulum() -> Picture:
         sketch.signal(3.5, 7.1, "$k$")
         for wheel in (6.9, 9.1):
             sketch.axes.add_patch(
-                Circle((wheel, rail + 0.3), 0.27, facecolor=PAPER, edgecolor=INK, linewidth=THICK, zorder=3)
+                Circle((wheel, rail + 0.3), 0.27, facecolor=BACKGROUND, edgecolor=INK, linewidth=THICK, zorder=3)
             )
         sketch.block(*pivot, "", width=3.6, height=1.8)
         sketch.signal(7.0, 6.3, "$M$")
@@ -61,7 +61,7 @@ def armature_circuit() -> Picture:
         sketch.line((left, top), (left, bottom), width=THICK)
         sketch.arrow((5.9, top), (6.8, top))
         sketch.signal(6.3, top + 0.55, "$i_m$")
-        for x, name, fill in ((left, "$V_m$", PAPER), (motor, "M", TINT)):
+        for x, name, fill in ((left, "$V_m$", BACKGROUND), (motor, "M", TINT)):
             sketch.axes.add_patch(Circle((x, middle), 0.75, facecolor=fill, edgecolor=INK, linewidth=THICK, zorder=3))
             sketch.signal(x, middle, name)
             sketch.text(x + 0.4, middle + 1.1, "$+$")
@@ -95,7 +95,7 @@ def parallel_axes() -> Picture:
         for start, end in ((axis, centre), (centre, speck), (axis, speck)):
             sketch.arrow(start, end, width=1.2)
         for point in (axis, centre):
-            sketch.axes.add_patch(Circle(point, 0.16, facecolor=PAPER, edgecolor=INK, linewidth=THICK, zorder=5))
+            sketch.axes.add_patch(Circle(point, 0.16, facecolor=BACKGROUND, edgecolor=INK, linewidth=THICK, zorder=5))
         sketch.axes.add_patch(Rectangle((speck[0] - 0.13, speck[1] - 0.13), 0.26, 0.26, facecolor=INK, zorder=5))
         sketch.signal(4.6, 1.65, r"$\vec d$")
         sketch.signal(9.3, 3.45, r"$\vec\rho$")

@@ -19,7 +19,7 @@ from rotflex.units import DEG
 
 Point = tuple[float, float]
 
-INK, PAPER, TINT, SHADE = BLACK, "#FFFFFF", "#EEF3F8", "#C9D3DD"
+INK, BACKGROUND, TINT, SHADE = BLACK, "#FFFFFF", "#EEF3F8", "#C9D3DD"
 RECORDED = "#FBF3B0"  #: behind the name of a signal that is recorded
 THICK, THIN = 1.5, 0.9
 _SIDES = {"left": (-1, 0), "right": (1, 0), "top": (0, 1), "bottom": (0, -1)}
@@ -102,7 +102,7 @@ class Sketch:
 
     def contact(self, point: Point) -> None:
         """A contact of a switch."""
-        self.axes.add_patch(Circle(point, 0.12, facecolor=PAPER, edgecolor=INK, linewidth=THICK, zorder=5))
+        self.axes.add_patch(Circle(point, 0.12, facecolor=BACKGROUND, edgecolor=INK, linewidth=THICK, zorder=5))
 
     # --- block diagrams --------------------------------------------------------------------------------------------
 
@@ -117,7 +117,7 @@ class Sketch:
     def junction(self, x: float, y: float, signs: Mapping[str, str]) -> Block:
         """A summing junction; ``signs`` maps a side to the sign that its input enters with."""
         radius = 0.32
-        self.axes.add_patch(Circle((x, y), radius, facecolor=PAPER, edgecolor=INK, linewidth=THICK, zorder=3))
+        self.axes.add_patch(Circle((x, y), radius, facecolor=BACKGROUND, edgecolor=INK, linewidth=THICK, zorder=3))
         for side, sign in signs.items():
             dx, dy = _SIDES[side]
             # Beside the incoming arrow, not on it.
@@ -182,4 +182,6 @@ class Sketch:
         ends = along(start, angle, near, offset), along(start, angle, far, offset)
         self.arrow(*ends, heads="<|-|>", width=THIN)
         middle = along(start, angle, (near + far) / 2, offset)
-        self.text(*middle, text, size=12, bbox={"boxstyle": "round,pad=0.1", "facecolor": PAPER, "edgecolor": "none"})
+        self.text(
+            *middle, text, size=12, bbox={"boxstyle": "round,pad=0.1", "facecolor": BACKGROUND, "edgecolor": "none"}
+        )

@@ -99,8 +99,8 @@ class Sampling:
         self.due += samples * self.period
         self.remaining -= samples
 
-    def make_room(self, now: float) -> None:
-        """Deal with samples for which the buffer had no room.
+    def handle_overflow(self, now: float) -> None:
+        """Deal with samples for which the buffer was full.
 
         Raises
         ------

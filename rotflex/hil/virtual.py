@@ -290,7 +290,7 @@ class VirtualBoard:
             self.clock.wait_until(sampling.due)
             now = self.clock.now()
             if now > sampling.due:
-                sampling.make_room(now)
+                sampling.handle_overflow(now)
             self._catch_up(sampling.due)
             self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer), count)
             sampling.skip(1)

@@ -12,6 +12,6 @@
 ==================================================  ================================================================
 
 Whatever comes from a submission is data: it is never imported, evaluated or unpickled in this process, and nothing that
-a kernel prints or sends is read. A submission's ``answers.json`` is a claim by a stranger; points need positive
+a kernel prints or sends is read. A submission's ``answers.json`` is an untrusted claim; points need positive
 evidence.
 """

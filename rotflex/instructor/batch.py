@@ -17,6 +17,7 @@ from itertools import islice
 from pathlib import Path
 
 import rotflex
+from rotflex.courseware.messages import _
 from rotflex.courseware.run.merge import merged
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
@@ -88,7 +89,7 @@ class Batch:
 
     Attributes
     ----------
-    ignored : a word on what lies among the submissions and is none
+    ignored : a message on what lies among the submissions and is none
     absent : students of the gradebook's roster who have not handed in anything
 
     Raises
@@ -123,16 +124,16 @@ class Batch:
         """
         with ExitStack() as stack:
             pool = stack.enter_context(self._pool())
-            marker = stack.enter_context(Marker(self._course, pool.places))
-            desks = stack.enter_context(ThreadPoolExecutor(pool.places, thread_name_prefix="rotflex-desk"))
+            marker = stack.enter_context(Marker(self._course, pool.capacity))
+            graders = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="rotflex-grade"))
             coming = iter(self._submissions)
-            # No more than there are places are begun, so that a large class takes no more memory than a small one.
-            busy = {desks.submit(self._grade, one, pool, marker) for one in islice(coming, pool.places)}
+            # No more are begun than can run at a time, so that a large class takes no more memory than a small one.
+            busy = {graders.submit(self._grade, one, pool, marker) for one in islice(coming, pool.capacity)}
             try:
                 while busy:
                     done, busy = wait(busy, return_when=FIRST_COMPLETED)
-                    steps = [future.result() for future in done]  # without walls, nothing more is begun
-                    busy |= {desks.submit(self._grade, one, pool, marker) for one in islice(coming, len(done))}
+                    steps = [future.result() for future in done]  # without isolation, nothing more is begun
+                    busy |= {graders.submit(self._grade, one, pool, marker) for one in islice(coming, len(done))}
                     for step in steps:
                         yield self._keep(step)
             finally:  # on an interrupt, too: end what is running
@@ -140,7 +141,7 @@ class Batch:
 
     def _pool(self) -> AbstractContextManager[Pool]:
         scheduler = self._settings.scheduler
-        return executors.here(self._settings.jobs) if scheduler is None else executors.cluster(scheduler)
+        return executors.local(self._settings.jobs) if scheduler is None else executors.cluster(scheduler)
 
     def _keep(self, step: Step) -> Step:
         if step.new:
@@ -148,28 +149,28 @@ class Batch:
         return step
 
     def _grade(self, submission: Submission, pool: Pool, marker: Marker) -> Step:
-        """Grade one submission, whatever happens, but for the walls."""
+        """Grade one submission, whatever happens, unless it cannot be isolated."""
         try:
-            taken = intake.take_in(submission, self._bundle.answer_cells)
-            record = self._identity(submission.student, taken)
+            handed_in = intake.read(submission, self._bundle.answer_cells)
+            record = self._identity(submission.student, handed_in)
             current = self._gradebook.current(submission.student)
             if current and (current.run.key, current.key_digest) == (record.key, self._key_digest):
                 return Step(current, ran=False, new=False)
             known = self._gradebook.find(record.key)
             ran = known is None
             if known is None:
-                marker.get_ready()
-            record = self._run(record, taken, pool) if known is None else known.run
-            return Step(self._marked(record, taken, marker), ran)
+                marker.warm_up()
+            record = self._run(record, handed_in, pool) if known is None else known.run
+            return Step(self._marked(record, handed_in, marker), ran)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
             return Step(self._failed(submission.student, error), ran=True)
 
-    def _identity(self, student: str, taken: Intake) -> RunRecord:
+    def _identity(self, student: str, handed_in: Intake) -> RunRecord:
         """What a submission's run is known by: equal content has been run already."""
         settings = self._settings
-        submitted = _digest([taken.sources, taken.problems, taken.notes])
+        submitted = _digest([handed_in.sources, handed_in.problems, handed_in.notes])
         limits = asdict(settings.limits)
         how = [limits, settings.isolated, settings.every_cell]
         content = _digest([student, submitted, self._bundle.digest, rotflex.__version__, how])
@@ -186,16 +187,16 @@ class Batch:
             probe_seed=seed,
             isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
             answers=None,
-            problems=tuple(taken.problems),
-            notes=tuple(taken.notes),
+            problems=tuple(handed_in.problems),
+            notes=tuple(handed_in.notes),
         )
 
-    def _run(self, record: RunRecord, taken: Intake, pool: Pool) -> RunRecord:
+    def _run(self, record: RunRecord, handed_in: Intake, pool: Pool) -> RunRecord:
         """Run a submission, and what its run left."""
-        if not taken.sources:
+        if not handed_in.sources:
             return record
         settings, built = self._settings, self._bundle
-        notebooks = merged(built.pristine, taken.sources, settings.every_cell)
+        notebooks = merged(built.pristine, handed_in.sources, settings.every_cell)
         job = Job(
             student=record.student,
             notebooks=notebooks,
@@ -208,19 +209,21 @@ class Batch:
         running = pool.executor.submit(runner.work, runner.job_bytes(job), built.packed)
         run = runner.run_from(running.result())
         if not run.complete:
-            raise GradingError("the run was called off")
+            raise GradingError(_("the run was called off"))
         return replace(record, answers=run.answers, problems=(*record.problems, *run.problems))
 
-    def _marked(self, record: RunRecord, taken: Intake, marker: Marker) -> Graded:
-        if not taken.sources:
+    def _marked(self, record: RunRecord, handed_in: Intake, marker: Marker) -> Graded:
+        if not handed_in.sources:
             marks = tuple(marking.nothing_earned(self._course, _NOTHING_READ))
             return Graded(record, mark_records(marks), self._key_digest)
         marked = marker.mark(record.student, record.answers, record.probe_seed)
-        return Graded(with_words(record, marked), mark_records(marked.marks), self._key_digest)
+        return Graded(with_messages(record, marked), mark_records(marked.marks), self._key_digest)
 
     def _failed(self, student: str, error: Exception) -> Graded:
         """No marks, for a reason that is not the student's. Its key is nobody's, so that it is tried again."""
-        fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
+        fault = _("Grading failed, which is not the student's fault: {error_type}: {error}").format(
+            error_type=type(error).__name__, error=error
+        )
         record = RunRecord(
             key=f"failed: {student}",
             student=student,
@@ -236,8 +239,8 @@ class Batch:
         return Graded(record, mark_records(tuple(marking.nothing_earned(self._course, _OUR_FAULT))), self._key_digest)
 
 
-def with_words(record: RunRecord, marked: Marked) -> RunRecord:
-    """A run with what was said when its answers were marked: once, and by this key."""
+def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
+    """A run with the messages from marking its answers: each once, and by this key."""
     problems = dict.fromkeys((*record.problems, *marked.problems))
     kept = (note for note in record.notes if not note.endswith(marking.UNMARKED))
     notes = dict.fromkeys((*kept, *marked.notes))

@@ -1,4 +1,4 @@
-"""The instructor's commands. ``rotflex.cli`` takes them in where this room is."""
+"""The instructor's commands. ``rotflex.cli`` adds them where this package is."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CourseFolder = Annotated[
         envvar=courses.SETTING,
         metavar="FOLDER",
         help="The course's folder, which holds course.py.",
-        show_default=f"{courses.USUAL}/ here",
+        show_default=_("{folder}/ here").format(folder=courses.USUAL),
     ),
 ]
 Book = Annotated[str, typer.Option("--gradebook", help="A file, or the URL of a database.")]
@@ -46,11 +46,13 @@ def release(
     with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,
 ) -> None:
-    """Make the students' folder and zip: no solutions, no key, none of the instructor's rooms."""
+    """Make the students' folder and zip: no solutions, no key, none of the instructor's modules."""
     from rotflex.instructor.release.student_course import release as make
 
     made = make(courses.find(course), out, with_data, replace)
-    typer.echo(f"{len(made.notebooks)} notebooks: {', '.join(made.notebooks)}")
+    typer.echo(
+        _("{count} notebooks: {notebooks}").format(count=len(made.notebooks), notebooks=", ".join(made.notebooks))
+    )
     typer.echo(f"{made.folder}\n{made.archive}")
 
 
@@ -143,14 +145,16 @@ def grade(
     """
     from rotflex.instructor.batch import Batch, Settings
     from rotflex.instructor.reports.grades import Reports
-    from rotflex.instructor.reports.live_report import Lines, Screen
+    from rotflex.instructor.reports.live_report import JsonLines, Screen
     from rotflex.instructor.running import intake, isolation_report
     from rotflex.instructor.running.runner import Limits
 
     if not math.isfinite(deadline):
-        raise typer.BadParameter("It should be a number of seconds.", param_hint="--deadline")
+        raise typer.BadParameter(_("It should be a number of seconds."), param_hint="--deadline")
     if out.resolve().is_relative_to(submissions.resolve()):
-        raise GradingError(f"{out} lies among the submissions: choose another folder for the results.")
+        raise GradingError(
+            _("{out} lies among the submissions: choose another folder for the results.").format(out=out)
+        )
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     settings = Settings(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell)
     try:
@@ -160,24 +164,24 @@ def grade(
         reports = Reports(out, found.catalogue)
         with _open(gradebook or str(out / GRADEBOOK_FILE)) as book:
             batch = Batch(submissions, found, book, settings)
-            watcher = (Lines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
-            with reports, watcher:
+            progress = (JsonLines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
+            with reports, progress:
                 for step in batch.grade():
-                    watcher.add(step.ran, reports.write(step.graded))
+                    progress.add(step.ran, reports.write(step.graded))
     except IsolationError as error:
         isolation_report.refuse(error)
         raise typer.Exit(NOT_ISOLATED) from None
-    raise typer.Exit(SOME_TROUBLE if watcher.trouble else ALL_WELL)
+    raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 
 def _check_isolation(settings: Settings) -> None:
-    """Try to break out before any submission can. (On a cluster it is the workers' walls that count.)"""
+    """Try to break out before any submission can. (On a cluster it is the workers' isolation that counts.)"""
     from rotflex.instructor.running import isolation_report
 
     if settings.isolated and settings.scheduler is None:
         isolation_report.check()
     elif not settings.isolated:
-        isolation_report.check_unwalled()
+        isolation_report.check_unisolated()
 
 
 def _open(url: str) -> Gradebook:
@@ -189,7 +193,7 @@ def _open(url: str) -> Gradebook:
 def _open_existing(url: str) -> Gradebook:
     """A gradebook that something is to be done with: a slip in its name must not make a new one."""
     if "://" not in url and not Path(url).is_file():
-        raise GradingError(f"There is no gradebook {url}. (rotflex grade makes one.)")
+        raise GradingError(_("There is no gradebook {url}. (rotflex grade makes one.)").format(url=url))
     return _open(url)
 
 
@@ -222,11 +226,19 @@ def regrade(
             if as_json:
                 typer.echo(json.dumps({"student": new.student, "before": old.total, "after": new.total}))
             elif old.marks != new.marks:
-                typer.echo(f"{new.student}: {old.total:g} → {new.total:g} of {new.out_of:g} points")
+                typer.echo(
+                    _("{student}: {before:g} → {after:g} of {out_of:g} points").format(
+                        student=new.student, before=old.total, after=new.total, out_of=new.out_of
+                    )
+                )
         if reports is not None:
             reports.close()
     if not as_json:
-        typer.echo(f"{changes} of the students have other marks now." if changes else "Nobody's marks changed.")
+        typer.echo(
+            _("{changes} of the students have other marks now.").format(changes=changes)
+            if changes
+            else _("Nobody's marks changed.")
+        )
 
 
 def mark(
@@ -241,7 +253,11 @@ def mark(
     """Give points to an answer that a person has read. They stay for as long as the answer is the same."""
     with _open_existing(gradebook) as book:
         book.set_mark(student, question, part, points, reason, actor=by)
-    typer.echo(f"{student}, {question}, {part}: {points:g}. Grade again to have it in the reports.")
+    typer.echo(
+        _("{student}, {question}, {part}: {points:g}. Grade again to have it in the reports.").format(
+            student=student, question=question, part=part, points=points
+        )
+    )
 
 
 def history(
@@ -258,8 +274,13 @@ def history(
             before, after = (
                 "–" if one is None else f"{one.points:g} ({one.status})" for one in (entry.before, entry.after)
             )
-            words = (
-                f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}: {before} → {after}"
+            words = _("{when:%Y-%m-%d %H:%M} UTC  {student}  {question} {part}: {before} → {after}").format(
+                when=entry.when,
+                student=entry.student,
+                question=entry.question,
+                part=entry.part,
+                before=before,
+                after=after,
             )
             typer.echo(no_escapes(f"{words}  {entry.actor}: {entry.reason}"))
 
@@ -271,7 +292,11 @@ def roster(
     """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read."""
     with _open(gradebook) as book:
         report = book.import_roster(file)
-    typer.echo(f"{report.added} added, {report.changed} changed, {report.unchanged} as they were.")
+    typer.echo(
+        _("{added} added, {changed} changed, {unchanged} as they were.").format(
+            added=report.added, changed=report.changed, unchanged=report.unchanged
+        )
+    )
     for problem in report.problems:
         typer.secho(problem, err=True, fg="yellow")
     if report.problems:

@@ -203,7 +203,7 @@ def _check_key(course: Course) -> None:
         if set(checks) != set(question.names):
             raise GradingError(
                 _("The key: question {number} has the parts {names}, not {given}.").format(
-                    number=number, names=", ".join(question.names), given=", ".join(map(repr, checks)) or "none"
+                    number=number, names=", ".join(question.names), given=", ".join(map(repr, checks)) or _("none")
                 )
             )
         for part in question.parts:

@@ -70,7 +70,7 @@ def _key(course: Course) -> Iterator[Finding]:
         for part in question.parts:
             one = course.key[number][part.name]
             for_a_person = isinstance(one, ForAPerson)
-            if for_a_person and not one.rubric.strip():
+            if isinstance(one, ForAPerson) and not one.rubric.strip():
                 yield Finding(_the_key(question, part), _("it says nothing of what to look for in the text."))
             if for_a_person != (part.marked == "person"):
                 yield Finding(
@@ -97,7 +97,7 @@ def _cells(course: Course) -> Iterator[Finding]:
         ids = [cell.id for cell in notebook.cells]
         recording = set()
         for one in student_notebooks.recorded(notebook):
-            where = f"{path.name}, cell {one.cell!r}"
+            where = _("{name}, cell {cell!r}").format(name=path.name, cell=one.cell)
             recording.add(ids.index(one.cell) - 1)
             try:
                 question = course.catalogue.find(one.question)
@@ -117,7 +117,7 @@ def _cells(course: Course) -> Iterator[Finding]:
         for index, cell in enumerate(notebook.cells):
             if student_notebooks.is_answer(cell) and index not in recording:
                 yield Finding(
-                    f"{path.name}, cell {cell.id!r}",
+                    _("{name}, cell {cell!r}").format(name=path.name, cell=cell.id),
                     _("an answer cell, but the cell after it records nothing (lab.answer(...))."),
                 )
     for question in course.catalogue.everything.values():
@@ -160,7 +160,7 @@ def _derived(course: Course) -> Iterator[Finding]:
 def _texts(course: Course) -> Iterator[Finding]:
     """Numbers of the course that a text has otherwise, and patterns that no text has any more."""
     cells = [
-        (f"{path.name}, cell {cell.id!r}", cell.source)
+        (_("{name}, cell {cell!r}").format(name=path.name, cell=cell.id), cell.source)
         for path in sorted(course.folder.glob("*.ipynb"))
         for cell in student_notebooks.read(path).cells
     ]
@@ -192,6 +192,11 @@ def _solutions(course: Course) -> Iterator[Finding]:
     claims = answers_of_solutions(course)
     for problem in claims.problems:
         yield Finding(_("the solutions"), problem)
+    yield from judged(course, claims)
+
+
+def judged(course: Course, claims: Claims) -> Iterator[Finding]:
+    """What the key makes of the solutions' answers, and of wrong ones made of them."""
     bench = course.bench(STUDENT)
     case = marking.case_of(course, claims, bench, _SEED)
     for number, checks in course.key.items():

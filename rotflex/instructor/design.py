@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import hankel
 
+from rotflex.courseware.messages import _
 from rotflex.errors import DesignError
 from rotflex.instructor.model import Array, controllability, finite, natural_units, poles, system_pair
 
@@ -39,12 +40,14 @@ def desired_poles(zeta: float, omega_n: float, p_3: float, p_4: float) -> NDArra
     """
     zeta, omega_n, p_3, p_4 = finite("The list [zeta, omega_n, p_3, p_4]", [zeta, omega_n, p_3, p_4])
     if not 0 < zeta <= 1:
-        raise DesignError(f"The damping ratio must be above 0 and at most 1; it is {zeta:g}.")
+        raise DesignError(_("The damping ratio must be above 0 and at most 1; it is {zeta:g}.").format(zeta=zeta))
     if not omega_n > 0:
-        raise DesignError(f"The natural frequency must be a positive number of rad/s; it is {omega_n:g}.")
+        raise DesignError(
+            _("The natural frequency must be a positive number of rad/s; it is {omega_n:g}.").format(omega_n=omega_n)
+        )
     for name, pole in (("p_3", p_3), ("p_4", p_4)):
         if not pole < 0:
-            raise DesignError(f"{name} must be a negative real number; it is {pole:g}.")
+            raise DesignError(_("{name} must be a negative real number; it is {pole:g}.").format(name=name, pole=pole))
     sigma, omega_d = zeta * omega_n, omega_n * math.sqrt(1 - zeta**2)
     return np.array([-sigma + 1j * omega_d, -sigma - 1j * omega_d, p_3, p_4])
 
@@ -60,13 +63,21 @@ def paired(desired: ArrayLike, count: int | None = None) -> NDArray[np.complex12
     """
     array = finite("The list of poles", desired, complex)
     if array.ndim != 1:
-        raise DesignError(f"The poles must be a list; the shape is {array.shape}.")
+        raise DesignError(_("The poles must be a list; the shape is {shape}.").format(shape=array.shape))
     if count is not None and len(array) != count:
-        raise DesignError(f"There are {count} states, so {count} poles must be given; there are {len(array)}.")
+        raise DesignError(
+            _("There are {count} states, so {count} poles must be given; there are {given}.").format(
+                count=count, given=len(array)
+            )
+        )
     close = PAIR_TOLERANCE * np.abs(array).max()
     for pole in array:
         if np.sum(abs(array - pole) <= close) != np.sum(abs(array - pole.conjugate()) <= close):
-            raise DesignError(f"Complex poles must come in conjugate pairs; the pole {pole:.6g} lacks its partner.")
+            raise DesignError(
+                _("Complex poles must come in conjugate pairs; the pole {pole:.6g} lacks its partner.").format(
+                    pole=pole
+                )
+            )
     return array
 
 
@@ -87,8 +98,10 @@ def _monic(polynomial: ArrayLike) -> Array:
     coefficients = finite("The polynomial", polynomial)
     if coefficients.ndim != 1 or len(coefficients) < 2 or coefficients[0] == 0:
         raise DesignError(
-            "A polynomial must be a list of at least two coefficients, highest power first and not zero; "
-            f"it is {polynomial!r}."
+            _(
+                "A polynomial must be a list of at least two coefficients, highest power first and not zero; it is "
+                "{polynomial!r}."
+            ).format(polynomial=polynomial)
         )
     monic: Array = coefficients / coefficients[0]
     return monic
@@ -149,7 +162,9 @@ def companion_gain(polynomial: ArrayLike, desired: ArrayLike) -> Array:
     before, after = _monic(polynomial), _monic(desired)
     if len(before) != len(after):
         raise DesignError(
-            f"The polynomials must be of the same degree; they are of degree {len(before) - 1} and {len(after) - 1}."
+            _("The polynomials must be of the same degree; they are of degree {before} and {after}.").format(
+                before=len(before) - 1, after=len(after) - 1
+            )
         )
     return (after - before)[np.newaxis, :0:-1]
 
@@ -188,7 +203,7 @@ def gain_by_place(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
     """
     import control
 
-    A, B, _ = _controllable(A, B)
+    A, B, _T = _controllable(A, B)
     wanted = paired(desired, len(A))
     # Ackermann's formula is as good as its matrix of powers of A: give it units in which these are of the size of 1.
     units, rate = natural_units(A, B)
@@ -196,7 +211,7 @@ def gain_by_place(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
     try:
         K = control.acker(A, B, wanted / rate)
     except ValueError as error:
-        raise DesignError(f"python-control cannot place these poles: {error}") from error
+        raise DesignError(_("python-control cannot place these poles: {error}").format(error=error)) from error
     return np.reshape(K, (1, -1)) * rate / units
 
 
@@ -223,9 +238,13 @@ def check_placement(A: ArrayLike, B: ArrayLike, K: ArrayLike, desired: ArrayLike
     A, B = system_pair(A, B)
     gain = finite("K", K)
     if gain.shape not in ((1, len(A)), (len(A),)):
-        raise DesignError(f"K must be one row with a gain for each state, {(1, len(A))}; it is {gain.shape}.")
+        raise DesignError(
+            _("K must be one row with a gain for each state, {wanted}; it is {shape}.").format(
+                wanted=(1, len(A)), shape=gain.shape
+            )
+        )
     if not rtol > 0:
-        raise DesignError(f"The tolerance must be above zero; it is {rtol!r}.")
+        raise DesignError(_("The tolerance must be above zero; it is {rtol!r}.").format(rtol=rtol))
     wanted = paired(desired, len(A))
     sizes = np.abs(wanted)
     scale = np.poly(-np.maximum(sizes, SMALL_POLE * sizes.max()))
@@ -239,7 +258,9 @@ def _controllable(A: ArrayLike, B: ArrayLike) -> tuple[Array, Array, Array]:
     T, rank, verdict = controllability(A, B)
     if not verdict:
         raise DesignError(
-            f"The pair (A, B) is not controllable: its controllability matrix has rank {rank}, not {len(A)}, so that "
-            "some poles cannot be moved. Check A and B."
+            _(
+                "The pair (A, B) is not controllable: its controllability matrix has rank {rank}, not {states}, so "
+                "that some poles cannot be moved. Check A and B."
+            ).format(rank=rank, states=len(A))
         )
     return A, B, T

@@ -6,8 +6,9 @@ from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
-from rotflex.instructor.batch import mark_records, with_words
+from rotflex.instructor.batch import mark_records, with_messages
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
 from rotflex.instructor.marking.digest import marking_digest
@@ -34,15 +35,19 @@ def regrade(
         If the gradebook has no answers, or the key not one of the questions.
     """
     _check(questions, course)
-    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as desks:
+    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as graders:
         everybody = list(gradebook.all_current())
         if not everybody:
-            raise GradingError("There is nothing in the gradebook to mark again.")
+            raise GradingError(_("There is nothing in the gradebook to mark again."))
         digest = marking_digest(course)
         for before, after in zip(
-            everybody, desks.map(lambda one: _marked(one, marker, questions, digest), everybody), strict=True
+            everybody, graders.map(lambda one: _marked(one, marker, questions, digest), everybody), strict=True
         ):
-            gradebook.record(after, actor=ACTOR, reason=f"marked again: {', '.join(questions) or 'all questions'}")
+            gradebook.record(
+                after,
+                actor=ACTOR,
+                reason=_("marked again: {questions}").format(questions=", ".join(questions) or _("all questions")),
+            )
             yield before, gradebook.current(before.run.student) or after
 
 
@@ -53,7 +58,7 @@ def _check(questions: Collection[str], course: Course) -> None:
         except AnswerError as error:
             raise GradingError(str(error)) from None
         if number not in course.key:
-            raise GradingError(f"The key has no question {number}.")
+            raise GradingError(_("The key has no question {number}.").format(number=number))
 
 
 def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Graded:
@@ -62,7 +67,7 @@ def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: 
         return graded
     marked = marker.mark(run.student, run.answers, run.probe_seed)
     if not questions:
-        return Graded(with_words(run, marked), mark_records(marked.marks), digest)
+        return Graded(with_messages(run, marked), mark_records(marked.marks), digest)
     new = {(one.question, one.part): one for one in mark_records(marked.marks) if one.question in questions}
     kept = [new.pop((one.question, one.part), one) for one in graded.marks]
     # The other marks are still those of the key before: the next grading of the class looks at them again.

@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.identification import SWEEP_BAND, Estimate
 from rotflex.units import HZ
@@ -45,10 +46,12 @@ def amplitude_spectrum(x: ArrayLike, dt: float) -> tuple[Vector, Vector]:
     signal = np.asarray(x, dtype=float)
     if signal.ndim != 1 or signal.size < 2 or not np.isfinite(signal).all():
         raise IdentificationError(
-            f"The signal must be a vector of at least two finite numbers; its shape is {signal.shape}."
+            _("The signal must be a vector of at least two finite numbers; its shape is {shape}.").format(
+                shape=signal.shape
+            )
         )
     if not (math.isfinite(dt) and dt > 0):
-        raise IdentificationError(f"The sample time is {dt!r}; it must be a positive number, in s.")
+        raise IdentificationError(_("The sample time is {dt!r}; it must be a positive number, in s.").format(dt=dt))
     n_fft = 2 ** math.ceil(math.log2(signal.size))
     amplitude = 2 * np.abs(np.fft.fft(signal, n_fft)[: n_fft // 2]) / signal.size
     amplitude[0] /= 2
@@ -78,19 +81,26 @@ def natural_frequency(f_hz: ArrayLike, amplitude: ArrayLike, band: tuple[float, 
     f, height = np.asarray(f_hz, dtype=float), np.asarray(amplitude, dtype=float)
     if f.ndim != 1 or f.shape != height.shape or f.size < 3 or not (np.diff(f) > 0).all():
         raise IdentificationError(
-            f"A spectrum is two vectors of one length, frequencies rising; their shapes are {f.shape}, {height.shape}."
+            _(
+                "A spectrum is two vectors of one length, frequencies rising; their shapes are {frequencies}, "
+                "{heights}."
+            ).format(frequencies=f.shape, heights=height.shape)
         )
     inside = np.flatnonzero((f >= band[0]) & (f <= band[1]))
     if inside.size < 3:
         raise IdentificationError(
-            f"The spectrum has {inside.size} lines between {band[0]:g} and {band[1]:g} Hz. Is f in Hz, and is the "
-            "record long enough?"
+            _(
+                "The spectrum has {lines} lines between {low:g} and {high:g} Hz. Is f in Hz, and is the "
+                "record long enough?"
+            ).format(lines=inside.size, low=band[0], high=band[1])
         )
     peak = int(inside[np.argmax(height[inside])])
     if peak in (inside[0], inside[-1]):
         raise IdentificationError(
-            f"There is no peak between {band[0]:g} and {band[1]:g} Hz: the spectrum is largest at its edge, "
-            f"{f[peak]:.3g} Hz. Look at it over a wider band."
+            _(
+                "There is no peak between {low:g} and {high:g} Hz: the spectrum is largest at its edge, "
+                "{peak:.3g} Hz. Look at it over a wider band."
+            ).format(low=band[0], high=band[1], peak=f[peak])
         )
     spacing = (f[peak + 1] - f[peak - 1]) / 2
     return Estimate(float(f[peak]) * HZ, float(spacing) * HZ / math.sqrt(12))
@@ -116,7 +126,11 @@ def stiffness(J_l: float | Estimate, omega_n: float | Estimate) -> Estimate:
     """
     inertia, frequency = (x if isinstance(x, Estimate) else Estimate(float(x), 0.0) for x in (J_l, omega_n))
     if not (inertia.value > 0 and frequency.value > 0):
-        raise IdentificationError(f"J_l and omega_n must be positive; they are {inertia.value!r}, {frequency.value!r}.")
+        raise IdentificationError(
+            _("J_l and omega_n must be positive; they are {inertia!r}, {frequency!r}.").format(
+                inertia=inertia.value, frequency=frequency.value
+            )
+        )
     K_s = inertia.value * frequency.value**2
     relative = math.hypot(inertia.uncertainty / inertia.value, 2 * frequency.uncertainty / frequency.value)
     return Estimate(K_s, K_s * relative)

@@ -21,12 +21,13 @@ from numpy.typing import ArrayLike
 from rotflex import experiments, hil
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.scene import Button, Choice, Column, Mechanism, Readout, Row, Scene
+from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
+from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.running import Experiment, Running, outcome
-from rotflex.widgets.scope import SECONDS, in_words, picture, playable, reported, scope
+from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
 
 if TYPE_CHECKING:
     from rotflex.lab import Lab
@@ -68,9 +69,9 @@ class BenchConsole(Explorer):
         self._bench: Bench | None = None
         self._run: Running | None = None
         self._settled = True  # whether what came of it has been taken in
-        self._state, self._said = "not connected", ""
+        self._state, self._message = "not connected", ""
         self.recording: Recording | None = None
-        self._heard = 0.0
+        self._last_message = 0.0
         self._page = False  # whether a page has ever spoken
         self._least_behind = np.inf  # s
         super().__init__()
@@ -78,11 +79,11 @@ class BenchConsole(Explorer):
 
     # --- what the user does -----------------------------------------------------------------------------------------
 
-    def _hear(self, widget: object, content: Mapping[str, Any], buffers: object) -> None:
-        self._heard, self._page = time.monotonic(), True  # whatever the page says is a sign of life
+    def _on_message(self, widget: object, content: Mapping[str, Any], buffers: object) -> None:
+        self._last_message, self._page = time.monotonic(), True  # whatever the page says is a sign of life
         if content.get("kind") == "press" and content.get("name") == "stop":
             self.stop()  # here and now, whichever thread this is
-        super()._hear(widget, content, buffers)
+        super()._on_message(widget, content, buffers)
 
     def receive(self, event: Mapping[str, Any]) -> None:
         """Take an event; but a Start that has waited for a busy Python is not wanted any more when it comes."""
@@ -93,7 +94,7 @@ class BenchConsole(Explorer):
             late = behind - self._least_behind
             if event.get("name") == "start" and late > _SILENCE:
                 event = {**event, "kind": "late"}
-                self._said = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
+                self._message = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
         super().receive(event)
 
     def set(self, name: str, value: float | str) -> None:
@@ -138,7 +139,7 @@ class BenchConsole(Explorer):
             self._state = "not connected"
             bench = hil.open(self.address, seed=self._lab.seed)
             self._bench = bench.__enter__()
-            self._state, self._said = "connected", "The motor is at 0 V."
+            self._state, self._message = "connected", "The motor is at 0 V."
 
     def disconnect(self) -> None:
         """Stop what runs, and let go of the bench, at 0 V."""
@@ -149,7 +150,7 @@ class BenchConsole(Explorer):
         bench, self._bench = self._bench, None
         if bench is not None:
             bench.__exit__(None, None, None)
-            self._state, self._said = "not connected", ""
+            self._state, self._message = "not connected", ""
 
     def start(self) -> None:
         """Run the chosen experiment.
@@ -168,9 +169,9 @@ class BenchConsole(Explorer):
             self._bench.__exit__(None, None, None)
             self._bench.__enter__()
         self.recording, self._settled = None, False
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         self._run = Running(self._bench, experiment, self._alive)
-        self._state, self._said = "running", "Most experiments first wait until the arm hangs still."
+        self._state, self._message = "running", "Most experiments first wait until the arm hangs still."
         self._run.start()
         if self._loop is not None and self._loop.is_running():
             self._task = self._loop.create_task(self._show(self._run))
@@ -195,7 +196,7 @@ class BenchConsole(Explorer):
     # --- while it runs ----------------------------------------------------------------------------------------------
 
     def _alive(self) -> str:
-        if self._page and time.monotonic() - self._heard > _SILENCE:
+        if self._page and time.monotonic() - self._last_message > _SILENCE:
             return "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
         return ""
 
@@ -212,8 +213,8 @@ class BenchConsole(Explorer):
         if self._run is None or self._settled:
             return
         self._settled = True
-        self._state, self._said = outcome(self._run)
-        self.notice = self._said
+        self._state, self._message = outcome(self._run)
+        self.notice = self._message
         self.recording = self._run.recording
         if self.recording is not None and self._replayed is not None:
             self.recording = _with_voltage(self.recording, self._replayed)
@@ -261,9 +262,9 @@ class BenchConsole(Explorer):
         if self.recording is not None and not self.running:
             play = playable(self.recording)
         return Scene(
-            alt=in_words(samples, self._state, self._said),
+            alt=alt_text_of(samples, self._state, self._message),
             columns=[
-                Column([Mechanism(float(latest[1]), float(latest[2]))], 0.7),
+                Column([mechanism(float(latest[1]), float(latest[2]))], 0.7),
                 Column(scope(samples, self.running), 1.3),
             ],
             controls=self._controls(),
@@ -274,11 +275,11 @@ class BenchConsole(Explorer):
         )
 
     def picture(self) -> Picture:
-        """The last run on paper."""
+        """The last run as a static figure."""
         samples = self._samples()
         if not samples.size:
             raise BenchError("Nothing has been run yet.")
-        return picture(samples, in_words(samples, self._state, self._said))
+        return picture(samples, alt_text_of(samples, self._state, self._message))
 
     def _samples(self) -> Any:
         if self.recording is not None and not self.running:
@@ -305,8 +306,8 @@ class BenchConsole(Explorer):
     def _status(self) -> Readout:
         run = self._run
         late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
-        rows = [Row("state", (self._state,)), Row("", (self._said or SAFETY,)), Row("missed deadlines", (late,))]
-        if self._said:
+        rows = [Row("state", (self._state,)), Row("", (self._message or SAFETY,)), Row("missed deadlines", (late,))]
+        if self._message:
             rows.append(Row("mind", (SAFETY,)))
         return Readout("State", rows)
 

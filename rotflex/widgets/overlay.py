@@ -57,7 +57,7 @@ def fit_percent(measured: Vector, model: Vector) -> float:
     return 100 * (1 - float(np.linalg.norm(measured - model)) / motion)
 
 
-def told_in_words(compared: Recording) -> str:
+def alt_text_of(compared: Recording) -> str:
     """A comparison in words, for somebody who cannot see it."""
     fits = {name: fit_percent(compared[name], compared[f"{name}_model"]) for name in ("theta", "alpha")}
     return (

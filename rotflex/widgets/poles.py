@@ -119,17 +119,17 @@ class PoleExplorer(Explorer):
         if self._lab is None:
             raise DesignError("There is no session to keep the design in: make the explorer with lab=lab.")
         replies = self._lab.record(self._question, **{self._part: self.design.K})
-        said = [
+        messages = [
             *replies,
             f"The notebooks that follow use it from now on. What is marked is the code in question {self._question}, "
             "which this button does not change.",
         ]
         if not np.allclose(self.design.wanted, self._start.poles):
-            said.append(
+            messages.append(
                 f"Question {self._question} asks for the workbook's poles, and these are others: for the report, set "
                 "them back, or explain your choice."
             )
-        self.notice = "\n".join(said)
+        self.notice = "\n".join(messages)
 
     def _redesign(self, wanted: Dominant, feedback: str | None = None) -> None:
         chosen = feedback or self.feedback
@@ -143,7 +143,7 @@ class PoleExplorer(Explorer):
     def view(self) -> Scene:
         """The s-plane beside the response, verdicts and gain below."""
         return Scene(
-            alt=told_in_words(self.design),
+            alt=alt_text_of(self.design),
             columns=[Column([self._plane()], 1.0), Column(self._traces(), 1.1)],
             controls=self._controls(),
             readouts=[_verdicts(self.design), _gain(self.design), _polynomial(self.design)],
@@ -151,7 +151,7 @@ class PoleExplorer(Explorer):
         )
 
     def picture(self) -> Picture:
-        """The same on paper."""
+        """The same as a static figure."""
         return picture(self.design, self.ghosts)
 
     def _controls(self) -> list[list[Slider | Choice | Button]]:
@@ -181,8 +181,8 @@ class PoleExplorer(Explorer):
         plane.x = (1.12 * lowest, 6.0)
         turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
         for x, y in self._where_met():
-            plane.area(x, y, "voltage", alpha=0.25)
-            plane.area(x, -y, "voltage", alpha=0.25)
+            plane.area(x, y, "voltage", opacity=0.25)
+            plane.area(x, -y, "voltage", opacity=0.25)
         if self._outline[1]:  # in the legend once
             plane.items[0]["label"] = "specifications met"
         for omega_n in _GRID_OMEGA:
@@ -290,18 +290,18 @@ def _number(value: float) -> str:
     return text.replace("-", "−")
 
 
-def told_in_words(found: Design) -> str:
+def alt_text_of(found: Design) -> str:
     """A design in words, for somebody who cannot see it."""
     listed = ", ".join(described(pole) for pole in found.wanted)
-    said = f"Desired poles {listed} rad/s, {found.feedback} state feedback. "
-    return said + (" ".join(finding.words for finding in found.findings) or found.trouble)
+    text = f"Desired poles {listed} rad/s, {found.feedback} state feedback. "
+    return text + (" ".join(finding.words for finding in found.findings) or found.trouble)
 
 
-# --- on paper -------------------------------------------------------------------------------------------------------
+# --- as a static figure ---------------------------------------------------------------------------------------------
 
 
 def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
-    """A design on paper: poles beside servo angle, deflection and voltage after a step of 40 deg.
+    """A design as a static figure: poles beside servo angle, deflection and voltage after a step of 40 deg.
 
     Parameters
     ----------
@@ -345,5 +345,5 @@ def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
             axes.axhline(limit, **ROLES["highlight"])
             axes.axhline(-limit, **ROLES["highlight"])
         volts.set_xlabel("time after the step (s)")
-    figure.alt_text = told_in_words(found)
+    figure.alt_text = alt_text_of(found)
     return figure

@@ -1,4 +1,4 @@
-"""What there is to see of a bench at work: a scope, what the bench says of itself, a run on paper."""
+"""What there is to see of a bench at work: a scope, the state of the bench, a run as a static figure."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def playable(recording: Recording) -> Play:
     """A recording as the mechanism goes through it."""
     duration = float(recording.time[-1] - recording.time[0])
     instants = np.linspace(recording.time[0], recording.time[-1], max(2, round(duration * _SAMPLES_TO_PLAY)))
-    theta, alpha = (np.interp(instants, recording.time, recording[name]) for name in ("theta", "alpha"))
-    return Play(theta, alpha, duration)
+    signals = {name: np.interp(instants, recording.time, recording[name]) for name in ("theta", "alpha")}
+    return Play(signals, duration)
 
 
-def in_words(samples: Any, state: str, said: str) -> str:
+def alt_text_of(samples: Any, state: str, message: str) -> str:
     """The console in words, for somebody who cannot see it."""
-    begun = f"The bench console: {state}. {said}"
+    begun = f"The bench console: {state}. {message}"
     if not samples.size:
         return begun.strip()
     theta, alpha = samples[1, -1] / DEG, samples[2, -1] / DEG
@@ -76,7 +76,7 @@ def in_words(samples: Any, state: str, said: str) -> str:
 
 
 def picture(samples: Any, words: str) -> Picture:
-    """A run on paper.
+    """A run as a static figure.
 
     Parameters
     ----------

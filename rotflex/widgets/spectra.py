@@ -81,7 +81,7 @@ def stiffness_at(f: float, J_l: float, spacing: float) -> Estimate:
     return Estimate(J_l * omega**2, 2 * J_l * omega * spread)
 
 
-def told_in_words(found: Spectra, recording: Recording) -> str:
+def alt_text_of(found: Spectra, recording: Recording) -> str:
     """A sweep in words, for somebody who cannot see it."""
     largest = np.abs(recording.degrees("alpha")).max()
     return (

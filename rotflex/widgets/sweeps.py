@@ -11,7 +11,7 @@ from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readou
 from rotflex.errors import BenchError
 from rotflex.recording import Recording
 from rotflex.units import DEG
-from rotflex.widgets.spectra import SHOWN, Spectra, spectra, stiffness_at, told_in_words
+from rotflex.widgets.spectra import SHOWN, Spectra, alt_text_of, spectra, stiffness_at
 
 if TYPE_CHECKING:
     from rotflex.lab import Lab
@@ -122,7 +122,7 @@ class SweepExplorer(Explorer):
                 height = found.height(self.cursor, of) / (DEG if of == "spectrum" else 1.0)
                 panel.handle("cursor", self.cursor, height, "cursor", text, (_STEP, 0.0), "highlight", "cursor", "x")
         return Scene(
-            alt=f"{told_in_words(found, recording)} The cursor is at {text}.",
+            alt=f"{alt_text_of(found, recording)} The cursor is at {text}.",
             columns=[Column([theta, alpha]), Column([spectrum, ratio])],
             controls=self._controls(),
             readouts=[self._stiffness(), self._peaks()],
@@ -130,7 +130,7 @@ class SweepExplorer(Explorer):
         )
 
     def picture(self) -> Picture:
-        """The same on paper."""
+        """The same as a static figure."""
         return picture(self.recording, self.found, self.cursor)
 
     def _controls(self) -> list[list[Slider | Choice | Button]]:
@@ -185,7 +185,7 @@ def explore_sweep(lab: Lab | None = None, recording: Recording | None = None) ->
 
 
 def picture(recording: Recording, found: Spectra, cursor: float) -> Picture:
-    """A sweep on paper: both angles against time, spectrum and ratio against frequency.
+    """A sweep as a static figure: both angles against time, spectrum and ratio against frequency.
 
     Parameters
     ----------
@@ -207,5 +207,5 @@ def picture(recording: Recording, found: Spectra, cursor: float) -> Picture:
         alpha.set(ylabel="α (deg)", xlabel="time (s)")
         spectrum.set(ylabel="amplitude of α (deg)")
         ratio.set(ylabel="|α/θ| (rad/rad)", xlabel="frequency (Hz)")
-    figure.alt_text = f"{told_in_words(found, recording)} The cursor is at {cursor:.2f} Hz."
+    figure.alt_text = f"{alt_text_of(found, recording)} The cursor is at {cursor:.2f} Hz."
     return figure

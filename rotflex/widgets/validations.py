@@ -16,7 +16,7 @@ from rotflex.errors import RotflexError
 from rotflex.greybox import FitResult
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
-from rotflex.widgets.overlay import fit_percent, overlay, told_in_words
+from rotflex.widgets.overlay import alt_text_of, fit_percent, overlay
 
 _FREE = ("K_s", "B_eq", "B_l", "servo_friction", "link_friction")
 _RANGES = {"K_s": (0.5, 2.5, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}
@@ -134,7 +134,7 @@ class ValidationExplorer(Explorer):
         ]
         options = {name: text for name, text in _FRICTION.items() if name != "fitted" or self.fitted}
         return Scene(
-            alt=told_in_words(compared),
+            alt=alt_text_of(compared),
             columns=[Column([*panels, residual])],
             controls=[
                 sliders,
@@ -149,7 +149,7 @@ class ValidationExplorer(Explorer):
         )
 
     def picture(self) -> Picture:
-        """The same on paper."""
+        """The same as a static figure."""
         return picture(self.compared)
 
     def _residuals(self) -> tuple[Any, Any]:
@@ -171,7 +171,7 @@ def explore_validation(recording: Recording, servo: Servo, joint: Joint, K_s: fl
 
 
 def picture(compared: Recording) -> Picture:
-    """A comparison on paper: both angles and what is left of them.
+    """A comparison as a static figure: both angles and what is left of them.
 
     Parameters
     ----------
@@ -191,5 +191,5 @@ def picture(compared: Recording) -> Picture:
         for axes in (theta, residual):
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderaxespad=0.0)
     theta.set_xlim(compared.time[0], compared.time[-1])
-    figure.alt_text = told_in_words(compared)
+    figure.alt_text = alt_text_of(compared)
     return figure

@@ -205,7 +205,7 @@ def test_an_answer_with_which_the_file_would_grow_too_large_is_refused_and_the_o
         {"more": 1},
     ],
 )
-def test_a_strangers_file_of_another_form_is_not_read(path, change):
+def test_an_untrusted_file_of_another_form_is_not_read(path, change):
     book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
     content = json.loads(path.read_bytes())
     assert parse(json.dumps(content).encode()) == content

@@ -199,7 +199,7 @@ def tower(levels):
         ["add", *([["int", 1]] * 2000)],
     ],
 )
-def test_a_strangers_tree_is_refused(tree):
+def test_an_untrusted_tree_is_refused(tree):
     with pytest.raises(AnswerError):
         decode(tree, NAMES)
 

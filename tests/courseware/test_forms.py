@@ -624,7 +624,7 @@ def test_channels_that_no_file_knows_are_left_out():
     assert through_json(SWEEP, extra)[0]["channels"].keys() == {"alpha"}
 
 
-# --- strangers -------------------------------------------------------------------------------------------------------
+# --- untrusted answers -----------------------------------------------------------------------------------------------
 
 json_values = st.recursive(
     st.none()
@@ -648,7 +648,7 @@ every_kind += [
 
 @given(st.sampled_from(every_kind), json_values)
 @settings(max_examples=200, deadline=None)
-def test_reading_a_strangers_answer_gives_a_value_or_an_answer_error(wanted, garbage):
+def test_reading_an_untrusted_answer_gives_a_value_or_an_answer_error(wanted, garbage):
     for content in (garbage, {"kind": wanted.kind, "value": garbage}, {"kind": wanted.kind, "outputs": [garbage] * 4}):
         try:
             decode(wanted, content)

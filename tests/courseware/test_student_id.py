@@ -1,4 +1,4 @@
-"""One rule for students' IDs: what it takes, what it refuses and why, and that all rooms follow it."""
+"""One rule for students' IDs: what it takes, what it refuses and why, and that all modules follow it."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def test_what_windows_reserves_is_refused(device, ending):
     assert kept(device + ending) is None
 
 
-# --- all rooms follow it ----------------------------------------------------------------------------------------------
+# --- all modules follow it --------------------------------------------------------------------------------------------
 
 
 def by_lab(given, folder):
@@ -194,7 +194,7 @@ class _Named:
 
 
 @given(typed=any_id.filter(bool))
-def test_what_one_room_takes_all_take_as_the_same(typed, tmp_path_factory):
+def test_what_one_module_takes_all_take_as_the_same(typed, tmp_path_factory):
     folder = tmp_path_factory.getbasetemp()
     expected = kept(typed)
     for take in (by_lab, by_gradebook, by_intake):

@@ -14,13 +14,13 @@ TOO_LONG, DIED, ENDED_EARLY = "longer than", "died", "ended before all notebooks
 # --- what does not end ------------------------------------------------------------------------------------------------
 
 ENDLESS = "while time.monotonic() < END: pass"
-DEAF = """
+UNINTERRUPTIBLE = """
 while time.monotonic() < END:
     try:
         while time.monotonic() < END: pass
     except BaseException: pass
 """
-DEAF_IN_C = "sum(range(3 * 10**9))"
+UNINTERRUPTIBLE_IN_C = "sum(range(3 * 10**9))"
 STOPS_ITS_WATCHER = """
 os.kill(os.getppid(), signal.SIGSTOP)
 os.kill(-1, signal.SIGSTOP)
@@ -291,8 +291,8 @@ report["exploded"] = os.path.exists("/tmp/exploded")
 
 CODE = {
     "endless-loop": Attack({"q2-12": ENDLESS}, trouble=(TOO_LONG,)),
-    "deaf-loop": Attack({"q2-12": DEAF}, trouble=(TOO_LONG,)),
-    "deaf-in-c": Attack({"q2-12": DEAF_IN_C}, trouble=(TOO_LONG,)),
+    "uninterruptible-loop": Attack({"q2-12": UNINTERRUPTIBLE}, trouble=(TOO_LONG,)),
+    "uninterruptible-in-c": Attack({"q2-12": UNINTERRUPTIBLE_IN_C}, trouble=(TOO_LONG,)),
     "stops-its-watcher": Attack({"q2-12": STOPS_ITS_WATCHER}, trouble=("The run took longer than",)),
     "lingers": Attack({"q0-1": LINGERS, "q2-12": LINGERS}),
     "changes-answers-later": Attack({"q0-1": CHANGES_ANSWERS_LATER}, exactly=False, runs=False),

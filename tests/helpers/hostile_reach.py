@@ -28,12 +28,12 @@ for place in [*places, *sys.path[:2]]:
         for name in files:
             found |= set(canary.findall(read(os.path.join(folder, name)) or b""))
 import importlib.util
-rooms = []
+modules = []
 for name in ("marking.marking", "gradebook", "isolation", "design", "model", "stiffness", "symbolic", "course"):
     try:
-        if importlib.util.find_spec(f"rotflex.instructor.{{name}}"): rooms.append(name)
+        if importlib.util.find_spec(f"rotflex.instructor.{{name}}"): modules.append(name)
     except ImportError: pass
-report |= {{"got": got, "canaries": [one.decode() for one in found], "rooms": rooms}}
+report |= {{"got": got, "canaries": [one.decode() for one in found], "modules": modules}}
 """
 ACCOUNTS = """
 import pwd
@@ -85,7 +85,7 @@ for pid in [*pids, *map(str, OUTSIDE["processes"])]:
             path = f"/proc/{{pid}}/fd/{{descriptor}}{{up}}" + OUTSIDE["marker"]
             if os.path.exists(path): outer.append(path)
 report |= {{"canaries": [one.decode() for one in found], "seen": len(pids) < 12, "outer": outer,
-           "strangers": [pid for pid in attached if pid not in pids],
+           "unknown": [pid for pid in attached if pid not in pids],
            "variables": sorted(set(os.environ) & set(OUTSIDE["variables"]))}}
 """
 WRITES = """
@@ -153,7 +153,7 @@ report |= {"reached": reached, "interfaces": [name for name in interfaces if nam
 """
 
 REACH = {
-    "searches": Attack({"q2-11": SEARCHES}, finds={"got": [], "canaries": [], "rooms": []}),
+    "searches": Attack({"q2-11": SEARCHES}, finds={"got": [], "canaries": [], "modules": []}),
     "reads-accounts": Attack(
         {"q2-11": ACCOUNTS},
         finds={
@@ -166,7 +166,7 @@ REACH = {
         },
     ),
     "reads-memories": Attack(
-        {"q2-11": MEMORIES}, finds={"canaries": [], "seen": True, "outer": [], "strangers": [], "variables": []}
+        {"q2-11": MEMORIES}, finds={"canaries": [], "seen": True, "outer": [], "unknown": [], "variables": []}
     ),
     "writes-outside": Attack({"q2-11": WRITES}, finds={"written": []}),
     "network": Attack({"q2-11": NETWORK}, finds={"reached": [], "interfaces": []}),

@@ -35,15 +35,14 @@ def notebook(cells: Mapping[str, str] | Sequence[str]) -> dict[str, Any]:
 
 
 def specification(
-    notebooks: Mapping[str, dict[str, Any]], outputs: Path | None = None, student: str = "ada", cell_timeout: float = 60
+    notebooks: Mapping[str, dict[str, Any]], student: str = "ada", cell_timeout: float = 60
 ) -> dict[str, Any]:
     """What the program is told."""
     return {
-        "notebooks": [{"name": name, "notebook": content} for name, content in notebooks.items()],
+        "notebooks": list(notebooks.values()),
         "parameters": {"student": student, "bench": "virtual"},
         "imports": list(OURS.imports),
         "cell_timeout": cell_timeout,
-        "outputs": None if outputs is None else str(outputs),
     }
 
 

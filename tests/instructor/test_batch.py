@@ -37,10 +37,10 @@ KEY = {{
 """
 
 
-class Inline:
+class InlineMarker:
     """Marks in this process."""
 
-    def __init__(self, course, places):
+    def __init__(self, course, processes):
         self.course = course
 
     def __enter__(self):
@@ -49,7 +49,7 @@ class Inline:
     def __exit__(self, *_):
         pass
 
-    def get_ready(self):
+    def warm_up(self):
         pass
 
     def mark(self, student, answers, probe_seed):
@@ -57,7 +57,7 @@ class Inline:
         return marker._mark(student, answers, probe_seed)
 
 
-class Class:
+class FakeClass:
     """Submissions of one cell each, whose runs are made up.
 
     Attributes
@@ -73,8 +73,8 @@ class Class:
         made = Bundle(b"", pristine, {"a.ipynb": ["q1"]}, {}, (), "0" * 64)
         monkeypatch.setattr(batch.bundle, "build", lambda course: made)
         monkeypatch.setattr(batch.runner, "work", self.work)
-        monkeypatch.setattr(batch, "Marker", Inline)
-        monkeypatch.setattr("rotflex.instructor.regrade.Marker", Inline)
+        monkeypatch.setattr(batch, "Marker", InlineMarker)
+        monkeypatch.setattr("rotflex.instructor.regrade.Marker", InlineMarker)
 
     def key(self, factor):
         self.terms = getattr(self, "terms", 0) + 1  # a course is loaded once in a program
@@ -116,220 +116,220 @@ def perfect(student, seed, omega_n=None):
 
 
 @pytest.fixture
-def school(tmp_path, monkeypatch):
-    return Class(tmp_path, monkeypatch)
+def fake_class(tmp_path, monkeypatch):
+    return FakeClass(tmp_path, monkeypatch)
 
 
 # --- what a fault costs -----------------------------------------------------------------------------------------------
 
 
-def test_a_fault_with_one_submission_is_reported_and_costs_the_others_nothing(school):
-    school.hand_in("ada", "bob")
-    school.leaves["bob"] = OSError("the disk is full")
-    assert school.grade() == {"ada": 2, "bob": 0}
-    with school.book() as book:
+def test_a_fault_with_one_submission_is_reported_and_costs_the_others_nothing(fake_class):
+    fake_class.hand_in("ada", "bob")
+    fake_class.leaves["bob"] = OSError("the disk is full")
+    assert fake_class.grade() == {"ada": 2, "bob": 0}
+    with fake_class.book() as book:
         assert "the disk is full" in book.current("bob").run.problems[0]
         assert "not the student's fault" in book.current("bob").run.problems[0]
 
 
-def test_what_failed_through_no_fault_of_the_students_is_run_again(school):
-    school.hand_in("ada")
-    school.leaves["ada"] = OSError("the disk is full")
-    assert school.grade() == {"ada": 0}
-    del school.leaves["ada"]
-    assert school.grade() == {"ada": 2}
+def test_what_failed_through_no_fault_of_the_students_is_run_again(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    assert fake_class.grade() == {"ada": 0}
+    del fake_class.leaves["ada"]
+    assert fake_class.grade() == {"ada": 2}
 
 
-def test_a_failed_run_replaces_an_earlier_mark(school):
-    school.hand_in("ada")
-    assert school.grade() == {"ada": 2}
-    school.hand_in("ada", source="something else")
-    school.leaves["ada"] = runner.Run(None, ("The run was stopped.",))
-    assert school.grade() == {"ada": 0}
-    with school.book() as book:
+def test_a_failed_run_replaces_an_earlier_mark(fake_class):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.hand_in("ada", source="something else")
+    fake_class.leaves["ada"] = runner.Run(None, ("The run was stopped.",))
+    assert fake_class.grade() == {"ada": 0}
+    with fake_class.book() as book:
         assert book.current("ada").run.problems == ("The run was stopped.",)
         assert any(entry.before.points == 2 and entry.after.points == 0 for entry in book.audit("ada") if entry.before)
 
 
-def test_a_submission_without_notebooks_is_not_run_and_is_trouble(school):
-    (school.folder / "in" / "zoe").mkdir(parents=True)
-    assert school.grade() == {"zoe": 0}
-    assert school.runs == []
-    with school.book() as book:
+def test_a_submission_without_notebooks_is_not_run_and_is_trouble(fake_class):
+    (fake_class.folder / "in" / "zoe").mkdir(parents=True)
+    assert fake_class.grade() == {"zoe": 0}
+    assert fake_class.runs == []
+    with fake_class.book() as book:
         assert book.current("zoe").run.problems == ("There is no notebook of the course in the submission.",)
 
 
-def test_without_walls_everything_stops_and_what_was_graded_stays(school):
-    school.hand_in("ada", "bob", "cleo")
-    school.leaves["bob"] = IsolationError("No walls.", "walls", "Build some.")
-    with pytest.raises(IsolationError, match="Build some"):
-        school.grade()
-    with school.book() as book:
+def test_without_isolation_everything_stops_and_what_was_graded_stays(fake_class):
+    fake_class.hand_in("ada", "bob", "cleo")
+    fake_class.leaves["bob"] = IsolationError("No sandbox.", "sandbox", "Install one.")
+    with pytest.raises(IsolationError, match="Install one"):
+        fake_class.grade()
+    with fake_class.book() as book:
         assert [one.run.student for one in book.all_current()] == ["ada"]
-    assert "cleo" not in school.runs
+    assert "cleo" not in fake_class.runs
 
 
 # --- what is known already --------------------------------------------------------------------------------------------
 
 
-def test_unchanged_work_is_not_run_again(school):
-    school.hand_in("ada", "bob")
-    first = school.grade()
-    assert school.grade() == first
-    assert sorted(school.runs) == ["ada", "bob"]
+def test_unchanged_work_is_not_run_again(fake_class):
+    fake_class.hand_in("ada", "bob")
+    first = fake_class.grade()
+    assert fake_class.grade() == first
+    assert sorted(fake_class.runs) == ["ada", "bob"]
 
 
-def test_only_who_hands_in_something_else_is_run_again(school):
-    school.hand_in("ada", "bob")
-    school.grade()
-    school.hand_in("bob", source="omega_n = 2")
-    school.grade()
-    assert sorted(school.runs) == ["ada", "bob", "bob"]
+def test_only_who_hands_in_something_else_is_run_again(fake_class):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade()
+    fake_class.hand_in("bob", source="omega_n = 2")
+    fake_class.grade()
+    assert sorted(fake_class.runs) == ["ada", "bob", "bob"]
 
 
-def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_marks(school):
-    school.hand_in("ada", source="first")
-    assert school.grade() == {"ada": 2}
-    school.hand_in("ada", source="second")
-    school.leaves["ada"] = runner.Run(None)
-    assert school.grade() == {"ada": 0}
-    school.hand_in("ada", source="first")
-    assert school.grade() == {"ada": 2}
-    assert school.runs == ["ada", "ada"]
+def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_marks(fake_class):
+    fake_class.hand_in("ada", source="first")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.hand_in("ada", source="second")
+    fake_class.leaves["ada"] = runner.Run(None)
+    assert fake_class.grade() == {"ada": 0}
+    fake_class.hand_in("ada", source="first")
+    assert fake_class.grade() == {"ada": 2}
+    assert fake_class.runs == ["ada", "ada"]
 
 
 @pytest.mark.parametrize("changed", [{"limits": runner.Limits(cell=5)}, {"isolated": False}, {"probe_seed": 5}])
-def test_other_settings_are_another_run(school, changed):
-    school.hand_in("ada")
-    school.grade()
-    school.grade(**changed)
-    assert school.runs == ["ada", "ada"]
+def test_other_settings_are_another_run(fake_class, changed):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    fake_class.grade(**changed)
+    assert fake_class.runs == ["ada", "ada"]
 
 
-def test_a_changed_key_marks_again_without_a_run(school):
-    school.hand_in("ada")
-    assert school.grade() == {"ada": 2}
-    school.key(2.0)
-    assert school.grade() == {"ada": 0}
-    assert school.runs == ["ada"]
-    with school.book() as book:
+def test_a_changed_key_marks_again_without_a_run(fake_class):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.key(2.0)
+    assert fake_class.grade() == {"ada": 0}
+    assert fake_class.runs == ["ada"]
+    with fake_class.book() as book:
         assert {entry.reason for entry in book.audit("ada")} == {"run", "marked again"}
 
 
-def test_a_batch_that_is_broken_off_goes_on_where_it_was(school):
+def test_a_batch_that_is_broken_off_goes_on_where_it_was(fake_class):
     students = ["ada", "bob", "cleo", "dan"]
-    school.hand_in(*students)
-    with school.book() as book:
-        coming = Batch(school.folder / "in", school.course, book).grade()
+    fake_class.hand_in(*students)
+    with fake_class.book() as book:
+        coming = Batch(fake_class.folder / "in", fake_class.course, book).grade()
         next(coming)
         coming.close()
         done = [one.run.student for one in book.all_current()]
     assert 0 < len(done) < len(students)
-    before = list(school.runs)
-    assert list(school.grade()) and sorted(set(before)) != students
-    assert not set(school.runs[len(before) :]) & set(done)
+    before = list(fake_class.runs)
+    assert list(fake_class.grade()) and sorted(set(before)) != students
+    assert not set(fake_class.runs[len(before) :]) & set(done)
 
 
-def test_gradebooks_of_whole_and_of_broken_off_batches_are_the_same(school):
-    school.hand_in("ada", "bob", "cleo")
-    school.grade("whole.sqlite", probe_seed=7)
-    with school.book("broken.sqlite") as book:
-        coming = Batch(school.folder / "in", school.course, book, Settings(probe_seed=7)).grade()
+def test_gradebooks_of_whole_and_of_broken_off_batches_are_the_same(fake_class):
+    fake_class.hand_in("ada", "bob", "cleo")
+    fake_class.grade("whole.sqlite", probe_seed=7)
+    with fake_class.book("broken.sqlite") as book:
+        coming = Batch(fake_class.folder / "in", fake_class.course, book, Settings(probe_seed=7)).grade()
         next(coming)
         coming.close()
-    school.grade("broken.sqlite", probe_seed=7)
-    with school.book("whole.sqlite") as one, school.book("broken.sqlite") as other:
+    fake_class.grade("broken.sqlite", probe_seed=7)
+    with fake_class.book("whole.sqlite") as one, fake_class.book("broken.sqlite") as other:
         assert one.dump() == other.dump()
 
 
 # --- the seed of the probes -------------------------------------------------------------------------------------------
 
 
-def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(school):
-    school.hand_in("ada", "bob")
-    school.grade("one.sqlite")
-    one = dict(school.seeds)
-    school.grade("two.sqlite")
-    two = dict(school.seeds)
+def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(fake_class):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade("one.sqlite")
+    one = dict(fake_class.seeds)
+    fake_class.grade("two.sqlite")
+    two = dict(fake_class.seeds)
     assert len({*one.values(), *two.values()}) == 4
     assert max(one.values()) <= decoding.MAX_INTEGER
-    school.hand_in("bob", source="omega_n = 2")
-    school.grade("one.sqlite")
-    assert school.seeds["bob"] not in {*one.values(), *two.values()}
+    fake_class.hand_in("bob", source="omega_n = 2")
+    fake_class.grade("one.sqlite")
+    assert fake_class.seeds["bob"] not in {*one.values(), *two.values()}
 
 
 # --- marked again -----------------------------------------------------------------------------------------------------
 
 
-def test_regrade_changes_the_marks_of_the_questions_that_are_named(school):
-    school.hand_in("ada")
-    school.grade()
-    school.key(2.0)
-    with school.book() as book:
-        assert next(after for _, after in regrade(book, school.course, ["0.1"])).marks == book.current("ada").marks
+def test_regrade_changes_the_marks_of_the_questions_that_are_named(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    fake_class.key(2.0)
+    with fake_class.book() as book:
+        assert next(after for _, after in regrade(book, fake_class.course, ["0.1"])).marks == book.current("ada").marks
         assert sum(mark.points for mark in book.current("ada").marks) == 2
-        ((before, after),) = regrade(book, school.course, ["2.11"])
+        ((before, after),) = regrade(book, fake_class.course, ["2.11"])
         assert [sum(mark.points for mark in one.marks) for one in (before, after)] == [2, 0]
-    assert school.runs == ["ada"]
+    assert fake_class.runs == ["ada"]
 
 
-def test_regrade_keeps_what_a_person_gave(school):
-    school.hand_in("ada")
-    school.grade()
-    with school.book() as book:
+def test_regrade_keeps_what_a_person_gave(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book:
         book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
-        ((_, after),) = regrade(book, school.course)
+        ((_, after),) = regrade(book, fake_class.course)
         (mark,) = [mark for mark in after.marks if mark.part == "explanation"]
         assert (mark.status, mark.points) == ("given by a person", 1.0)
 
 
 @pytest.mark.parametrize(("question", "words"), [("9.9", "9.9"), ("2.12", "The key has no question 2.12")])
-def test_regrade_refuses_a_question_that_is_not_there(school, question, words):
-    school.hand_in("ada")
-    school.grade()
-    with school.book() as book, pytest.raises(GradingError, match=words):
-        list(regrade(book, school.course, [question]))
+def test_regrade_refuses_a_question_that_is_not_there(fake_class, question, words):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book, pytest.raises(GradingError, match=words):
+        list(regrade(book, fake_class.course, [question]))
 
 
-def test_regrade_of_an_empty_gradebook_is_refused(school):
-    with school.book() as book, pytest.raises(GradingError, match="nothing in the gradebook"):
-        list(regrade(book, school.course))
+def test_regrade_of_an_empty_gradebook_is_refused(fake_class):
+    with fake_class.book() as book, pytest.raises(GradingError, match="nothing in the gradebook"):
+        list(regrade(book, fake_class.course))
 
 
-def test_who_is_in_the_roster_and_has_not_handed_in_is_named(school):
-    school.hand_in("Ada")
-    (school.folder / "class.csv").write_text("id,name\nada,Ada L.\nbob,Bob B.\n")
-    with school.book() as book:
-        book.import_roster(school.folder / "class.csv")
-        assert Batch(school.folder / "in", school.course, book).absent == ["bob"]
+def test_who_is_in_the_roster_and_has_not_handed_in_is_named(fake_class):
+    fake_class.hand_in("Ada")
+    (fake_class.folder / "class.csv").write_text("id,name\nada,Ada L.\nbob,Bob B.\n")
+    with fake_class.book() as book:
+        book.import_roster(fake_class.folder / "class.csv")
+        assert Batch(fake_class.folder / "in", fake_class.course, book).absent == ["bob"]
 
 
-def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(school, tmp_path):
+def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp_path):
     """The roster and the laboratory have it composed; the folder, and answers of old, taken apart."""
     composed, apart = "j\u00fcrgen", "ju\u0308rgen"
-    school.hand_in(apart)
-    (school.folder / "class.csv").write_text(f"id\n{composed}\n", encoding="utf-8")
+    fake_class.hand_in(apart)
+    (fake_class.folder / "class.csv").write_text(f"id\n{composed}\n", encoding="utf-8")
     seed = 7
-    school.leaves[composed] = runner.Run(perfect(apart, seed))
-    with school.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
-        book.import_roster(school.folder / "class.csv")
-        a_class = Batch(school.folder / "in", school.course, book, Settings(probe_seed=seed))
+    fake_class.leaves[composed] = runner.Run(perfect(apart, seed))
+    with fake_class.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+        book.import_roster(fake_class.folder / "class.csv")
+        a_class = Batch(fake_class.folder / "in", fake_class.course, book, Settings(probe_seed=seed))
         assert a_class.absent == []
         (step,) = a_class.grade()
         assert reports.write(step.graded).total == 2
         assert not any("say that they are" in note for note in step.graded.run.notes)
-    assert school.runs == [composed]
+    assert fake_class.runs == [composed]
     assert [path.name for path in (tmp_path / "out").iterdir() if path.is_dir()] == [composed]
 
 
 # --- reports ----------------------------------------------------------------------------------------------------------
 
 
-def test_reports_are_written_for_each_and_for_all(school, tmp_path):
-    school.hand_in("ada", "bob")
-    school.leaves["bob"] = runner.Run(None, ("The run was stopped.",))
-    with school.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
-        for step in Batch(school.folder / "in", school.course, book).grade():
+def test_reports_are_written_for_each_and_for_all(fake_class, tmp_path):
+    fake_class.hand_in("ada", "bob")
+    fake_class.leaves["bob"] = runner.Run(None, ("The run was stopped.",))
+    with fake_class.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+        for step in Batch(fake_class.folder / "in", fake_class.course, book).grade():
             reports.write(step.graded)
     with (tmp_path / "out" / GRADES_FILE).open(newline="", encoding="utf-8") as file:
         rows = {row["student"]: row for row in csv.DictReader(file)}

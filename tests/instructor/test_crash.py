@@ -15,7 +15,7 @@ SIZE, KILLS = 6, 4  # benchmarks/crash.py does the same with 40 and 20
 
 
 @pytest.fixture(scope="module")
-def school(tmp_path_factory):
+def fake_class(tmp_path_factory):
     """A class, its gradebook without any disturbance, and the folder that they are in."""
     folder = tmp_path_factory.mktemp("crash")
     source = small_class.course(folder / "course")
@@ -26,8 +26,8 @@ def school(tmp_path_factory):
     return folder, source, done, time.monotonic() - begun
 
 
-def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_run(school):
-    folder, source, _, undisturbed = school
+def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_run(fake_class):
+    folder, source, _, undisturbed = fake_class
     words = small_class.command(source, folder / "submissions", folder / "killed", "--jobs", "2")
     (folder / "scratch").mkdir()
     # From before the first submission is begun to after some are done, however quick this machine is.
@@ -36,15 +36,15 @@ def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_r
     assert len(small_class.contents(folder / "undisturbed")["students"]) == SIZE
 
 
-def test_nothing_is_left_of_a_killed_grader(school):
-    folder, *_ = school
+def test_nothing_is_left_of_a_killed_grader(fake_class):
+    folder, *_ = fake_class
     assert any((folder / "scratch").iterdir())  # files are left behind by a program that was killed so
     lines = {one.pid: " ".join(one.info["cmdline"] or ()) for one in psutil.process_iter(["cmdline"])}
     assert not {pid: line for pid, line in lines.items() if str(folder) in line}
 
 
-def test_lines_of_json_tell_what_was_done(school):
-    *_, done, _ = school
+def test_lines_of_json_tell_what_was_done(fake_class):
+    *_, done, _ = fake_class
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert [line["event"] for line in lines] == ["graded"] * SIZE + ["done"]
     assert lines[-1] == {"event": "done", "ran": SIZE, "known": 0, "failed": 0, "total": SIZE}
@@ -52,8 +52,8 @@ def test_lines_of_json_tell_what_was_done(school):
     assert done.returncode == 0
 
 
-def test_a_class_that_is_known_is_not_run_again(school):
-    folder, source, *_ = school
+def test_a_class_that_is_known_is_not_run_again(fake_class):
+    folder, source, *_ = fake_class
     words = small_class.command(source, folder / "submissions", folder / "undisturbed", "--json")
     done = subprocess.run(words, check=True, capture_output=True, text=True)
     assert json.loads(done.stdout.splitlines()[-1])["known"] == SIZE

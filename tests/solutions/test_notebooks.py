@@ -127,7 +127,7 @@ class TestEverySolutionForStudents:
                 assert "recorded" in text
                 assert "not answered" not in text
 
-    def test_students_cells_use_no_instructor_room(self, path):
+    def test_students_cells_use_no_instructor_module(self, path):
         for cell in cells(path):
             if cell.cell_type == "code" and "instructor" not in tags(cell):
                 found = set(re.findall(r"rotflex\.(\w+)|from rotflex import ([\w, ]+)", cell.source))

@@ -111,9 +111,9 @@ def test_a_run_whose_page_is_gone_stops_itself(lab, monkeypatch):
     live = BenchConsole(lab, K)
     live.connect()
     live.set("experiment", "sweep")
-    live._hear(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
+    live._on_message(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
     live.start()
-    assert live._state == "stopped" and "Nothing was heard of the page" in live._said
+    assert live._state == "stopped" and "Nothing was heard of the page" in live._message
     assert output(live._bench) == 0.0
     live.close()
 
@@ -127,7 +127,7 @@ def test_in_an_event_loop_the_kernel_stays_free_and_frames_come(lab):
         live.press("start")
         assert live.running  # start() has returned, and the loop is free
         while live.scene["version"] < before + 10:
-            live._hear(None, {"kind": "alive"}, None)
+            live._on_message(None, {"kind": "alive"}, None)
             await asyncio.sleep(0.02)
         assert live.scene["live"] and live.running
         with pytest.raises(BenchError, match="running"):
@@ -153,7 +153,7 @@ def test_messages_from_another_thread_are_heard_on_the_kernels_loop(lab):
         live.receive = lambda content: (heard.append(threading.get_ident()), receive(content))
 
         def page(name):
-            sender = threading.Thread(target=live._hear, args=(None, {"kind": "press", "name": name}, None))
+            sender = threading.Thread(target=live._on_message, args=(None, {"kind": "press", "name": name}, None))
             sender.start()
             sender.join()
 

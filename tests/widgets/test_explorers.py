@@ -25,7 +25,6 @@ from rotflex.widgets.poles import PoleExplorer
 from rotflex.widgets.spectra import spectra, stiffness_at
 from rotflex.widgets.sweeps import SweepExplorer
 from rotflex.widgets.validations import ValidationExplorer
-from rotflex.workbook.questions import CATALOGUE
 
 
 @pytest.fixture
@@ -409,7 +408,7 @@ def test_fitted_friction_before_a_fit_is_a_word(lab, validated):
 def test_a_results_table_follows_the_answers_and_is_taken_along(lab, tmp_path):
     explorer = widgets.results_table(lab, "Table 2")
     assert "7 of 7" in explorer.scene["readouts"][0]["title"]
-    lab.book.answer(CATALOGUE.find("Table 2"), {"K_s": 1.37, "omega_n": 20.5})
+    lab.book.answer(lab.catalogue.find("Table 2"), {"K_s": 1.37, "omega_n": 20.5})
     press(explorer, "refresh")
     assert "5 of 7" in explorer.scene["readouts"][0]["title"]
     press(explorer, "csv")

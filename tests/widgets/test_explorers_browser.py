@@ -305,6 +305,6 @@ def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened)
 
 def test_the_page_needs_nothing_from_elsewhere():
     folder = ROOT / "rotflex" / "courseware" / "scene"
-    for name in ("drawing.js", "controls.js", "explorer.js", "explorer.css"):
+    for name in ("drawing.js", "moving.js", "controls.js", "explorer.js", "explorer.css"):
         text = (folder / name).read_text(encoding="utf-8")
         assert "http" not in text and "import " not in text

@@ -18,6 +18,7 @@ from rotflex.courseware.json_values import (
     show_number,
 )
 from rotflex.courseware.kinds.values import complex_number, real_number
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 
 
@@ -28,7 +29,11 @@ def _rows_and_columns(shape: tuple[int, ...]) -> tuple[int, int]:
 
 def _wanted(shape: tuple[int, ...]) -> str:
     rows, columns = _rows_and_columns(shape)
-    return f"{max(rows, columns)} numbers" if 1 in (rows, columns) else f"a {rows} × {columns} matrix"
+    return (
+        _("{count} numbers").format(count=max(rows, columns))
+        if 1 in (rows, columns)
+        else _("a {rows} × {columns} matrix").format(rows=rows, columns=columns)
+    )
 
 
 def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
@@ -47,21 +52,23 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
     if hasattr(value, "all_coeffs"):  # a polynomial of sympy's
         value = value.all_coeffs()
     if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
-        raise FormError("it is a function: call it, and give the result")
+        raise FormError(_("it is a function: call it, and give the result"))
     try:
         array = np.asarray(value if not is_symbolic(value) or hasattr(value, "shape") else [value], dtype=object)
     except ValueError:
-        raise FormError("its rows differ in length") from None
+        raise FormError(_("its rows differ in length")) from None
     if any(isinstance(entry, list | tuple | np.ndarray) for entry in array.ravel()):
-        raise FormError("its rows differ in length")
+        raise FormError(_("its rows differ in length"))
     if array.size and all(entry is None or entry is Ellipsis for entry in array.ravel()):
         raise NotAnswered("nothing yet")
     lying_or_standing = 1 in (rows, columns) and array.size == rows * columns and sum(n > 1 for n in array.shape) <= 1
     if array.shape != (rows, columns) and not lying_or_standing:
-        given = " × ".join(str(n) for n in array.shape) if array.ndim > 1 else f"a row of {array.size}"
+        given = (
+            " × ".join(str(n) for n in array.shape) if array.ndim > 1 else _("a row of {size}").format(size=array.size)
+        )
         if array.ndim == 0:
-            given = f"a {type(value).__name__}"
-        raise FormError(f"it should be {_wanted(shape)}; it is {given}")
+            given = _("a {type_name}").format(type_name=type(value).__name__)
+        raise FormError(_("it should be {wanted}; it is {given}").format(wanted=_wanted(shape), given=given))
     table: list[list[Any]] = array.reshape(rows, columns).tolist()
     return table
 
@@ -75,9 +82,13 @@ def _entry(entry: Any, i: int, j: int) -> float:
     try:
         return real_number(entry)
     except NotAnswered:
-        raise FormError(f"the entry in row {i + 1}, column {j + 1} is still empty") from None
+        raise FormError(
+            _("the entry in row {row}, column {column} is still empty").format(row=i + 1, column=j + 1)
+        ) from None
     except FormError as error:
-        raise FormError(f"look at the entry in row {i + 1}, column {j + 1}: {error}") from None
+        raise FormError(
+            _("look at the entry in row {row}, column {column}: {error}").format(row=i + 1, column=j + 1, error=error)
+        ) from None
 
 
 def decode_matrix(part: Part, content: Any) -> NDArray[np.float64]:
@@ -93,7 +104,7 @@ def show_matrix(part: Part, content: dict[str, Any]) -> str:
     numbers = [number if abs(number) > 1e-9 * largest else 0.0 for number in numbers]
     if 1 in (len(rows), len(rows[0])):
         return f" = [{', '.join(show_number(number) for number in numbers)}]"
-    return f": {len(rows)} × {len(rows[0])} matrix"
+    return _(": {rows} × {columns} matrix").format(rows=len(rows), columns=len(rows[0]))
 
 
 # --- poles -----------------------------------------------------------------------------------------------------------
@@ -103,29 +114,35 @@ def encode_poles(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
     if isinstance(value, dict):  # sympy's eigenvalues: pole -> how often
-        value = [pole for pole, times in value.items() for _ in range(times if isinstance(times, int) else 1)]
+        value = [pole for pole, times in value.items() for _repeat in range(times if isinstance(times, int) else 1)]
     if isinstance(value, set | frozenset):
         value = list(value)
     if isinstance(value, str) or not hasattr(value, "__len__"):
-        raise FormError(f"it is a {type(value).__name__}; give a list of {part.count} poles")
+        raise FormError(
+            _("it is a {type_name}; give a list of {count} poles").format(
+                type_name=type(value).__name__, count=part.count
+            )
+        )
     try:
         given = np.asarray(value, dtype=object).ravel().tolist()
     except ValueError:
-        raise FormError(f"give one list of {part.count} poles") from None
+        raise FormError(_("give one list of {count} poles").format(count=part.count)) from None
     if given and all(pole is None or pole is Ellipsis for pole in given):
         raise NotAnswered("nothing yet")
     if len(given) != part.count:
         raise FormError(
-            f"{part.count} poles are asked for (count multiple ones as often as they occur); there are {len(given)}"
+            _("{wanted} poles are asked for (count multiple ones as often as they occur); there are {count}").format(
+                wanted=part.count, count=len(given)
+            )
         )
     found = []
     for index, pole in enumerate(given):
         try:
             found.append(complex_number(pole))
         except NotAnswered:
-            raise FormError(f"pole {index + 1} is still empty") from None
+            raise FormError(_("pole {index} is still empty").format(index=index + 1)) from None
         except FormError as error:
-            raise FormError(f"look at pole {index + 1}: {error}") from None
+            raise FormError(_("look at pole {index}: {error}").format(index=index + 1, error=error)) from None
     found.sort(key=lambda pole: (float(f"{pole.real:.6g}"), pole.imag))
     hints = [] if _in_pairs(found) else ["the complex poles of a real system come in conjugate pairs; these do not"]
     return {"value": [[pole.real, pole.imag] for pole in found]}, hints

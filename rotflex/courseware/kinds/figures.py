@@ -20,6 +20,7 @@ from rotflex.courseware.json_values import (
     rounded,
     thin,
 )
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
@@ -33,19 +34,25 @@ _UNIT = re.compile(r"\(.*\S.*\)|\[.*\S.*\]|\S\s*/\s*\S|\bin\s+\S")
 
 
 def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
-    """A figure's axes with their curves, each thinned to 200 points (``plain.thin``) of 6 significant digits."""
+    """A figure's axes with their curves, each thinned to 200 points (``json_values.thin``) of 6 significant digits."""
     figure = _figure(value)
     diagrams = [(axis, lines) for axis in figure.axes if (lines := [_line(line) for line in axis.lines])]
     diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
     if not diagrams:
-        raise FormError("there is no curve on the figure: plot something first, and give the figure you plotted on")
+        raise FormError(_("there is no curve on the figure: plot something first, and give the figure you plotted on"))
     if len(diagrams) > MOST_AXES:
-        raise FormError(f"it has {len(diagrams)} diagrams; {MOST_AXES} at most are kept")
+        raise FormError(
+            _("it has {count} diagrams; {most_axes} at most are kept").format(count=len(diagrams), most_axes=MOST_AXES)
+        )
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
     for index, (axis, lines) in enumerate(diagrams, start=1):
         if len(lines) > MOST_LINES:
-            raise FormError(f"diagram {index} has {len(lines)} curves; {MOST_LINES} at most are kept")
+            raise FormError(
+                _("diagram {index} has {count} curves; {most_lines} at most are kept").format(
+                    index=index, count=len(lines), most_lines=MOST_LINES
+                )
+            )
         texts = {"title": axis.get_title(), "xlabel": _x_label(axis), "ylabel": axis.get_ylabel()}
         texts = {name: clean(text).strip()[:_LONGEST_LABEL] for name, text in texts.items()}
         axes.append({**texts, "lines": lines})
@@ -53,7 +60,10 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
             hints.setdefault(hint, []).append(index)
     if len(axes) == 1:
         return {"axes": axes}, list(hints)
-    return {"axes": axes}, [f"in diagram {', '.join(map(str, where))}: {hint}" for hint, where in hints.items()]
+    return {"axes": axes}, [
+        _("in diagram {where}: {hint}").format(where=", ".join(map(str, where)), hint=hint)
+        for hint, where in hints.items()
+    ]
 
 
 def _figure(value: Any) -> Any:
@@ -66,14 +76,16 @@ def _figure(value: Any) -> Any:
     if isinstance(value, np.ndarray | list | tuple):
         artists = [item for item in np.asarray(value, dtype=object).ravel() if isinstance(item, Artist)]
         if not artists:
-            raise FormError("there is no figure in it: give the figure, as in fig, ax = plt.subplots()")
+            raise FormError(_("there is no figure in it: give the figure, as in fig, ax = plt.subplots()"))
         value = artists[0]
     if isinstance(value, Figure):
         return value
     figure = value.get_figure(root=True) if isinstance(value, Artist) else None
     if figure is None:
         raise FormError(
-            f"it is a {type(value).__name__}, not a figure: give the figure, as in fig, ax = plt.subplots()"
+            _("it is a {type_name}, not a figure: give the figure, as in fig, ax = plt.subplots()").format(
+                type_name=type(value).__name__
+            )
         )
     return figure
 
@@ -110,12 +122,12 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
     hints = []
     for name, label in (("x", x_label), ("y", y_label)):
         if not label:
-            hints.append(f"the {name} axis has no label: say what it shows, and in which unit")
+            hints.append(_("the {name} axis has no label: say what it shows, and in which unit").format(name=name))
         elif not _UNIT.search(label):
-            hints.append(f"the {name} axis has no unit: write it in brackets after the name")
+            hints.append(_("the {name} axis has no unit: write it in brackets after the name").format(name=name))
     curves = [line for line in lines if _is_curve(line)]
     if len(curves) > 1 and not all(line["label"] for line in curves):
-        hints.append("with more than one curve, say which is which: give each a label, and a legend")
+        hints.append(_("with more than one curve, say which is which: give each a label, and a legend"))
     return hints
 
 
@@ -133,7 +145,7 @@ def _read_line(item: Any) -> dict[str, Any]:
     line = read_dict("A curve", item, {"label", "n", "x", "y"})
     n = line["n"]
     if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MOST_SAMPLES:
-        raise AnswerError("The number of points of a curve should be one.")
+        raise AnswerError(_("The number of points of a curve should be one."))
     x = read_vector("x", line["x"], 0, MOST_POINTS)
     y = read_vector("y", line["y"], x.size, x.size)
     return {"label": read_text("label", line["label"], _LONGEST_LABEL), "n": n, "x": x, "y": y}

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import FormError, NotAnswered, plural, read_dict, read_list
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.courseware.probes import Probe
 
@@ -22,7 +23,9 @@ def encode_function(part: Part, value: Any, probe_seed: int) -> tuple[dict[str, 
     probe = _probe(part)
     if not callable(value):
         raise FormError(
-            f"it is a {type(value).__name__}: give the function {probe.signature} itself, not what it returns"
+            _("it is a {type_name}: give the function {signature} itself, not what it returns").format(
+                type_name=type(value).__name__, signature=probe.signature
+            )
         )
     outputs = []
     for arguments in probe.inputs(probe_seed):
@@ -30,7 +33,11 @@ def encode_function(part: Part, value: Any, probe_seed: int) -> tuple[dict[str, 
             output = value(*copy.deepcopy(arguments))
         except Exception as error:  # whatever a student's function may raise is theirs to read
             message = str(error)[:_LONGEST_MESSAGE]
-            raise FormError(f"calling {probe.signature} raised {type(error).__name__}: {message}") from None
+            raise FormError(
+                _("calling {signature} raised {error_type}: {message}").format(
+                    signature=probe.signature, error_type=type(error).__name__, message=message
+                )
+            ) from None
         outputs.append(probe.keep(output))
     return {"outputs": outputs}, []
 
@@ -44,9 +51,9 @@ def decode_function(part: Part, content: Any) -> list[tuple[NDArray[np.float64],
 
 def _probe(part: Part) -> Probe:
     if part.probe is None:
-        raise TypeError(f"{part.name}: a part of kind function needs a probe.")
+        raise TypeError(_("{name}: a part of kind function needs a probe.").format(name=part.name))
     return part.probe
 
 
 def show_function(part: Part, content: dict[str, Any]) -> str:
-    return f": a function, tried on {plural(len(content['outputs']), 'input')}"
+    return _(": a function, tried on {inputs}").format(inputs=plural(len(content["outputs"]), "input"))

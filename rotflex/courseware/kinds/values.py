@@ -19,6 +19,7 @@ from rotflex.courseware.json_values import (
     read_text,
     show_number,
 )
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import YES_NO, Part
 from rotflex.errors import AnswerError
 from rotflex.units import DEG, REV, RPM
@@ -55,7 +56,7 @@ def real_number(value: Any) -> float:
     """
     number = complex_number(value)
     if abs(number.imag) > 1e-9 * abs(number):
-        raise FormError("it is complex; a real number is asked for")
+        raise FormError(_("it is complex; a real number is asked for"))
     return number.real
 
 
@@ -72,30 +73,32 @@ def complex_number(value: Any) -> complex:
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
     if isinstance(value, bool | np.bool_):
-        raise FormError("it is True or False, not a number")
+        raise FormError(_("it is True or False, not a number"))
     if isinstance(value, str | bytes):
-        raise FormError("it is text; leave out the quotes")
+        raise FormError(_("it is text; leave out the quotes"))
     if is_symbolic(value) and getattr(value, "free_symbols", None):
         left = ", ".join(sorted(str(symbol) for symbol in value.free_symbols))
-        raise FormError(f"it still contains {left}: substitute numbers for them")
+        raise FormError(_("it still contains {left}: substitute numbers for them").format(left=left))
     if callable(value):
-        raise FormError("it is a function: call it, and give the result")
+        raise FormError(_("it is a function: call it, and give the result"))
     if not is_symbolic(value) or hasattr(value, "shape"):
         try:
             array = np.asarray(value)
         except ValueError:
-            raise FormError("it is not one number") from None
+            raise FormError(_("it is not one number")) from None
         if array.size != 1:
-            raise FormError(f"one number is asked for; this has {array.size} values")
+            raise FormError(_("one number is asked for; this has {size} values").format(size=array.size))
         value = array.item()
         if isinstance(value, bool | str | bytes | None | type(Ellipsis)):
             return complex_number(value)
     try:
         number = complex(value)
     except (TypeError, ValueError, OverflowError):
-        raise FormError(f"it is a {type(value).__name__}, not a number") from None
+        raise FormError(_("it is a {type_name}, not a number").format(type_name=type(value).__name__)) from None
     if not (math.isfinite(number.real) and math.isfinite(number.imag)):
-        raise FormError("it is not finite (NaN or infinite): look for a division by zero or a missing sample before it")
+        raise FormError(
+            _("it is not finite (NaN or infinite): look for a division by zero or a missing sample before it")
+        )
     return number
 
 
@@ -117,8 +120,8 @@ def _plausibility(part: Part, number: float) -> list[str]:
     for candidates in (_SLIPS.get(part.unit, ()), angular, _THOUSAND):
         slips = [name for factor, name in candidates if lowest <= number * factor <= highest]
         if slips:
-            return [f"it looks like it is {' or '.join(slips)}; give {part.unit}"]
-    return [f"unusually {'large' if number > highest else 'small'} for this plant: check"]
+            return [_("it looks like it is {slips}; give {unit}").format(slips=_(" or ").join(slips), unit=part.unit)]
+    return [_("unusually {size} for this plant: check").format(size=_("large") if number > highest else _("small"))]
 
 
 def decode_number(part: Part, content: Any) -> float:
@@ -143,19 +146,23 @@ def encode_choice(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
         value = "yes" if value else "no"
     listed = ", ".join(repr(allowed) for allowed in part.choices)
     if not isinstance(value, str):
-        raise FormError(f"it is a {type(value).__name__}; give one of {listed}")
+        raise FormError(
+            _("it is a {type_name}; give one of {listed}").format(type_name=type(value).__name__, listed=listed)
+        )
     if _plain_word(value) in STUBS:
         raise NotAnswered("nothing yet")
     for allowed in part.choices:
         if _plain_word(value) == _plain_word(allowed):
             return {"value": allowed}, []
-    raise FormError(f"it is none of {listed}")
+    raise FormError(_("it is none of {listed}").format(listed=listed))
 
 
 def decode_choice(part: Part, content: Any) -> str:
     value = read_dict(part.name, content, {"kind", "value"})["value"]
     if value not in part.choices:
-        raise AnswerError(f"{part.name} should be one of {', '.join(part.choices)}.")
+        raise AnswerError(
+            _("{name} should be one of {choices}.").format(name=part.name, choices=", ".join(part.choices))
+        )
     return str(value)
 
 
@@ -170,12 +177,16 @@ def encode_prose(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
     if not isinstance(value, str):
-        raise FormError(f"it is a {type(value).__name__}; write text in quotes")
+        raise FormError(_("it is a {type_name}; write text in quotes").format(type_name=type(value).__name__))
     text = clean(value).strip()
     if text.casefold().rstrip(".") in STUBS or text in STUBS:
         raise NotAnswered("nothing yet")
     if len(text) > LONGEST_PROSE:
-        raise FormError(f"it has {len(text)} characters; {LONGEST_PROSE} at most are kept, so shorten it")
+        raise FormError(
+            _("it has {count} characters; {longest_prose} at most are kept, so shorten it").format(
+                count=len(text), longest_prose=LONGEST_PROSE
+            )
+        )
     return {"value": text}, []
 
 

@@ -1,5 +1,5 @@
-// What is drawn on the canvas: plots with their curves, and the mechanism from above. A view (explorer.js) has the scene's
-// numbers, its colours, and the handles that stand on the plots.
+// What is drawn on the canvas: plots with their curves. A view (explorer.js) has the scene's numbers, its colours, and the
+// handles that stand on the plots.
 
 const ROLES = {
   measured: { color: "--measured", width: 1.8 },
@@ -10,6 +10,8 @@ const ROLES = {
   ghost: { color: "--ghost", width: 1.4, dash: [3, 4] },
   grid: { color: "--grid", width: 1 },
   axis: { color: "--reference", width: 1 },
+  text: { color: "--text", width: 1.2 },
+  body: { color: "--body", width: 1.2 },
 };
 const FONT = "12px ui-sans-serif, system-ui, sans-serif";
 
@@ -82,7 +84,7 @@ function legend(view, pen, panel, inner, from) {
     const y = inner.top - 12;
     if (item.kind === "mark") ITEMS.glyph(view, pen, item, right - 14, y);
     else if (item.kind === "line" || item.kind === "level") { ink(view, pen, item); segment(pen, right - 28, y, right - 5, y); }
-    else { pen.globalAlpha = item.alpha ?? 0.3; pen.fillStyle = view.color(ROLES[item.role].color); pen.fillRect(right - 26, y - 5, 21, 10); pen.globalAlpha = 1; }
+    else { pen.globalAlpha = item.opacity ?? 0.3; pen.fillStyle = view.color(ROLES[item.role].color); pen.fillRect(right - 26, y - 5, 21, 10); pen.globalAlpha = 1; }
     pen.setLineDash([]);
     right -= 42;
   }
@@ -94,48 +96,6 @@ function ink(view, pen, item) {
   pen.lineWidth = item.width ?? role.width;
   pen.setLineDash(item.dash ?? role.dash ?? []);
   pen.lineJoin = "round";
-}
-
-function mechanism(view, pen, panel, box) {
-  const pose = view.pose ?? panel;
-  const size = Math.min(box.width, box.height - 24);
-  const [cx, cy, reach] = [box.left + box.width / 2, box.top + 24 + size * 0.5, size * 0.42];
-  pen.font = FONT;
-  pen.fillStyle = view.color("--text");
-  pen.textAlign = "left";
-  pen.textBaseline = "bottom";
-  const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(1)}°`;
-  pen.fillText(`θ ${degrees(pose.theta)}   α ${degrees(pose.alpha)}`, box.left + 6, box.top + 20);
-  const along = (angle, length) => [cx + length * Math.sin(-angle), cy - length * Math.cos(angle)];
-  // Counted anticlockwise from straight up, as seen from above.
-  ink(view, pen, { role: "grid" });
-  pen.beginPath(); pen.arc(cx, cy, reach, 0, 2 * Math.PI); pen.stroke();
-  ink(view, pen, { role: "reference" });
-  segment(pen, cx, cy, ...along(pose.theta, reach));
-  pen.setLineDash([]);
-  pen.save();
-  pen.translate(cx, cy);
-  pen.rotate(-pose.theta);
-  pen.fillStyle = view.color("--body");
-  pen.strokeStyle = view.color("--text");
-  pen.beginPath(); pen.rect(-reach * 0.24, -reach * 0.3, reach * 0.48, reach * 0.6); pen.fill(); pen.stroke();
-  pen.restore();
-  const tip = along(pose.theta + pose.alpha, reach * 0.94);
-  ink(view, pen, { role: "measured", width: 7 });
-  pen.lineCap = "round";
-  segment(pen, cx, cy, ...tip);
-  pen.lineCap = "butt";
-  const mount = reach * 0.26;
-  for (const side of [-1, 1]) { // the two springs, from the body's corners to the arm
-    const corner = [mount * 0.8 * side, -reach * 0.24];
-    const [cos, sin] = [Math.cos(pose.theta), Math.sin(pose.theta)];
-    const at = [cx + corner[0] * cos + corner[1] * sin, cy - corner[0] * sin + corner[1] * cos];
-    const [ex, ey] = along(pose.theta + pose.alpha, reach * 0.62);
-    ink(view, pen, { role: "voltage", width: 1.5 });
-    zigzag(pen, at[0], at[1], ex, ey, 9, 4);
-  }
-  pen.fillStyle = view.color("--text");
-  pen.beginPath(); pen.arc(cx, cy, 4, 0, 2 * Math.PI); pen.fill();
 }
 
 // --- what is drawn in a plot ----------------------------------------------------------------------------------------
@@ -151,7 +111,7 @@ const ITEMS = {
   },
   area(view, pen, item, { X, Y }) {
     const [xs, ys] = [view.slice(item.x), view.slice(item.y)];
-    pen.globalAlpha = item.alpha ?? 0.3;
+    pen.globalAlpha = item.opacity ?? 0.3;
     pen.fillStyle = view.color(ROLES[item.role].color);
     pen.beginPath();
     for (let i = 0; i < xs.length; i++) pen.lineTo(X(xs[i]), Y(ys[i]));
@@ -159,7 +119,7 @@ const ITEMS = {
     pen.globalAlpha = 1;
   },
   band(view, pen, item, { X, Y }, inner) {
-    pen.globalAlpha = item.alpha ?? 0.3;
+    pen.globalAlpha = item.opacity ?? 0.3;
     pen.fillStyle = view.color(ROLES[item.role].color);
     const [from, to] = item.span;
     if (item.axis === "y") pen.fillRect(inner.left, Y(to), inner.width, Y(from) - Y(to));
@@ -196,19 +156,6 @@ const ITEMS = {
 function segment(pen, x0, y0, x1, y1) {
   pen.beginPath();
   pen.moveTo(x0, y0);
-  pen.lineTo(x1, y1);
-  pen.stroke();
-}
-
-function zigzag(pen, x0, y0, x1, y1, turns, wide) {
-  const [dx, dy] = [(x1 - x0) / (turns + 1), (y1 - y0) / (turns + 1)];
-  const long = Math.hypot(dx, dy) || 1;
-  pen.beginPath();
-  pen.moveTo(x0, y0);
-  for (let i = 1; i <= turns; i++) {
-    const side = i % 2 ? wide : -wide;
-    pen.lineTo(x0 + i * dx - (side * dy) / long, y0 + i * dy + (side * dx) / long);
-  }
   pen.lineTo(x1, y1);
   pen.stroke();
 }

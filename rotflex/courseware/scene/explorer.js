@@ -8,6 +8,7 @@ const NARROW = 620; // px; below, columns stand below each other
 const PATIENCE = 4000; // ms without an answer, after which the reader is told
 const SILENCE = 2000; // ms without a new picture of a running bench, after which the reader is told
 const ALIVE = 400; // ms between two signs of life while a bench runs
+const PANELS = { plot, moving };
 
 export function render({ model, el }) {
   const view = new View(model, el);
@@ -249,7 +250,7 @@ class View {
       for (const panel of column.panels) {
         const high = (each * panel.height) / parts;
         const box = { left: stacked ? 0 : left, top, width: wide, height: high };
-        (panel.kind === "mechanism" ? mechanism : plot)(this, pen, panel, box, seen);
+        PANELS[panel.kind](this, pen, panel, box, seen);
         top += high;
       }
       left += wide;
@@ -377,10 +378,10 @@ class View {
     Object.assign(range, { type: "range", min: 0, max: play.duration, step: "any", value: 0 });
     range.setAttribute("aria-label", "Time in the recording, s");
     const clock = make("output", "", this.player);
-    const [theta, alpha] = [this.slice(play.theta).slice(), this.slice(play.alpha).slice()];
+    const recorded = Object.entries(play.signals).map(([name, place]) => [name, this.slice(place).slice()]);
     const show = (t) => {
-      const i = Math.min(theta.length - 1, Math.max(0, Math.round((t / play.duration) * (theta.length - 1))));
-      this.pose = { theta: theta[i], alpha: alpha[i] };
+      const share = Math.min(1, Math.max(0, t / play.duration));
+      this.pose = Object.fromEntries(recorded.map(([name, values]) => [name, values[Math.round(share * (values.length - 1))]]));
       this.cursor = t;
       range.value = t;
       clock.textContent = `${t.toFixed(2)} s`;

@@ -1,4 +1,4 @@
-"""The widget behind every explorer: shows a scene, hears what the reader does, and never fails in silence."""
+"""The widget behind every explorer: shows a scene, receives what the reader does, and never fails in silence."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from typing import Any
 import anywidget
 import traitlets
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import SWITCH, Picture, bundle
 from rotflex.courseware.scene.scene import Scene
 from rotflex.errors import RotflexError
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("drawing.js", "controls.js", "explorer.js")  # one module, in files that can be read
+_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "explorer.js")  # one module, in files that can be read
 
 
 class Explorer(anywidget.AnyWidget):
     """A scene that answers.
 
-    A subclass says what is to be seen (:meth:`view`), what the same is on paper (:meth:`picture`), and what to do when
-    a control is set, a button pressed or a handle moved. An exception on the way is shown above the plots; what was
-    there stays.
+    A subclass says what is to be seen (:meth:`view`), the same as a static figure (:meth:`picture`), and what to do
+    when a control is set, a button pressed or a handle moved. An exception on the way is shown above the plots; what
+    was there stays.
     """
 
     _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
@@ -40,7 +41,7 @@ class Explorer(anywidget.AnyWidget):
         self._loop = _running_loop()
         self._answered: dict[str, Any] = {}
         self.notice = ""
-        self.on_msg(self._hear)
+        self.on_msg(self._on_message)
         self.refresh()
 
     # --- what a subclass says ---------------------------------------------------------------------------------------
@@ -50,7 +51,7 @@ class Explorer(anywidget.AnyWidget):
         raise NotImplementedError
 
     def picture(self) -> Picture:
-        """The same, on paper."""
+        """The same as a static figure."""
         raise NotImplementedError
 
     def set(self, name: str, value: float | str) -> None:
@@ -79,7 +80,7 @@ class Explorer(anywidget.AnyWidget):
             elif kind == "moved":
                 self.move(name, _finite(event["x"]), _finite(event["y"]))
         except Exception as error:
-            trouble = told(error)
+            trouble = error_text(error)
         self._answered = {"view": event.get("view"), "n": event.get("n")}
         self.refresh(trouble)
 
@@ -89,7 +90,7 @@ class Explorer(anywidget.AnyWidget):
         try:
             scene, data = self.view().packed()
         except Exception as error:
-            trouble = trouble or told(error)
+            trouble = trouble or error_text(error)
         self._version += 1
         notice = {"kind": "error", "text": trouble} if trouble else {"kind": "info", "text": self.notice}
         scene |= {"notice": notice, "version": self._version, "answered": self._answered}
@@ -102,8 +103,8 @@ class Explorer(anywidget.AnyWidget):
     def in_background(self, work: Callable[[], Any], done: Callable[[Any], None]) -> None:
         """Do something long beside the kernel, which stays free for other messages meanwhile.
 
-        ``done`` is called with the result, or with the exception, where events are heard; then the scene is shown anew.
-        Outside of a kernel it is done at once.
+        ``done`` is called with the result, or with the exception, where events are received; then the scene is shown
+        anew. Outside of a kernel it is done at once.
         """
 
         loop = self._loop
@@ -116,7 +117,7 @@ class Explorer(anywidget.AnyWidget):
             try:
                 done(result)
             except Exception as error:
-                trouble = told(error)
+                trouble = error_text(error)
             self.refresh(trouble)
 
         def run() -> None:
@@ -125,17 +126,17 @@ class Explorer(anywidget.AnyWidget):
         threading.Thread(target=run, daemon=True).start()
 
     def later(self, call: Callable[..., None], *values: Any) -> None:
-        """Call a function where events are heard: widgets are not for several threads."""
+        """Call a function where events are received: widgets are not for several threads."""
         if self._loop is not None and self._loop.is_running():
             self._loop.call_soon_threadsafe(call, *values)
         else:
             call(*values)
 
-    def _hear(self, _: object, content: Mapping[str, Any], __: object) -> None:
+    def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
         """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
         self.later(self.receive, content)
 
-    def on_paper(self) -> tuple[dict[str, str], dict[str, Any]]:
+    def static_view(self) -> tuple[dict[str, str], dict[str, Any]]:
         """Display data and metadata for where there are no widgets."""
         picture = self.picture()
         return bundle(picture, picture.alt_text)
@@ -145,11 +146,11 @@ class Explorer(anywidget.AnyWidget):
         live = super()._repr_mimebundle_(**options)
         data, metadata = live if isinstance(live, tuple) else (live, {})
         try:
-            paper, about = self.on_paper()
+            picture, about = self.static_view()
         except RotflexError:  # there is nothing to draw yet; the widget says why
-            paper, about = {}, {}
+            picture, about = {}, {}
         shown = {} if os.environ.get(SWITCH) == "off" else data or {}
-        return {**shown, **paper, "text/plain": repr(self)}, {**metadata, **about}
+        return {**shown, **picture, "text/plain": repr(self)}, {**metadata, **about}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
@@ -171,15 +172,17 @@ def _running_loop() -> asyncio.AbstractEventLoop | None:
         return None
 
 
-def told(error: Exception) -> str:
+def error_text(error: Exception) -> str:
     """An exception for a student: ours as they are, others with their kind."""
     if isinstance(error, RotflexError):
         return str(error)
-    return f"This did not work ({type(error).__name__}: {error}). What you see is as it was before."
+    return _("This did not work ({error_type}: {error}). What you see is as it was before.").format(
+        error_type=type(error).__name__, error=error
+    )
 
 
 def _finite(value: Any) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise RotflexError(f"{value!r} is not a number that can be used here.")
+        raise RotflexError(_("{value!r} is not a number that can be used here.").format(value=value))
     return number

@@ -1,4 +1,4 @@
-"""A results table, fed by the answers, to be taken along as CSV or HTML."""
+"""A course's results tables, fed by the answers, to be taken along as CSV or HTML."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import csv
 import io
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import written
 from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
-
-if TYPE_CHECKING:
-    from rotflex.courseware.tables import ResultsTable
-    from rotflex.lab import Lab
+from rotflex.courseware.session import Session
+from rotflex.courseware.tables import ResultsTable
 
 _HEAD = ("Description", "Name", "Value", "Unit")
 _EMPTY = "not filled in yet"
@@ -32,8 +30,8 @@ class ResultsExplorer(Explorer):
 
     Parameters
     ----------
-    lab : the student's session
-    number : as in "Table 1"
+    session : the student's
+    number : of the table, as in "Table 1"
 
     Raises
     ------
@@ -41,14 +39,14 @@ class ResultsExplorer(Explorer):
         If there is no such table.
     """
 
-    def __init__(self, lab: Lab, number: str) -> None:
-        self._lab, self._number = lab, number
-        self.table = lab.table(number)
+    def __init__(self, session: Session, number: str) -> None:
+        self._session, self._number = session, number
+        self.table = session.table(number)
         super().__init__()
 
     def press(self, name: str) -> None:
         """Read the answers again, or write a file."""
-        self.table = self._lab.table(self._number)
+        self.table = self._session.table(self._number)
         if name == "refresh":
             return
         file_name = f"{self._number.lower().replace(' ', '_')}.{name}"
@@ -56,13 +54,17 @@ class ResultsExplorer(Explorer):
         # The mark tells spreadsheets that it is UTF-8.
         encoding = "utf-8-sig" if name == "csv" else "utf-8"
         path = written(Path.cwd() / file_name, text.encode(encoding))
-        self.notice = f"Saved as {path.name}, beside the notebook."
+        self.notice = _("Saved as {name}, beside the notebook.").format(name=path.name)
 
     def view(self) -> Scene:
         """The table, and the buttons."""
-        missing = sum(not entry for _, _, entry, _ in self.table.rows)
+        missing = sum(not entry for _prompt, _name, entry, _unit in self.table.rows)
         rows = [Row(prompt, (name, entry or _EMPTY, unit)) for prompt, name, entry, unit in self.table.rows]
-        left = f"{missing} of {len(rows)} entries are missing." if missing else "All entries are there."
+        left = (
+            _("{missing} of {count} entries are missing.").format(missing=missing, count=len(rows))
+            if missing
+            else _("All entries are there.")
+        )
         return Scene(
             alt=str(self.table),
             controls=[
@@ -76,7 +78,7 @@ class ResultsExplorer(Explorer):
             height=0,
         )
 
-    def on_paper(self) -> tuple[dict[str, str], dict[str, str]]:
+    def static_view(self) -> tuple[dict[str, str], dict[str, str]]:
         """The table itself."""
         return {"text/html": self.table._repr_html_()}, {}
 
@@ -84,9 +86,9 @@ class ResultsExplorer(Explorer):
         return str(self.table)
 
 
-def results_table(lab: Lab, number: str) -> ResultsExplorer:
+def results_table(session: Session, number: str) -> ResultsExplorer:
     """A results table, as a notebook makes it; see :class:`ResultsExplorer`."""
-    return ResultsExplorer(lab, number)
+    return ResultsExplorer(session, number)
 
 
 def as_csv(table: ResultsTable) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rotflex.courseware import files
+from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import DOTS_PER_INCH, Picture, style
 from rotflex.errors import RotflexError
 
@@ -40,5 +41,7 @@ def written(path: Path, content: files.Content) -> Path:
     try:
         files.write(path, content)
     except OSError as error:
-        raise RotflexError(f"{path.name} cannot be written: {error.strerror or error}.") from None
+        raise RotflexError(
+            _("{name} cannot be written: {why}.").format(name=path.name, why=error.strerror or error)
+        ) from None
     return path

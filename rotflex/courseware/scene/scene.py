@@ -1,4 +1,4 @@
-"""What an explorer shows, as plain data: plots, handles to drag, controls, readouts.
+"""What an explorer shows, as plain data: plots, handles to drag, drawings that move, controls, readouts.
 
 A scene knows nothing of the page it is drawn on. ``packed`` gives it as the page takes it: JSON, and all curves in one
 buffer of 32-bit floats. Angles on handles and in plots are in whatever unit the axis says.
@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-MOST_POINTS = 1200  #: of a curve; more than a screen has across
+from rotflex.courseware.messages import _
+from rotflex.courseware.scene.moving import Item, Moving
+from rotflex.errors import RotflexError
 
-Item = dict[str, Any]
+MOST_POINTS = 1200  #: of a curve; more than a screen has across
 
 
 @dataclass
@@ -42,13 +44,13 @@ class Panel:
     handles: list[Item] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", **look: Any) -> None:
-        """A curve; ``role`` is what it stands for, as in :data:`rotflex.figures.ROLES`, or ghost, grid, axis."""
+        """A curve; ``role`` is one of :data:`~rotflex.courseware.pictures.ROLES`, or ghost, grid, axis."""
         curve = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         self.items.append({"kind": "line", "x": curve[0], "y": curve[1], "role": role, "label": label, **look})
 
-    def area(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", alpha: float = 0.3) -> None:
+    def area(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", opacity: float = 0.3) -> None:
         """The inside of a closed curve."""
-        self.items.append({"kind": "area", "x": x, "y": y, "role": role, "label": label, "alpha": alpha})
+        self.items.append({"kind": "area", "x": x, "y": y, "role": role, "label": label, "opacity": opacity})
 
     def band(self, low: float, high: float, role: str, label: str = "", axis: str = "y") -> None:
         """All between two values of an axis."""
@@ -95,25 +97,10 @@ class Panel:
 
 
 @dataclass
-class Mechanism:
-    """Servo and arm from above.
-
-    Attributes
-    ----------
-    theta, alpha : rad
-    height : share of its column
-    """
-
-    theta: float
-    alpha: float
-    height: float = 1.0
-
-
-@dataclass
 class Column:
-    """Plots above each other; ``width`` is the column's share."""
+    """Plots and drawings above each other; ``width`` is the column's share."""
 
-    panels: Sequence[Panel | Mechanism]
+    panels: Sequence[Panel | Moving]
     width: float = 1.0
 
 
@@ -200,16 +187,15 @@ class Readout:
 
 @dataclass
 class Play:
-    """A recording that the mechanism can go through in its own time.
+    """A recording that drawings can go through in its own time.
 
     Attributes
     ----------
-    theta, alpha : (n,) rad, evenly spaced in time
+    signals : name, as the drawings have it → (n,) values, evenly spaced in time
     duration : s
     """
 
-    theta: NDArray[np.float64]
-    alpha: NDArray[np.float64]
+    signals: Mapping[str, NDArray[np.float64]]
     duration: float
 
 
@@ -237,26 +223,43 @@ class Scene:
     live: bool = False
 
     def packed(self) -> tuple[dict[str, Any], bytes]:
-        """The scene as JSON, and its numbers."""
+        """The scene as JSON, and its numbers.
+
+        Raises
+        ------
+        RotflexError
+            If a signal that is played moves nothing.
+        """
         buffer = _Buffer()
         columns = []
         for column in self.columns:
             panels = [_packed_panel(panel, buffer) for panel in column.panels]
             columns.append({"width": column.width, "panels": panels})
-        play = None
-        if self.play is not None:
-            theta, alpha = buffer.put(self.play.theta), buffer.put(self.play.alpha)
-            play = {"theta": theta, "alpha": alpha, "duration": self.play.duration}
         scene = {
             "alt": self.alt,
             "columns": columns,
             "controls": [[control.packed() for control in row] for row in self.controls],
             "readouts": [readout.packed() for readout in self.readouts],
             "height": self.height,
-            "play": play,
+            "play": self._packed_play(buffer),
             "live": self.live,
         }
         return scene, buffer.bytes()
+
+    def _packed_play(self, buffer: _Buffer) -> Item | None:
+        if self.play is None:
+            return None
+        drawings = [panel for column in self.columns for panel in column.panels if isinstance(panel, Moving)]
+        moved = {name for drawing in drawings for name in drawing.signals}
+        for name in self.play.signals:
+            if name not in moved:
+                raise RotflexError(
+                    _("No drawing has a signal {name!r} to be played; there are {there}.").format(
+                        name=name, there=", ".join(sorted(moved))
+                    )
+                )
+        signals = {name: buffer.put(values) for name, values in self.play.signals.items()}
+        return {"signals": signals, "duration": self.play.duration}
 
 
 def around(*curves: NDArray[np.float64]) -> tuple[float, float]:
@@ -279,9 +282,9 @@ def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.
     return x[kept], y[kept]
 
 
-def _packed_panel(panel: Panel | Mechanism, buffer: _Buffer) -> Item:
-    if isinstance(panel, Mechanism):
-        return {"kind": "mechanism", "theta": panel.theta, "alpha": panel.alpha, "height": panel.height}
+def _packed_panel(panel: Panel | Moving, buffer: _Buffer) -> Item:
+    if isinstance(panel, Moving):
+        return panel.packed()
     items = []
     for item in panel.items:
         curve = {axis: buffer.put(item[axis]) for axis in ("x", "y") if axis in item}

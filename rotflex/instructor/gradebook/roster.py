@@ -68,7 +68,9 @@ def read(path: Path) -> tuple[list[Entry], list[str]]:
         columns = _Columns(path, next(table, []))
         return _entries(columns, ((table.line_num + skipped, row) for row in table))
     except csv.Error as error:
-        raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
+        raise GradebookError(
+            _("The roster {path} is not a CSV that can be read: {error}.").format(path=path, error=error)
+        ) from None
 
 
 def _text(path: Path) -> str:
@@ -77,9 +79,13 @@ def _text(path: Path) -> str:
         coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
         return data.decode(coding)
     except OSError as error:
-        raise GradebookError(f"The roster {path} cannot be read: {error.strerror}.") from None
+        raise GradebookError(
+            _("The roster {path} cannot be read: {why}.").format(path=path, why=error.strerror)
+        ) from None
     except UnicodeDecodeError:
-        raise GradebookError(f"The roster {path} is not UTF-8. Excel saves it so as 'CSV UTF-8'.") from None
+        raise GradebookError(
+            _("The roster {path} is not UTF-8. Excel saves it so as 'CSV UTF-8'.").format(path=path)
+        ) from None
 
 
 def _headings(lines: Sequence[str], separator: str) -> list[str]:
@@ -116,8 +122,10 @@ class _Columns:
         student = first(_IDS)
         if student is None:
             raise GradebookError(
-                f"The roster {path} has no column of IDs: call one 'student', in the first line. "
-                f"Besides it, 'name', 'email' and 'section' are understood."
+                _(
+                    "The roster {path} has no column of IDs: call one 'student', in the first line. Besides it, "
+                    "'name', 'email' and 'section' are understood."
+                ).format(path=path)
             )
         self._student = student
         self.id_heading = _on_one_line(line[student])
@@ -161,4 +169,4 @@ def _entries(columns: _Columns, rows: Iterable[tuple[int, list[str]]]) -> tuple[
             if same != entry:
                 problem = _("Line {line}: {student!r} is in line {first} already: not taken.")
                 problems.append(problem.format(line=line, student=entry.student, first=first))
-    return [entry for _, entry in taken.values()], problems
+    return [entry for _line, entry in taken.values()], problems

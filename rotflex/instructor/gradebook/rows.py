@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, Select, delete, insert, select, update
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook.records import GIVEN_BY_A_PERSON, Graded, MarkRecord, MarkState, RunRecord
@@ -53,7 +54,7 @@ def known_student(connection: Connection, student: str) -> int:
     """The number of a student's row. Raises GradebookError if there is none."""
     student_id = find_student(connection, student)
     if student_id is None:
-        raise GradebookError(f"There is no student {student!r} in the gradebook.")
+        raise GradebookError(_("There is no student {student!r} in the gradebook.").format(student=student))
     return student_id
 
 
@@ -91,7 +92,7 @@ def _stored(connection: Connection, which: ColumnElement[bool]) -> Stored | None
     row = connection.execute(found).one_or_none()
     if row is None:
         return None
-    given = persons_marks(connection, row.student_id)
+    given = manual_marks(connection, row.student_id)
     shown = tuple(with_decision(mark, given) for mark in _marks(connection, row.id))
     return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest))
 
@@ -118,7 +119,7 @@ def _marks(connection: Connection, run_id: int) -> list[MarkRecord]:
     return [MarkRecord(*row) for row in connection.execute(found)]
 
 
-def persons_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
+def manual_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
     """The marks that persons set for a student."""
     found = connection.execute(select(decisions).where(decisions.c.student_id == student_id))
     return {
@@ -131,8 +132,8 @@ def persons_marks(connection: Connection, student_id: int) -> dict[Where, MarkRe
 
 def with_decision(mark: MarkRecord, decided: Mapping[Where, MarkRecord]) -> MarkRecord:
     """A person's mark in place of the software's, if it was for the same thing."""
-    person = decided.get(mark.where)
-    return person if person and (person.given, person.out_of) == (mark.given, mark.out_of) else mark
+    manual = decided.get(mark.where)
+    return manual if manual and (manual.given, manual.out_of) == (mark.given, mark.out_of) else mark
 
 
 # --- writing a run ----------------------------------------------------------------------------------------------------
@@ -142,8 +143,10 @@ def put_run(connection: Connection, student_id: int, graded: Graded, there: Stor
     """Write a run and what it left, unless that is there already; its row's number."""
     if there is not None and there.student_id != student_id:
         raise GradebookError(
-            f"The run {graded.run.key} of {graded.run.student!r} has the key of a run of "
-            f"{there.graded.run.student!r}: a key should depend on the student, too."
+            _(
+                "The run {key} of {student!r} has the key of a run of {other!r}: a key should depend on "
+                "the student, too."
+            ).format(key=graded.run.key, student=graded.run.student, other=there.graded.run.student)
         )
     run = graded.run
     if there and there.graded.run == run and there.graded.key_digest == graded.key_digest:
@@ -187,10 +190,14 @@ def put_marks(connection: Connection, run_id: int, new: Iterable[MarkRecord]) ->
     beneath = {mark.where: mark for mark in stored}
     wanted = []
     for mark in new:
-        persons = mark.status == GIVEN_BY_A_PERSON
-        if persons and mark.where not in beneath:
-            raise GradebookError(f"Question {mark.question}, {mark.part}: a person's mark is set by set_mark only.")
-        wanted.append(beneath[mark.where] if persons else mark)
+        is_manual = mark.status == GIVEN_BY_A_PERSON
+        if is_manual and mark.where not in beneath:
+            raise GradebookError(
+                _("Question {question}, {part}: a person's mark is set by set_mark only.").format(
+                    question=mark.question, part=mark.part
+                )
+            )
+        wanted.append(beneath[mark.where] if is_manual else mark)
     if wanted == stored:
         return
     connection.execute(delete(marks).where(marks.c.run_id == run_id))
@@ -228,7 +235,7 @@ def put_audit(connection: Connection, student_id: int, before: Stored | None, ch
             **_side("after", new.get(where)),
             "run": after.graded.run.key if after else "",
             "actor": change.actor,
-            "why": f"{change.reason} {_of_persons(old.get(where), new.get(where))}".strip(),
+            "why": f"{change.reason} {_note_on_manual_mark(old.get(where), new.get(where))}".strip(),
             "changed": now(),
         }
         for where in sorted(old.keys() | new.keys())
@@ -249,7 +256,7 @@ def _side(side: str, mark: MarkRecord | None) -> dict[str, Any]:
     return {f"{name}_{side}": getattr(mark, name, None) for name in names}
 
 
-def _of_persons(old: MarkRecord | None, new: MarkRecord | None) -> str:
+def _note_on_manual_mark(old: MarkRecord | None, new: MarkRecord | None) -> str:
     """A word on a person's decision that comes or goes, without a person's doing it."""
     was, is_now = (mark is not None and mark.status == GIVEN_BY_A_PERSON for mark in (old, new))
     return NO_LONGER if was and not is_now else ""

@@ -1,4 +1,4 @@
-"""A new, an old or a stranger's database → one with the gradebook's tables, as this software knows them.
+"""A new, an old or somebody else's database → one with the gradebook's tables, as this software knows them.
 
 The migrations are alembic's, and are run from here. A new one is a module in ``migrations/versions``, whose
 ``down_revision`` is the newest before; ``tables`` is changed along with it. A released migration is never changed.
@@ -15,6 +15,7 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection, inspect
 
+from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import tables
 from rotflex.instructor.gradebook.database import Database
@@ -54,13 +55,19 @@ def _revision(connection: Connection, scripts: ScriptDirectory, where: str) -> s
     revision = context.get_current_revision()
     if revision is None:
         if found:
-            raise GradebookError(f"{where} holds something else than a gradebook. It is left as it is; choose another.")
+            raise GradebookError(
+                _("{where} holds something else than a gradebook. It is left as it is; choose another.").format(
+                    where=where
+                )
+            )
         return None
     try:
         scripts.get_revision(revision)
     except CommandError:
         raise GradebookError(
-            f"The gradebook {where} was made by a newer rotflex (its tables are at revision {revision!r}): "
-            f"upgrade rotflex, or choose another gradebook."
+            _(
+                "The gradebook {where} was made by a newer rotflex (its tables are at revision {revision!r}): upgrade "
+                "rotflex, or choose another gradebook."
+            ).format(where=where, revision=revision)
         ) from None
     return revision

@@ -1,4 +1,4 @@
-"""Strangers' text and numbers, in the form in which every database takes them and every report can show them.
+"""Untrusted text and numbers, in the form in which every database takes them and every report can show them.
 
 Text stays as it is, but for what PostgreSQL refuses (NUL, halves of surrogate pairs) and what a terminal obeys (control
 characters): these are written out, as ``\\x00`` or ``\\ud800``. Line ends become ``\\n``; tabs stay. Twice is as once,
@@ -12,6 +12,7 @@ import re
 from dataclasses import replace
 
 from rotflex.courseware import student_id
+from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook.records import Graded, MarkRecord, RunRecord
 
@@ -58,7 +59,11 @@ def graded(given: Graded) -> Graded:
 
 def _run(given: RunRecord) -> RunRecord:
     if given.probe_seed not in _INTEGERS:
-        raise GradebookError(f"The probe seed {given.probe_seed} does not fit into 64 bits: choose a smaller one.")
+        raise GradebookError(
+            _("The probe seed {probe_seed} does not fit into 64 bits: choose a smaller one.").format(
+                probe_seed=given.probe_seed
+            )
+        )
     return replace(
         given,
         student=student(given.student),
@@ -78,7 +83,9 @@ def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
     seen = set()
     for mark in kept:
         if mark.where in seen:
-            raise GradebookError(f"Question {mark.question}, {mark.part} has two marks.")
+            raise GradebookError(
+                _("Question {question}, {part} has two marks.").format(question=mark.question, part=mark.part)
+            )
         seen.add(mark.where)
     return kept
 
@@ -86,7 +93,9 @@ def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
 def _mark(given: MarkRecord) -> MarkRecord:
     if not (math.isfinite(given.points) and math.isfinite(given.out_of)):
         raise GradebookError(
-            f"Question {given.question}, {given.part}: {given.points} of {given.out_of} points is not a mark."
+            _("Question {question}, {part}: {points} of {out_of} points is not a mark.").format(
+                question=given.question, part=given.part, points=given.points, out_of=given.out_of
+            )
         )
     return MarkRecord(
         question=text(given.question),

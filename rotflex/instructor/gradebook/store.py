@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import insert, select, update
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import roster, rows, schema, storable
@@ -31,7 +32,7 @@ class Gradebook:
     """A class's submissions, runs, answers, marks, comments, and every change of a mark.
 
     It may be used by several processes at once, and by several threads. Students are told apart without regard to
-    capitals, as :mod:`rotflex.courseware.student_id` says; strangers' text is kept as
+    capitals, as :mod:`rotflex.courseware.student_id` says; untrusted text is kept as
     :mod:`rotflex.instructor.gradebook.storable` says.
 
     Parameters
@@ -61,7 +62,7 @@ class Gradebook:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the database."""
         self._database.close()
 
     def secret(self) -> bytes:
@@ -69,7 +70,9 @@ class Gradebook:
         with self._database.reading() as connection:
             value = connection.scalar(select(meta.c.value).where(meta.c.name == "secret"))
         if value is None:
-            raise GradebookError(f"The gradebook {self._database.where} has lost its secret: it is damaged.")
+            raise GradebookError(
+                _("The gradebook {where} has lost its secret: it is damaged.").format(where=self._database.where)
+            )
         return bytes(value)
 
     # --- students -----------------------------------------------------------------------------------------------------
@@ -165,9 +168,17 @@ class Gradebook:
             before = self._must_have_run(connection, student)
             mark = {mark.where: mark for mark in before.graded.marks}.get((question, part))
             if mark is None:
-                raise GradebookError(f"{student!r} has no mark for question {question}, {part}.")
+                raise GradebookError(
+                    _("{student!r} has no mark for question {question}, {part}.").format(
+                        student=student, question=question, part=part
+                    )
+                )
             if not 0 <= points <= mark.out_of:  # nor not a number
-                raise GradebookError(f"Question {question}, {part}: give 0 to {mark.out_of:g} points, not {points:g}.")
+                raise GradebookError(
+                    _("Question {question}, {part}: give 0 to {out_of:g} points, not {points:g}.").format(
+                        question=question, part=part, out_of=mark.out_of, points=points
+                    )
+                )
             new = replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=change.reason)
             if new == mark:
                 return 0
@@ -194,7 +205,7 @@ class Gradebook:
             if graded is not None:
                 yield graded
 
-    # --- words --------------------------------------------------------------------------------------------------------
+    # --- comments ---------------------------------------------------------------------------------------------------
 
     def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
         """A person's word to a student."""
@@ -239,7 +250,7 @@ class Gradebook:
     def _must_have_run(self, connection: Any, student: str) -> rows.Stored:
         found = rows.current_run(connection, rows.known_student(connection, storable.text(student)))
         if found is None:
-            raise GradebookError(f"Nothing of {student!r} has been graded.")
+            raise GradebookError(_("Nothing of {student!r} has been graded.").format(student=student))
         return found
 
 

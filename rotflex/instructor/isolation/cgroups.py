@@ -1,6 +1,6 @@
 """Memory and processes of all that runs in a sandbox together, limited where the system lets us (control groups).
 
-An optional wall. It stands where we may make a group of our own below the one that we are in: as root, mostly; as
+An optional layer. It is active where we may make a group of our own below the one that we are in: as root, mostly; as
 anybody else where the system's manager has handed a group over (``systemd-run --user --scope``). A group made here is
 below ours (version 1, so that a limit on us holds inside) or beside it (version 2, where inner groups hold no
 processes).
@@ -30,8 +30,8 @@ _NAMES = {"memory": "memory of all together", "pids": "processes of all together
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a group can be made that has a controller."""
+class ParentGroup:
+    """A group below which one can be made that has a controller."""
 
     folder: Path
     version: int
@@ -45,16 +45,16 @@ class Groups:
 
     def add(self, pid: int) -> tuple[str, ...]:
         """Put a process into them, with all that it will start; what is limited by them from now on."""
-        standing = []
+        active = []
         for controller, folder in self.limited.items():
             with contextlib.suppress(OSError):
                 (folder / "cgroup.procs").write_text(str(pid), "ascii")
-                standing.append(_NAMES[controller])
-        return tuple(standing)
+                active.append(_NAMES[controller])
+        return tuple(active)
 
 
-def places(system: Path = Path("/proc/self")) -> dict[str, Place]:
-    """Where groups can be made: controller ("memory", "pids") → place; without those that cannot be had.
+def parent_groups(system: Path = Path("/proc/self")) -> dict[str, ParentGroup]:
+    """Where groups can be made: controller ("memory", "pids") → group; without those that cannot be had.
 
     Parameters
     ----------
@@ -71,20 +71,20 @@ def places(system: Path = Path("/proc/self")) -> dict[str, Place]:
             path = ours.get(controller if version == 1 else "")
             if path is None or (version == 1 and controller not in controllers) or not path.is_relative_to(root):
                 continue
-            place = _place(folder, path.relative_to(root), version, controller)
-            if place is not None and os.access(place.folder, os.W_OK | os.X_OK):
-                found[controller] = place
+            parent = _parent_group(folder, path.relative_to(root), version, controller)
+            if parent is not None and os.access(parent.folder, os.W_OK | os.X_OK):
+                found[controller] = parent
     return found
 
 
-def _place(folder: Path, path: Path, version: int, controller: str) -> Place | None:
+def _parent_group(folder: Path, path: Path, version: int, controller: str) -> ParentGroup | None:
     if version == 1:
-        return Place(folder / path, 1)
+        return ParentGroup(folder / path, 1)
     for group in (folder / path, (folder / path).parent):  # beside ours, but not above where we can see
         with contextlib.suppress(OSError):
             handed_on = (group / "cgroup.subtree_control").read_text("ascii").split()
             if group.is_relative_to(folder) and controller in handed_on:
-                return Place(group, 2)
+                return ParentGroup(group, 2)
     return None
 
 
@@ -109,19 +109,19 @@ def _hierarchies(mounts: str) -> Iterator[tuple[Path, Path, int, list[str]]]:
 
 
 @contextlib.contextmanager
-def made(limits: Limits, places: Mapping[str, Place]) -> Iterator[Groups]:
+def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterator[Groups]:
     """Groups with these limits, where they can be had, for as long as the ``with`` block lasts."""
     name = f"{_PREFIX}-{os.getpid()}-{secrets.token_hex(8)}"
     most = {"memory": limits.memory, "pids": limits.processes + 2}  # two shells wait for the command
     groups, folders = Groups({}), set()
     try:
-        for controller, place in places.items():
-            _sweep(place.folder)
-            folder = place.folder / name
+        for controller, parent in parents.items():
+            _sweep(parent.folder)
+            folder = parent.folder / name
             with contextlib.suppress(OSError):
                 folder.mkdir(exist_ok=True)  # both controllers have the same one in version 2
                 folders.add(folder)
-                (folder / _FILES[controller][place.version]).write_text(str(most[controller]), "ascii")
+                (folder / _FILES[controller][parent.version]).write_text(str(most[controller]), "ascii")
                 groups.limited[controller] = folder
                 _no_swap(folder, limits.memory)
         yield groups

@@ -16,7 +16,7 @@ class Limits:
 
     Attributes
     ----------
-    seconds : by the clock on the wall, from its start
+    seconds : wall time, from its start
     memory : bytes of address space of each process; and, where there are cgroups, bytes of memory of all together
     processes : at a time, threads counted
     file_size : bytes of each file that it writes
@@ -39,7 +39,7 @@ class Ending(Enum):
 
     FINISHED = "finished"  # by itself, whatever its exit status
     DEADLINE = "deadline"  # it took too long
-    OUTPUT = "output"  # it said too much
+    OUTPUT = "output"  # it wrote too much
     CANCELLED = "cancelled"  # we gave up
 
 
@@ -53,9 +53,9 @@ class Outcome:
     code : exit status, or minus the signal that ended it; None if it was ended from here
     file : the bytes of the wanted file, if it could be read
     trouble : why the file could not be read; "" if it could, or if there was none
-    output : standard output and standard error, as far as they were read; a stranger's bytes
+    output : standard output and standard error, as far as they were read; untrusted bytes
     seconds : that it took
-    layers : the optional walls that stood
+    layers : the optional layers that were active
     """
 
     ending: Ending
@@ -70,7 +70,7 @@ class Outcome:
 def read_wanted(folder: int, name: str, largest: int) -> tuple[bytes | None, str]:
     """The bytes of a file in an open folder (a descriptor), and what was wrong with it.
 
-    What a stranger left there may be a link, a pipe or anything else. Only an ordinary file of at most ``largest``
+    What untrusted code left there may be a link, a pipe or anything else. Only an ordinary file of at most ``largest``
     bytes is read, and never waited for. To be called once everything that could change it is dead.
     """
     try:

@@ -1,4 +1,4 @@
-"""What to do when a wall cannot be put up, from what bubblewrap and the system say."""
+"""What to do when a layer cannot be set up, from the messages of bubblewrap and the system."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import sys
 from pathlib import Path
 
-OLDEST = (0, 8)  #: version of bubblewrap that can put up all walls
+OLDEST = (0, 8)  #: version of bubblewrap that can set up all layers
 
 INSTALL = (
     "Install bubblewrap 0.8 or newer: `apt-get install bubblewrap` (Debian, Ubuntu), `dnf install bubblewrap` (Fedora)."
@@ -26,8 +26,8 @@ _APPARMOR = (
 _DEBIAN = "Let ordinary users make user namespaces: `sudo sysctl kernel.unprivileged_userns_clone=1`."
 _NONE_LEFT = "Let users make user namespaces: `sudo sysctl user.max_user_namespaces=15000`."
 _CONTAINER = (
-    "This seems to be a container whose own walls keep bubblewrap from putting up others. Best grade outside of it, on "
-    "the machine itself. Else start the container with `--security-opt seccomp=unconfined --security-opt "
+    "This seems to be a container whose own isolation keeps bubblewrap from setting up another. Best grade outside of "
+    "it, on the machine itself. Else start the container with `--security-opt seccomp=unconfined --security-opt "
     "apparmor=unconfined --security-opt systempaths=unconfined` and grade as an ordinary user in it; do not use "
     "--privileged."
 )
@@ -37,8 +37,8 @@ _SETTINGS = {
     "kernel/unprivileged_userns_clone": ("0", _DEBIAN),
     "user/max_user_namespaces": ("0", _NONE_LEFT),
 }
-_SAID = (
-    # what bubblewrap says when it fails → which wall
+_MESSAGES = (
+    # bubblewrap's message when it fails → which layer
     (("Unknown option",), "bubblewrap", INSTALL),
     (("No permissions to create", "Creating new namespace failed", "setting up uid map"), "namespaces", ""),
     (("mount proc", "make / slave", "remount", "mount tmpfs"), "file system", ""),
@@ -67,9 +67,9 @@ def in_container(root: Path = Path("/")) -> bool:
     return any((root / mark).exists() for mark in (".dockerenv", "run/.containerenv"))
 
 
-def explain(said: str) -> tuple[str, str]:
-    """Which wall failed, and what to do, from what was said when it did."""
-    for marks, layer, remedy in _SAID:
-        if any(mark in said for mark in marks):
+def explain(message: str) -> tuple[str, str]:
+    """Which layer failed, and what to do, from the message when it did."""
+    for marks, layer, remedy in _MESSAGES:
+        if any(mark in message for mark in marks):
             return layer, remedy or of_namespaces()
     return "bubblewrap", "`rotflex doctor` shows what is there and what is missing."

@@ -1,11 +1,11 @@
-"""Run a command behind walls, within limits, and get one file back.
+"""Run a command in a sandbox, within limits, and get one file back.
 
-Bubblewrap puts up the walls (:mod:`rotflex.instructor.isolation.walls`). The trusted side, here, starts it, watches
-clock and bytes, kills it from outside and reads the file when everything inside is dead. The order matters:
+Bubblewrap sets the sandbox up (:mod:`rotflex.instructor.isolation.bubblewrap`). The trusted side, here, starts it,
+watches clock and bytes, kills it from outside and reads the file when everything inside is dead. The order matters:
 
-1. Bubblewrap starts a launcher, a shell of our own, as the sandbox's first process. It says so, and waits.
+1. Bubblewrap starts a launcher, a shell of our own, as the sandbox's first process. It prints a line, and waits.
 2. From outside we take hold of the working folder, which keeps it when all inside have died, and limit the launcher.
-3. The launcher becomes an unprivileged user where we are root; says so; waits again.
+3. The launcher becomes an unprivileged user where we are root; prints a line; waits again.
 4. Told to go, it runs the command. Had the grader died by now, its pipe would have ended and the launcher with it.
 
 The sandbox's first process dies with bubblewrap, and bubblewrap with the thread that called; and with the first process
@@ -29,12 +29,12 @@ from pathlib import Path
 from types import MappingProxyType
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import cgroups, remedies, seccomp, walls
+from rotflex.instructor.isolation import bubblewrap, cgroups, remedies, seccomp
+from rotflex.instructor.isolation.bubblewrap import HOME, WORK, python
 from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
-from rotflex.instructor.isolation.walls import HOME, WORK
-from rotflex.instructor.isolation.watching import Conversation
+from rotflex.instructor.isolation.pipes import ProcessPipes
 
-__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "run"]
+__all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
 NO_VARIABLES: Mapping[str, str] = MappingProxyType({})
 _READY, _GO = b"ready\n", b"go\n"
@@ -43,11 +43,11 @@ _WAIT = 'echo ready; read -r word && [ "$word" = go ] || exit 1; '
 _LAUNCHER = "umask 022; " + _WAIT + '"$@"; exit $?'
 _DROPPED = _WAIT + 'exec "$@"'
 _NAMESPACES = ("mnt", "pid", "net", "ipc", "uts")  # whatever bubblewrap says, the sandbox must have its own
-_TO_START, _TO_END = 60.0, 60.0  # s; more than any machine that is alive should need
-_MOST_AT_START = 65536
+_START_TIMEOUT, _END_TIMEOUT = 60.0, 60.0  # s; more than any machine that is alive should need
+_MAX_STARTUP_OUTPUT = 65536
 
 
-class _CalledOff(Exception):
+class _Cancelled(Exception):
     """Given up before the command was run."""
 
 
@@ -86,7 +86,7 @@ def run(
     Raises
     ------
     IsolationError
-        If the walls cannot be put up; the command is not run, then.
+        If the sandbox cannot be set up; the command is not run, then.
     """
     if not sys.platform.startswith("linux"):
         raise IsolationError(
@@ -96,54 +96,54 @@ def run(
         raise IsolationError(f"The wanted file's name must be a plain one, not {wanted!r}.", "files")
     if any("\0" in word for word in [*command, *map(str, visible), *environment, *environment.values()]):
         raise IsolationError("A variable, a path or the command has a NUL character in it.", "files")
-    someone = walls.person()
-    variables = {**walls.default_environment(), **environment}
-    called_off = cancelled or threading.Event()
-    inside = [*walls.dropping(someone), "/bin/sh", "-c", _DROPPED, "sh", *command]
+    user = bubblewrap.sandbox_user()
+    variables = {**bubblewrap.default_environment(), **environment}
+    cancelled = cancelled or threading.Event()
+    inside = [*bubblewrap.setpriv_prefix(user), "/bin/sh", "-c", _DROPPED, "sh", *command]
     with contextlib.ExitStack() as stack:
         files = {
-            path: stack.enter_context(_file_of(text.encode())) for path, text in walls.synthetic_files(someone).items()
+            path: stack.enter_context(_memfd(text.encode())) for path, text in bubblewrap.synthetic_files(user).items()
         }
-        told = walls.arguments(someone, visible, variables, limits, files)
-        groups = stack.enter_context(cgroups.made(limits, cgroups.places()))
-        bubble = stack.enter_context(_Bubble(told, inside, list(files.values())))
+        args = bubblewrap.arguments(user, visible, variables, limits, files)
+        groups = stack.enter_context(cgroups.limited_groups(limits, cgroups.parent_groups()))
+        box = stack.enter_context(_Sandbox(args, inside, list(files.values())))
         try:
-            bubble.stand(called_off)
-            standing = bubble.limit(limits, groups)
-            bubble.drop(called_off)
-        except _CalledOff:
+            box.wait_until_ready(cancelled)
+            active_layers = box.limit(limits, groups)
+            box.drop_privileges(cancelled)
+        except _Cancelled:
             return Outcome(Ending.CANCELLED, None, None, "", b"", 0.0)
         started = time.monotonic()
-        ending = bubble.go(stdin, limits, called_off)
+        ending = box.run_command(stdin, limits, cancelled)
         seconds = time.monotonic() - started
-        code = bubble.end()
-        file, trouble = read_wanted(bubble.folder, wanted, largest)
-        output = bytes(bubble.talk.heard[: limits.output])
-    return Outcome(ending, code if ending is Ending.FINISHED else None, file, trouble, output, seconds, standing)
+        code = box.end()
+        file, trouble = read_wanted(box.folder, wanted, largest)
+        output = bytes(box.pipes.output[: limits.output])
+    return Outcome(ending, code if ending is Ending.FINISHED else None, file, trouble, output, seconds, active_layers)
 
 
-class _Bubble:
+class _Sandbox:
     """A running bubblewrap, from its start to the end of everything in it (a ``with`` block)."""
 
-    def __init__(self, told: Sequence[str], inside: Sequence[str], files: Sequence[int]) -> None:
-        self._told, self._inside, self._files = told, inside, files
-        self._first: int | None = None  # descriptor of the sandbox's first process
-        self._limited = 0  # its number
+    def __init__(self, args: Sequence[str], inside: Sequence[str], files: Sequence[int]) -> None:
+        self._args, self._inside, self._files = args, inside, files
+        self._init_pidfd: int | None = None  # descriptor of the sandbox's first process
+        self._init_pid = 0  # its number
         self.folder = -1
 
-    def __enter__(self) -> _Bubble:
+    def __enter__(self) -> _Sandbox:
         program = shutil.which("bwrap")
         if program is None:
             raise IsolationError("Bubblewrap (bwrap) is not installed.", "bubblewrap", remedies.INSTALL)
         filtering = seccomp.program(os.uname().machine)
         self._filtered = filtering is not None
         with contextlib.ExitStack() as stack:
-            passed, told = list(self._files), list(self._told)
+            passed, args = list(self._files), list(self._args)
             if filtering is not None:
-                passed.append(stack.enter_context(_file_of(filtering)))
-                told += ["--seccomp", str(passed[-1])]
+                passed.append(stack.enter_context(_memfd(filtering)))
+                args += ["--seccomp", str(passed[-1])]
             # In a file, for nobody else on this machine to read in the list of processes.
-            passed.append(stack.enter_context(_file_of("\0".join([*told, ""]).encode())))
+            passed.append(stack.enter_context(_memfd("\0".join([*args, ""]).encode())))
             command = [program, "--args", str(passed[-1]), "--", "/bin/sh", "-c", _LAUNCHER, "sh", *self._inside]
             try:
                 self.process = subprocess.Popen(
@@ -157,35 +157,35 @@ class _Bubble:
                 )
             except OSError as error:
                 raise IsolationError(f"Bubblewrap cannot be started: {error.strerror}.", "bubblewrap") from error
-        self.talk = Conversation(self.process, _MOST_AT_START)
+        self.pipes = ProcessPipes(self.process, _MAX_STARTUP_OUTPUT)
         return self
 
     def __exit__(self, *_: object) -> None:
         try:
             self.end()
         finally:
-            self.talk.close()
-            for descriptor in (self.folder, self._first):
+            self.pipes.close()
+            for descriptor in (self.folder, self._init_pidfd):
                 if descriptor not in (None, -1):
                     os.close(descriptor)
 
-    def stand(self, cancelled: threading.Event) -> None:
-        """Wait until the walls stand, and take hold of the working folder and of the first process."""
+    def wait_until_ready(self, cancelled: threading.Event) -> None:
+        """Wait until the sandbox is set up, and take hold of the working folder and of the first process."""
         self._await_ready(cancelled)
         try:
-            self._limited = _child_of(self.process.pid)
-            self._first = os.pidfd_open(self._limited)
-            shared = [kind for kind in _NAMESPACES if _namespace(self._limited, kind) == _namespace("self", kind)]
+            self._init_pid = _child_of(self.process.pid)
+            self._init_pidfd = os.pidfd_open(self._init_pid)
+            shared = [kind for kind in _NAMESPACES if _namespace(self._init_pid, kind) == _namespace("self", kind)]
             if shared:
                 raise IsolationError(f"The sandbox shares namespaces with us: {', '.join(shared)}.", "namespaces")
-            self.folder = os.open(f"/proc/{self._limited}/root{WORK}", os.O_RDONLY | os.O_DIRECTORY)
+            self.folder = os.open(f"/proc/{self._init_pid}/root{WORK}", os.O_RDONLY | os.O_DIRECTORY)
         except (ValueError, OSError) as error:
             raise IsolationError(
                 f"The sandbox cannot be reached from outside: {error}.", "file system", remedies.of_namespaces()
             ) from error
 
     def limit(self, limits: Limits, groups: cgroups.Groups) -> tuple[str, ...]:
-        """Limit the first process, and so all that it starts; which optional walls stand."""
+        """Limit the first process, and so all that it starts; which optional layers are active."""
         import resource
 
         processors = os.cpu_count() or 1
@@ -193,7 +193,8 @@ class _Bubble:
             resource.RLIMIT_AS: limits.memory,
             resource.RLIMIT_FSIZE: limits.file_size,
             resource.RLIMIT_NOFILE: limits.open_files,
-            resource.RLIMIT_NPROC: limits.processes + (0 if walls.is_root() else 2),  # the two shells are the same user
+            resource.RLIMIT_NPROC: limits.processes
+            + (0 if bubblewrap.is_root() else 2),  # the two shells are the same user
             resource.RLIMIT_CPU: math.ceil(limits.seconds * processors) + 60,  # a backstop: the clock comes first
             # Not 0, with which a core file would still go to a program outside (man 5 core).
             resource.RLIMIT_CORE: 1,
@@ -202,23 +203,23 @@ class _Bubble:
         }
         try:
             for kind, value in wanted.items():
-                _, hard = resource.prlimit(self._limited, kind)
+                _, hard = resource.prlimit(self._init_pid, kind)
                 most = value if hard == resource.RLIM_INFINITY else min(value, hard)
-                resource.prlimit(self._limited, kind, (most, most))
+                resource.prlimit(self._init_pid, kind, (most, most))
         except (OSError, ValueError) as error:
             raise IsolationError(f"The sandbox cannot be limited: {error}.", "limits") from error
-        return (*groups.add(self._limited), *(("system calls",) if self._filtered else ()))
+        return (*groups.add(self._init_pid), *(("system calls",) if self._filtered else ()))
 
-    def drop(self, cancelled: threading.Event) -> None:
+    def drop_privileges(self, cancelled: threading.Event) -> None:
         """Let the launcher become who is to run the command."""
-        self.talk.say(_GO)
+        self.pipes.send(_GO)
         self._await_ready(cancelled)
 
-    def go(self, stdin: bytes, limits: Limits, cancelled: threading.Event) -> Ending:
+    def run_command(self, stdin: bytes, limits: Limits, cancelled: threading.Event) -> Ending:
         """Let it run the command, until it ends or must be ended."""
-        self.talk.most = limits.output
-        self.talk.say(_GO + stdin, last=True)
-        ending = self.talk.until(time.monotonic() + limits.seconds, cancelled)
+        self.pipes.max_output = limits.output
+        self.pipes.send(_GO + stdin, last=True)
+        ending = self.pipes.exchange_until(time.monotonic() + limits.seconds, cancelled)
         assert ending is not None
         return ending
 
@@ -230,37 +231,41 @@ class _Bubble:
         IsolationError
             If something does not go away.
         """
-        if self._first is None:  # the end of its input ends it; killed at a bad moment, it could leave a child behind
-            self.talk.hang_up()
+        if (
+            self._init_pidfd is None
+        ):  # the end of its input ends it; killed at a bad moment, it could leave a child behind
+            self.pipes.close_input()
         else:
             with contextlib.suppress(ProcessLookupError):
-                signal.pidfd_send_signal(self._first, signal.SIGKILL)
+                signal.pidfd_send_signal(self._init_pidfd, signal.SIGKILL)
         try:
-            code = self.process.wait(timeout=_TO_END)
-            if self._first is not None and not _is_over(self._first, _TO_END):
-                raise subprocess.TimeoutExpired("bwrap", _TO_END)
+            code = self.process.wait(timeout=_END_TIMEOUT)
+            if self._init_pidfd is not None and not _has_ended(self._init_pidfd, _END_TIMEOUT):
+                raise subprocess.TimeoutExpired("bwrap", _END_TIMEOUT)
         except subprocess.TimeoutExpired as error:
             self.process.kill()
             raise IsolationError(
-                f"What runs in the sandbox was killed and does not end (process {self._limited}).",
+                f"What runs in the sandbox was killed and does not end (process {self._init_pid}).",
                 "processes",
                 "Look at it with ps; restart this machine if it stays.",
             ) from error
         return 128 - code if 128 < code <= 128 + signal.NSIG else code
 
     def _await_ready(self, cancelled: threading.Event) -> None:
-        ending = self.talk.until(time.monotonic() + _TO_START, cancelled, lambda heard: heard.endswith(_READY))
+        ending = self.pipes.exchange_until(
+            time.monotonic() + _START_TIMEOUT, cancelled, lambda output: output.endswith(_READY)
+        )
         if ending is Ending.CANCELLED:
-            raise _CalledOff
-        said = self.talk.heard.decode(errors="replace").strip()
+            raise _Cancelled
+        message = self.pipes.output.decode(errors="replace").strip()
         if ending is not None:
-            layer, remedy = remedies.explain(said)
-            raise IsolationError(f"The sandbox cannot be put up: {said or ending.value}.", layer, remedy)
-        self.talk.heard.clear()
+            layer, remedy = remedies.explain(message)
+            raise IsolationError(f"The sandbox cannot be put up: {message or ending.value}.", layer, remedy)
+        self.pipes.output.clear()
 
 
 def _child_of(parent: int) -> int:
-    """The only child of a process. (Bubblewrap would tell (--info-fd), but can be killed while it does.)"""
+    """The only child of a process. (Bubblewrap would report it (--info-fd), but can be killed while it does.)"""
     with contextlib.suppress(FileNotFoundError):  # an option of the kernel's
         return int(Path(f"/proc/{parent}/task/{parent}/children").read_text("ascii"))
     for stat in Path("/proc").glob("[0-9]*/stat"):
@@ -274,7 +279,7 @@ def _namespace(process: int | str, kind: str) -> str:
     return os.readlink(f"/proc/{process}/ns/{kind}")
 
 
-def _is_over(process: int, seconds: float) -> bool:
+def _has_ended(process: int, seconds: float) -> bool:
     """Whether a process (its descriptor) ends within this time."""
     poll = select.poll()
     poll.register(process, select.POLLIN)
@@ -282,9 +287,9 @@ def _is_over(process: int, seconds: float) -> bool:
 
 
 @contextlib.contextmanager
-def _file_of(data: bytes) -> Iterator[int]:
+def _memfd(data: bytes) -> Iterator[int]:
     """A descriptor from which to read this, without a file system."""
-    descriptor = os.memfd_create("told")
+    descriptor = os.memfd_create("rotflex")
     try:
         os.write(descriptor, data)
         os.lseek(descriptor, 0, os.SEEK_SET)

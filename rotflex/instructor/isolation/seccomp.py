@@ -1,4 +1,4 @@
-"""The filter of system calls: a few that students' work does not need, and that reach around the other walls.
+"""The filter of system calls: a few that students' work does not need, and that reach around the other layers.
 
 Classic BPF, as the kernel wants it (``man 2 seccomp``), written down here rather than by a library. What is refused:
 

@@ -1,7 +1,8 @@
 """Try to break out: attacks that are really made, from inside a sandbox, against targets that are really there.
 
 Three sandboxes are started: in one :mod:`rotflex.instructor.isolation.attacks` runs to its end; in the others
-deaf, detached children are left, and it is ended from outside. What only the outside can see is looked at from there.
+detached children that ignore signals are left, and it is ended from outside. What only the outside can see is looked
+at from there.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import os
 import secrets
 import socket
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import attacks, sandbox, seccomp, walls
+from rotflex.instructor.isolation import attacks, bubblewrap, sandbox, seccomp
 from rotflex.instructor.isolation.outcome import MIB, Ending, Limits
 
 _LIMITS = Limits(
@@ -33,7 +33,7 @@ _FILTERED = (
     "read inherited keys",
 )
 _TOGETHER = "take too much memory together"  # held by control groups, where they are to be had
-# Deaf and detached, with the token among their arguments; {then} is what comes after them.
+# Detached and ignoring signals, with the token among their arguments; {then} is what comes after them.
 _CHILDREN = """
 [ "$(uname -n)" = sandbox ] || exit 1
 for i in 1 2 3 4 5; do
@@ -68,7 +68,7 @@ def run_all() -> list[Attempt]:
     Raises
     ------
     IsolationError
-        If the sandbox cannot be put up, or the attacks could not be made in it.
+        If the sandbox cannot be set up, or the attacks could not be made in it.
     """
     token = secrets.token_hex(16)
     with tempfile.TemporaryDirectory(prefix="rotflex-selftest-") as scratch:
@@ -76,8 +76,8 @@ def run_all() -> list[Attempt]:
         planted.mkdir()
         planted.chmod(0o777)  # whoever finds it could write to it
         (planted / "secret").write_text(token, "utf-8")
-        with _listeners(planted) as (ports, heard), _victim(token) as victim:
-            told = {
+        with _listeners(planted) as (ports, received), _victim(token) as victim:
+            targets = {
                 **ports,
                 "planted": str(planted),
                 "token": token,
@@ -89,9 +89,9 @@ def run_all() -> list[Attempt]:
                 "file_size": _LIMITS.file_size,
                 "folder": _LIMITS.folder,
             }
-            found = _attacked(told)
+            found = _attacked(targets)
             seen = {
-                "reach a UDP listener": "it was heard outside" if heard() else "",
+                "reach a UDP listener": "it was heard outside" if received() else "",
                 "kill a process outside": "" if victim.poll() is None else "it was killed",
                 "write outside": "" if sorted(os.listdir(planted)) == ["secret", "unix"] else "a file is there",
             }
@@ -104,19 +104,19 @@ def _judged(name: str, contained: bool, said: str, seen: str) -> Attempt:
     return Attempt(name, contained and not seen, seen or said, needed)
 
 
-def _attacked(told: dict[str, Any]) -> dict[str, tuple[bool, str]]:
+def _attacked(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
     outcome = sandbox.run(
-        [sys.executable, "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
+        [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
         visible=[],
         wanted="attempts.json",
         largest=65536,
-        stdin=json.dumps(told).encode(),
+        stdin=json.dumps(targets).encode(),
         limits=_LIMITS,
     )
     found = json.loads(outcome.file or b"{}")
     if list(found) != list(attacks.ATTACKS):
-        said = outcome.output.decode(errors="replace").strip()
-        raise IsolationError(f"The self-test did not come to its end: {said or outcome.ending.value}.", "self-test")
+        message = outcome.output.decode(errors="replace").strip()
+        raise IsolationError(f"The self-test did not come to its end: {message or outcome.ending.value}.", "self-test")
     return {name: (contained, said) for name, (contained, said) in found.items()}
 
 
@@ -133,11 +133,11 @@ def _deadline() -> Attempt:
 
 
 def _left_behind(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
-    """Leave deaf, detached children and be ended; the outside looks for them."""
+    """Leave detached children that ignore signals, and be ended; the outside looks for them."""
     token = secrets.token_hex(16)
     command = ["/bin/sh", "-c", _CHILDREN.format(then=then), token]
     outcome = sandbox.run(command, visible=[], wanted="left", largest=16, limits=replace(_LIMITS, seconds=seconds))
-    left = sum(token.encode() in _words_of(process) for process in Path("/proc").glob("[0-9]*"))
+    left = sum(token.encode() in _command_line(process) for process in Path("/proc").glob("[0-9]*"))
     if left:
         return Attempt(name, False, f"{left} processes left")
     if outcome.ending is not ending or outcome.file != b"left\n":
@@ -145,7 +145,7 @@ def _left_behind(name: str, ending: Ending, then: str, seconds: float) -> Attemp
     return Attempt(name, True, "ended; no process left, its file was read")
 
 
-def _words_of(process: Path) -> bytes:
+def _command_line(process: Path) -> bytes:
     with contextlib.suppress(OSError):
         return (process / "cmdline").read_bytes()
     return b""
@@ -153,7 +153,7 @@ def _words_of(process: Path) -> bytes:
 
 def _shown_of(home: Path) -> list[str]:
     """Names in the home folder under which something is shown on purpose."""
-    return [path.relative_to(home).parts[0] for path in walls.shown([]) if path.is_relative_to(home)]
+    return [path.relative_to(home).parts[0] for path in bubblewrap.visible_paths([]) if path.is_relative_to(home)]
 
 
 # --- targets ----------------------------------------------------------------------------------------------------------
@@ -169,7 +169,7 @@ def _victim(token: str) -> Iterator[subprocess.Popen[bytes]]:
 
 @contextlib.contextmanager
 def _listeners(folder: Path) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Listeners of every kind, where they are, and whether the one for datagrams has heard anything since."""
+    """Listeners of every kind, where they are, and whether the one for datagrams has received anything since."""
     abstract = "rotflex-" + secrets.token_hex(8)
     with contextlib.ExitStack() as stack:
 
@@ -187,7 +187,7 @@ def _listeners(folder: Path) -> Iterator[tuple[dict[str, Any], Any]]:
         port = udp.getsockname()[1]
         _reach(udp, port)
 
-        def heard() -> bool:
+        def received() -> bool:
             with contextlib.suppress(BlockingIOError):
                 return bool(udp.recv(64))
             return False
@@ -200,12 +200,12 @@ def _listeners(folder: Path) -> Iterator[tuple[dict[str, Any], Any]]:
                 "unix": str(folder / "unix"),
                 "abstract": abstract,
             },
-            heard,
+            received,
         )
 
 
 def _reach(udp: socket.socket, port: int) -> None:
-    """Make sure that a datagram sent here is heard, or its silence would say nothing."""
+    """Make sure that a datagram sent here arrives, or its silence would mean nothing."""
     udp.settimeout(5)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.sendto(b"here", ("127.0.0.1", port))

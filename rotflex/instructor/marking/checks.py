@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import thin
 from rotflex.courseware.kinds.recordings import Sampled
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import RotflexError
 from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, for_a_person, right, wrong
@@ -39,7 +40,7 @@ class ForAPerson:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Leave it to a person."""
-        return for_a_person("A person will read this.")
+        return for_a_person(_("A person will read this."))
 
 
 @dataclass(frozen=True)
@@ -69,15 +70,25 @@ class Number:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with the bench, then with the student's own answers."""
         if _near(value, self.expected(case.bench), self.rtol):
-            return right(f"Within {100 * self.rtol:g} % of {self.what}.")
+            return right(_("Within {percent:g} % of {what}.").format(percent=100 * self.rtol, what=self.what))
         own = self._from_own(case)
         if own is not None and _near(value, own, self.follow_rtol):
-            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
+            return follow_through(
+                _("Not {what}, but it agrees with {follow_what}.").format(what=self.what, follow_what=self.follow_what)
+            )
         for slip, number in self.slips(case.bench).items():
             if _near(value, number, self.rtol):
-                return wrong(f"Not {self.what}: {slip}.")
-        disagrees = f" It does not agree with {self.follow_what} either." if own is not None else ""
-        return wrong(f"More than {100 * self.rtol:g} % off {self.what}.{disagrees}")
+                return wrong(_("Not {what}: {slip}.").format(what=self.what, slip=slip))
+        disagrees = (
+            _(" It does not agree with {follow_what} either.").format(follow_what=self.follow_what)
+            if own is not None
+            else ""
+        )
+        return wrong(
+            _("More than {percent:g} % off {what}.{disagrees}").format(
+                percent=100 * self.rtol, what=self.what, disagrees=disagrees
+            )
+        )
 
     def _from_own(self, case: Case) -> float | None:
         """What the student's own answers lead to; None where they lead nowhere."""
@@ -118,10 +129,10 @@ class ChoiceIs:
         if self.follow is not None:
             try:
                 if value == self.follow(case.own, case.bench):
-                    return follow_through(f"It agrees with {self.follow_what}.")
+                    return follow_through(_("It agrees with {follow_what}.").format(follow_what=self.follow_what))
             except NOT_TO_BE_HAD:
                 pass  # nothing of their own to compare with
-        return wrong("Look again at what decides it.")
+        return wrong(_("Look again at what decides it."))
 
 
 @dataclass(frozen=True)
@@ -150,28 +161,34 @@ class RecordingOf:
             return refused
         expected = self.recording(case.bench)
         if value["n"] != len(expected) or not _near(value["sample_time"], expected.sample_time, 1e-3):
-            return wrong("It has another length or sample time than the experiment as the notebook describes it.")
+            return wrong(_("It has another length or sample time than the experiment as the notebook describes it."))
         samples = value["channels"][self.channel]["values"]
         wanted = expected.channels[self.channel].values
         difference = misfit(samples, wanted[thin(len(expected), samples.size)])
         if difference <= self.rtol:
-            return right("Your bench gives the same when the experiment is run again.")
+            return right(_("Your bench gives the same when the experiment is run again."))
         for (name, usual), slip in self.slips.items():
             if value["metadata"].get(name, usual) != usual:
                 return wrong(slip)
         return wrong(
-            "Not a recording of your bench: run again on your own bench as the notebook describes it, the experiment "
-            f"gives another {self.channel}."
+            _(
+                "Not a recording of your bench: run again on your own bench as the notebook describes it, the "
+                "experiment gives another {channel}."
+            ).format(channel=self.channel)
         )
 
 
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
     """The verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
     if not case.virtual:
-        return for_a_person("It does not come from the virtual bench; a person will look at it.")
+        return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
     for name, wanted in part.settings:
         if value["metadata"].get(name) != wanted:
-            return wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
+            return wrong(
+                _("It is not the recording that is asked for: its {name} should be {wanted!r}.").format(
+                    name=name, wanted=wanted
+                )
+            )
     return None
 
 

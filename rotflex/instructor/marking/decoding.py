@@ -1,4 +1,4 @@
-"""A stranger's ``answers.json``, strictly read: bytes in, claims out. Nothing is evaluated or unpickled."""
+"""An untrusted ``answers.json``, strictly read: bytes in, claims out. Nothing is evaluated or unpickled."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Any
 
 from rotflex.courseware import answers, expressions, forms
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 from rotflex.instructor.marking.time_limit import within
 
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
 MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are
 _MOST_NOTES = 20
-_SHOWN = 40  # characters of a stranger's text in a note
+_SHOWN = 40  # characters of untrusted text in a note
 _PATIENCE = 5.0  # s for one answer
 
 
@@ -52,13 +53,13 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     """
     claims = Claims()
     if data is None:
-        claims.notes.append("No answer was recorded when the notebooks were run.")
+        claims.notes.append(_("No answer was recorded when the notebooks were run."))
         return claims
     try:
         _strict(data)
         content = answers.parse(data)
     except AnswerError as error:
-        claims.problems.append(f"answers.json cannot be read. {error}")
+        claims.problems.append(_("answers.json cannot be read. {error}").format(error=error))
         return claims
     claims.student, claims.bench = content["student"], content["bench"]
     for number, parts in content["answers"].items():
@@ -67,7 +68,7 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     if content["probe_seed"] != probe_seed:
         _drop_functions(claims, catalogue)
     if len(claims.notes) > _MOST_NOTES:
-        claims.notes[_MOST_NOTES:] = [f"And {len(claims.notes) - _MOST_NOTES} more of this sort."]
+        claims.notes[_MOST_NOTES:] = [_("And {count} more of this sort.").format(count=len(claims.notes) - _MOST_NOTES)]
     return claims
 
 
@@ -76,7 +77,11 @@ def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer:
     # Not by find(), which takes its time to look for what may have been meant: there may be thousands of them.
     everything = catalogue.everything
     if number not in everything or name not in everything[number].names:
-        claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
+        claims.notes.append(
+            _("Ignored an answer to {number!r}, {name!r}: there is no such thing.").format(
+                number=number[:_SHOWN], name=name[:_SHOWN]
+            )
+        )
         return
     claims.contents[number, name] = answer
     try:
@@ -85,7 +90,9 @@ def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer:
     except AnswerError as error:
         claims.malformed[number, name] = str(error)
     except (ArithmeticError, ValueError, RecursionError, MemoryError) as error:
-        claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
+        claims.malformed[number, name] = _("It cannot be worked out ({error_type}).").format(
+            error_type=type(error).__name__
+        )
 
 
 def _drop_functions(claims: Claims, catalogue: Catalogue) -> None:
@@ -107,18 +114,18 @@ def _strict(data: bytes) -> None:
         If there are names twice in an object, larger integers than an answer can have, or more levels.
     """
     if len(data) > answers.MAX_BYTES:
-        return  # refused, with its own words, by what reads it next
+        return  # refused, with its own message, by what reads it next
     try:
         content = json.loads(data, object_pairs_hook=_unique, parse_int=_bounded)
     except RecursionError:
-        raise AnswerError("It is nested too deeply.") from None
+        raise AnswerError(_("It is nested too deeply.")) from None
     except ValueError as error:
-        raise AnswerError(f"It is not JSON: {error}") from None
+        raise AnswerError(_("It is not JSON: {error}").format(error=error)) from None
     level, depth = [content], 0
     while level:
         depth += 1
         if depth > MAX_DEPTH:
-            raise AnswerError("It is nested too deeply.")
+            raise AnswerError(_("It is nested too deeply."))
         level = [inner for item in level if isinstance(item, list | dict) for inner in _inside(item)]
 
 
@@ -129,11 +136,11 @@ def _inside(item: list[Any] | dict[str, Any]) -> list[Any]:
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     content = dict(pairs)
     if len(content) != len(pairs):
-        raise ValueError("a name is there twice in one object")
+        raise ValueError(_("a name is there twice in one object"))
     return content
 
 
 def _bounded(digits: str) -> int:
     if len(digits) > 25 or abs(int(digits)) > MAX_INTEGER:
-        raise ValueError("an integer is too large")
+        raise ValueError(_("an integer is too large"))
     return int(digits)

@@ -2,7 +2,7 @@
 
 Two expressions are taken as equal if they agree at a few random points. (A polynomial or a quotient of polynomials
 that is not zero vanishes at random points with a probability of nothing; and numbers can be compared in bounded time,
-where simplifying a stranger's expression cannot.)
+where simplifying an untrusted expression cannot.)
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, partly, right, wrong
 
 Point = Mapping[str, float]
 Rule = Callable[[Point], float]  # a quantity as a function of all symbols' values
 _POINTS = 6
-_RTOL = 1e-7  # of what is compared; room for rounded coefficients is made by the checks
+_RTOL = 1e-7  # of what is compared; a tolerance for rounded coefficients is in the checks
 _FLOAT_RTOL = 2e-3  # a student's 0.333 for a third
 
 
@@ -36,7 +37,7 @@ def at(expression: Any, point: Point) -> float:
     number = sympy.sympify(expression).xreplace({sympy.Symbol(name): sympy.Float(v) for name, v in point.items()})
     value = complex(number)
     if not np.isfinite(value) or abs(value.imag) > 1e-9 * abs(value.real):
-        raise ArithmeticError("not a real number")
+        raise ArithmeticError(_("not a real number"))
     return value.real
 
 
@@ -78,13 +79,17 @@ class ExpressionIs:
         """Compare at random points."""
         where = points(part.symbols, case.probe_seed)
         if _agree(value, self.expected, where):
-            return right("Equal to what the derivation gives.")
+            return right(_("Equal to what the derivation gives."))
         if self.follow is not None and _agree_with_own(value, self.follow, case.own, where):
-            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
+            return follow_through(
+                _("Not what the derivation gives, but it agrees with {follow_what}.").format(
+                    follow_what=self.follow_what
+                )
+            )
         for slip, rule in (self.slips or {}).items():
             if _agree(value, rule, where):
-                return wrong(f"Not equal to what the derivation gives: {slip}.")
-        return wrong("Not equal to what the derivation gives.")
+                return wrong(_("Not equal to what the derivation gives: {slip}.").format(slip=slip))
+        return wrong(_("Not equal to what the derivation gives."))
 
 
 def _agree_with_own(value: Any, follow: Callable[[Own, Point], float], own: Own, where: list[dict[str, float]]) -> bool:
@@ -118,19 +123,23 @@ class EquationIs:
         where = points(part.symbols, case.probe_seed)
         residual = value.lhs - value.rhs
         if self._proportional(residual, self.expected, where):
-            return right("Equivalent to what the derivation gives.")
+            return right(_("Equivalent to what the derivation gives."))
         if self.follow is not None:
             follow, own = self.follow, case.own
             try:
                 follow(own, where[0])
                 if self._proportional(residual, lambda point: follow(own, point), where):
-                    return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
+                    return follow_through(
+                        _("Not what the derivation gives, but it agrees with {follow_what}.").format(
+                            follow_what=self.follow_what
+                        )
+                    )
             except (LookupError, ArithmeticError, TypeError, ValueError):
                 pass  # nothing of their own to compare with
         for slip, rule in (self.slips or {}).items():
             if self._proportional(residual, rule, where):
-                return wrong(f"Not equivalent to what the derivation gives: {slip}.")
-        return wrong("Not equivalent to what the derivation gives.")
+                return wrong(_("Not equivalent to what the derivation gives: {slip}.").format(slip=slip))
+        return wrong(_("Not equivalent to what the derivation gives."))
 
     def _proportional(self, residual: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
         """Whether a residual is a rule times a factor that the parameters may be in, but not the motion."""
@@ -172,18 +181,22 @@ class SymbolicMatrixIs:
         """Compare the entries at random points."""
         where = points((*part.symbols, *self.own_symbols), case.probe_seed)
         if np.all(self._entries(value, self.expected, where)):
-            return right("Every entry equals what the derivation gives.")
+            return right(_("Every entry equals what the derivation gives."))
         if self.follow is not None:
             follow, own = self.follow, case.own
             try:
                 follow(own, where[0])
                 if np.all(self._entries(value, lambda point: follow(own, point), where)):
-                    return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
+                    return follow_through(
+                        _("Not what the derivation gives, but it agrees with {follow_what}.").format(
+                            follow_what=self.follow_what
+                        )
+                    )
             except (LookupError, ArithmeticError, TypeError, ValueError):
                 pass  # nothing of their own to compare with
         rows = [i + 1 for i in range(part.shape[0]) if not all(self._entries(value, self.expected, where)[i])]
         share = 1 - len(rows) / part.shape[0]
-        reason = f"Row {', '.join(map(str, rows))} is not what the derivation gives."
+        reason = _("Row {rows} is not what the derivation gives.").format(rows=", ".join(map(str, rows)))
         return partly(share, reason) if share >= _WORTH_A_SHARE else wrong(reason)
 
     def _entries(self, matrix: Any, rule: Callable[[Point], Any], where: list[dict[str, float]]) -> list[list[bool]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import thin
 from rotflex.courseware.kinds.recordings import Sampled
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.marking.checks import misfit
 from rotflex.instructor.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
@@ -58,20 +59,32 @@ class FigureFollows:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for a curve that follows, then at the labels of its axes."""
         if not case.virtual:
-            return for_a_person("It does not come from the virtual bench; a person will look at it.")
+            return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
         expected = self.recording(case.bench)
         own = own_samples(case, self.own, self.channel, self.largest)
         for samples, verdict in ((_samples(expected, self.channel), right), (own, follow_through)):
             found = samples and self._curve(value, samples)
             if found:
                 axis, unit = found
-                missing = [] if has_unit(axis["xlabel"], SECONDS) else ["the horizontal axis lacks its unit, s"]
+                missing = [] if has_unit(axis["xlabel"], SECONDS) else [_("the horizontal axis lacks its unit, s")]
                 if not has_unit(axis["ylabel"], self.units[unit][0]):
-                    missing.append(f"the vertical axis lacks its unit, {unit}, or has another one than the curve")
+                    missing.append(
+                        _("the vertical axis lacks its unit, {unit}, or has another one than the curve").format(
+                            unit=unit
+                        )
+                    )
                 if missing:
-                    return partly(_HALF, f"The curve is there, but {' and '.join(missing)}.")
-                return verdict(f"A curve of {self.channel} over time, with units.{_WHOSE[verdict]}")
-        return wrong(f"No curve in the figure follows {self.channel} over the whole of the recording.")
+                    return partly(
+                        _HALF, _("The curve is there, but {missing}.").format(missing=_(" and ").join(missing))
+                    )
+                return verdict(
+                    _("A curve of {channel} over time, with units.{whose}").format(
+                        channel=self.channel, whose=_WHOSE[verdict]
+                    )
+                )
+        return wrong(
+            _("No curve in the figure follows {channel} over the whole of the recording.").format(channel=self.channel)
+        )
 
     def _curve(self, figure: dict[str, Any], samples: Samples) -> tuple[dict[str, Any], str] | None:
         """The axes on which a curve follows the samples, and the unit it is drawn in."""
@@ -80,7 +93,7 @@ class FigureFollows:
             if np.ptp(x) < 0.8 * (time[-1] - time[0]):
                 continue
             wanted = _interpolated(x, time, values)
-            for unit, (_, scale) in self.units.items():
+            for unit, (_pattern, scale) in self.units.items():
                 if misfit(y, scale * wanted) <= self.rtol:
                     return axis, unit
         return None
@@ -115,18 +128,20 @@ class FigureOfSpectrum:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for a curve with the right peak, then at the label of its frequency axis."""
         if not case.virtual:
-            return for_a_person("It does not come from the virtual bench; a person will look at it.")
+            return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
         expected = self.recording(case.bench)
         own = own_samples(case, self.own, self.channel, self.largest)
         for samples, verdict in ((_samples(expected, self.channel), right), (own, follow_through)):
             axis = samples and self._axis(value, samples)
             if axis:
                 if not has_unit(axis["xlabel"], _HERTZ):
-                    return partly(_HALF, "The spectrum is there, but the horizontal axis lacks its unit, Hz.")
+                    return partly(_HALF, _("The spectrum is there, but the horizontal axis lacks its unit, Hz."))
                 if not axis["ylabel"]:
-                    return partly(_HALF, "The spectrum is there, but the vertical axis has no label.")
-                return verdict(f"A spectrum with its peak in the right place, in Hz.{_WHOSE[verdict]}")
-        return wrong("No curve in the figure has its peak, in Hz, where the spectrum of your recording has it.")
+                    return partly(_HALF, _("The spectrum is there, but the vertical axis has no label."))
+                return verdict(
+                    _("A spectrum with its peak in the right place, in Hz.{whose}").format(whose=_WHOSE[verdict])
+                )
+        return wrong(_("No curve in the figure has its peak, in Hz, where the spectrum of your recording has it."))
 
     def _axis(self, figure: dict[str, Any], samples: Samples) -> dict[str, Any] | None:
         """The axes on which a curve is the spectrum of the samples."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware import forms
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
 from rotflex.errors import RotflexError
 from rotflex.instructor.course import Course
@@ -84,7 +85,7 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
         verdict = _verdict(check, part, claims.values[where], case)
         given = _given(part, claims.contents[where], claims.values[where])
     elif where in claims.malformed:
-        verdict = wrong(f"Malformed: {claims.malformed[where]}")
+        verdict = wrong(_("Malformed: {why}").format(why=claims.malformed[where]))
     else:
         verdict = Verdict(Status.MISSING, 0.0, _MISSING)
     points = round(verdict.share * part.points, 6)
@@ -98,7 +99,11 @@ def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
         with np.errstate(all="ignore"), within(_PATIENCE):
             return check.verdict(part, value, case)
     except (ArithmeticError, LookupError, ValueError, MemoryError, RecursionError, RotflexError) as error:
-        return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
+        return for_a_person(
+            _("It could not be compared ({error_type}: {error}); a person will look at it.").format(
+                error_type=type(error).__name__, error=error
+            )
+        )
 
 
 def _given(part: Part, content: dict[str, Any], value: Any) -> str:
@@ -112,9 +117,9 @@ def _given(part: Part, content: dict[str, Any], value: Any) -> str:
 
 
 def unmarked(key: Key, claims: Claims) -> list[str]:
-    """A word on answers to questions that the key does not have."""
-    numbers = dict.fromkeys(number for number, _ in claims.contents if number not in key)
-    return [f"Question {number} {UNMARKED}" for number in numbers]
+    """A message on answers to questions that the key does not have."""
+    numbers = dict.fromkeys(number for number, _part in claims.contents if number not in key)
+    return [_("Question {number} {unmarked}").format(number=number, unmarked=UNMARKED) for number in numbers]
 
 
 def nothing_earned(course: Course, reason: str) -> list[Mark]:

@@ -1,4 +1,4 @@
-"""Marking in processes of its own: what a stranger claims can be built to be expensive, and must stop nothing.
+"""Marking in processes of its own: what a submission claims can be built to be expensive, and must stop nothing.
 
 Each answer has a time, each process a size. Should a process die of an answer all the same, that submission is one for
 a person, and the next one is marked in a new process.
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rotflex.courseware import student_id
+from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.course import Course
@@ -42,19 +43,19 @@ class Marker:
     Parameters
     ----------
     course : each process loads it for itself, from its folder
-    places : how many submissions to mark at a time
+    processes : how many submissions to mark at a time
     """
 
-    def __init__(self, course: Course, places: int) -> None:
-        self._course, self._places = course, places
+    def __init__(self, course: Course, processes: int) -> None:
+        self._course, self._processes = course, processes
         self._lock = threading.Lock()
-        self._pool = self._new_pool(places)
+        self._pool = self._new_pool(processes)
 
-    def _new_pool(self, places: int) -> ProcessPoolExecutor:
+    def _new_pool(self, processes: int) -> ProcessPoolExecutor:
         # Not forked: this program has threads.
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(
-            places, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
+            processes, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
         )
 
     def __enter__(self) -> Marker:
@@ -63,7 +64,7 @@ class Marker:
     def __exit__(self, *_: object) -> None:
         self._end(self._pool)
 
-    def get_ready(self) -> None:
+    def warm_up(self) -> None:
         """Start a marking process, if none is idle, while there is something else to wait for."""
         with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
             self._pool.submit(_warm)
@@ -82,14 +83,16 @@ class Marker:
         except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
             with self._lock:
                 if self._pool is pool:
-                    self._pool = self._new_pool(self._places)
+                    self._pool = self._new_pool(self._processes)
                     self._end(pool)
         # It may have been another submission's answers that broke the pool.
         alone = self._new_pool(1)
         try:
             return alone.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
         except (BrokenExecutor, TimeoutError) as error:
-            raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
+            raise GradingError(
+                _("The answers could not be marked ({error_type}).").format(error_type=type(error).__name__)
+            ) from None
         finally:
             self._end(alone)
 
@@ -133,6 +136,8 @@ def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
     (course,) = _courses
     claims = decoding.decode(answers, probe_seed, course.catalogue)
     if claims.student and student_id.caseless(claims.student) != student_id.caseless(student):
-        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
+        claims.notes.append(
+            _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
+        )
     marks = marking.mark(course, claims, course.bench(student), probe_seed)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))

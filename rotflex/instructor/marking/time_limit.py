@@ -1,4 +1,4 @@
-"""A bound on the time that something may take, for what a stranger can make slow."""
+"""A bound on the time that something may take, for what untrusted input can make slow."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import signal
 import threading
 from collections.abc import Iterator
 from types import FrameType
+
+from rotflex.courseware.messages import _
 
 
 class TooSlow(ArithmeticError):
@@ -25,7 +27,7 @@ def within(seconds: float) -> Iterator[None]:
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
-        raise TooSlow(f"stopped after {seconds:g} s")
+        raise TooSlow(_("stopped after {seconds:g} s").format(seconds=seconds))
 
     previous = signal.signal(signal.SIGALRM, stop)
     # Again and again: the first may be caught by something that takes it for an error of arithmetic.

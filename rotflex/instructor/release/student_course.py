@@ -162,7 +162,9 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
     """
     folder, archive = out / course.name, out / f"{course.name}.zip"
     if folder.exists() and not replace:
-        raise GradingError(f"There is {folder} already: remove it, choose another place, or say --replace.")
+        raise GradingError(
+            _("There is {folder} already: remove it, choose another place, or say --replace.").format(folder=folder)
+        )
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".rotflex-release-", dir=out) as scratch:
         built = Path(scratch) / course.name

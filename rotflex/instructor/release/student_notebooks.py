@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.errors import AnswerError, GradingError
 
@@ -49,9 +50,13 @@ def read(path: Path) -> NotebookNode:
         notebook: NotebookNode = nbformat.read(path, as_version=nbformat.NO_CONVERT)
         nbformat.validate(notebook)
     except (NotJSONError, ValidationError, OSError, UnicodeDecodeError) as error:
-        raise GradingError(f"{path.name} is not a valid notebook: {error}") from None
+        raise GradingError(_("{name} is not a valid notebook: {error}").format(name=path.name, error=error)) from None
     if (notebook.nbformat, notebook.nbformat_minor) < (4, 5):
-        raise GradingError(f"{path.name} has format {notebook.nbformat}.{notebook.nbformat_minor}; save it as 4.5.")
+        raise GradingError(
+            _("{name} has format {major}.{minor}; save it as 4.5.").format(
+                name=path.name, major=notebook.nbformat, minor=notebook.nbformat_minor
+            )
+        )
     return notebook
 
 
@@ -75,12 +80,16 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
-        where = f"{name}, cell {cell.id!r}"
+        where = _("{name}, cell {cell!r}").format(name=name, cell=cell.id)
         source = _without_solutions(cell.source, where)
         if is_answer(cell) and source == cell.source:
-            raise GradingError(f"{where}: an answer cell without {BEGIN!r} would be released with its solution.")
+            raise GradingError(
+                _("{where}: an answer cell without {begin!r} would be released with its solution.").format(
+                    where=where, begin=BEGIN
+                )
+            )
         if cell.cell_type != "code" and source != cell.source:
-            raise GradingError(f"{where}: a solution must be in a code cell.")
+            raise GradingError(_("{where}: a solution must be in a code cell.").format(where=where))
         metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata}
         if cell.id in points:
             metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}
@@ -194,7 +203,9 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
                 question = catalogue.find(one.question)
                 sums = sum(question.part(part).points for part in one.of(question))
             except AnswerError as error:
-                raise GradingError(f"{name}, cell {cell.id!r}: {error}") from None
+                raise GradingError(
+                    _("{name}, cell {cell!r}: {error}").format(name=name, cell=cell.id, error=error)
+                ) from None
             if latest:
                 points[latest] += sums
     return {cell: int(value) if value == int(value) else value for cell, value in points.items()}
@@ -209,11 +220,19 @@ def _without_solutions(source: str, where: str) -> str:
                 kept.append(line[: len(line) - len(line.lstrip())] + STUB)
             inside = not inside
         elif word in (BEGIN, END):
-            raise GradingError(f"{where}: {word!r} without its {'end' if inside else 'beginning'}.")
+            raise GradingError(
+                _("{where}: {word!r} without its {which}.").format(
+                    where=where, word=word, which=_("end") if inside else _("beginning")
+                )
+            )
         elif "BEGIN SOLUTION" in line.upper() or "END SOLUTION" in line.upper():
-            raise GradingError(f"{where}: {word!r} should be exactly {BEGIN!r} or {END!r}, alone on its line.")
+            raise GradingError(
+                _("{where}: {word!r} should be exactly {begin!r} or {end!r}, alone on its line.").format(
+                    where=where, word=word, begin=BEGIN, end=END
+                )
+            )
         elif not inside:
             kept.append(line)
     if inside:
-        raise GradingError(f"{where}: {BEGIN!r} without its end.")
+        raise GradingError(_("{where}: {begin!r} without its end.").format(where=where, begin=BEGIN))
     return "\n".join(kept)

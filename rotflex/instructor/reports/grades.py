@@ -11,6 +11,7 @@ from pathlib import Path
 import rotflex
 from rotflex.courseware import files
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADES_FILE
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Graded
@@ -38,7 +39,9 @@ class Reports:
         try:
             out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise GradingError(f"There can be no results in {out}: {error.strerror}.") from None
+            raise GradingError(
+                _("There can be no results in {out}: {why}.").format(out=out, why=error.strerror)
+            ) from None
         self._out, self._catalogue = out, catalogue
         self._results: dict[str, Result] = {}
 

@@ -6,6 +6,7 @@ import json
 import sys
 from types import TracebackType
 
+from rotflex.courseware.messages import _
 from rotflex.instructor.reports.feedback import points
 from rotflex.instructor.reports.result import Result
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -13,13 +14,13 @@ from rotflex.instructor.reports.safe_text import no_escapes
 _MOST_ROWS = 60  # of the table at the end
 
 
-class Watcher:
-    """Takes note of what is done.
+class ProgressReport:
+    """Counts what is done.
 
     Parameters
     ----------
     total : submissions that there are
-    ignored : words on what lies among them and is none
+    ignored : messages on what lies among them and is none
     absent : students who have not handed in anything
 
     Attributes
@@ -33,7 +34,7 @@ class Watcher:
         self.trouble = bool(ignored)
         self.ran = self.known = self.failed = 0
 
-    def __enter__(self) -> Watcher:
+    def __enter__(self) -> ProgressReport:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
@@ -47,20 +48,20 @@ class Watcher:
         self.trouble |= bool(result.problems)
 
 
-class Lines(Watcher):
+class JsonLines(ProgressReport):
     """An object a line on the standard output: one for each submission as it is done, one for all in the end."""
 
-    def __enter__(self) -> Lines:
-        for word in self.ignored:
-            self._say({"event": "ignored", "what": word})
+    def __enter__(self) -> JsonLines:
+        for message in self.ignored:
+            self._print({"event": "ignored", "what": message})
         for student in self.absent:
-            self._say({"event": "absent", "student": student})
+            self._print({"event": "absent", "student": student})
         return self
 
     def add(self, ran: bool, result: Result) -> None:
         """Note one submission, and whether it was run just now."""
         super().add(ran, result)
-        self._say(
+        self._print(
             {
                 "event": "graded",
                 "student": result.student,
@@ -75,14 +76,14 @@ class Lines(Watcher):
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
         counts = {"ran": self.ran, "known": self.known, "failed": self.failed, "total": self.total}
-        self._say({"event": "interrupted" if kind else "done", **counts})
+        self._print({"event": "interrupted" if kind else "done", **counts})
 
     @staticmethod
-    def _say(data: dict[str, object]) -> None:
+    def _print(data: dict[str, object]) -> None:
         print(json.dumps(data), flush=True)
 
 
-class Screen(Watcher):
+class Screen(ProgressReport):
     """A bar that tells what is done, what failed, and how long it will take; a table in the end."""
 
     def __init__(self, total: int, ignored: list[str], absent: list[str]) -> None:
@@ -97,7 +98,7 @@ class Screen(Watcher):
             TextColumn("Grading"),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[words]}"),
+            TextColumn("{task.fields[counts]}"),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeLeft(),
@@ -106,27 +107,31 @@ class Screen(Watcher):
         self._results: list[Result] = []
 
     def __enter__(self) -> Screen:
-        for word in self.ignored:
-            self._console.print(no_escapes(word), style="yellow", markup=False)
+        for message in self.ignored:
+            self._console.print(no_escapes(message), style="yellow", markup=False)
         self._bar.start()
-        self._task = self._bar.add_task("", total=self.total, words="")
+        self._task = self._bar.add_task("", total=self.total, counts="")
         return self
 
     def add(self, ran: bool, result: Result) -> None:
         """Note one submission, and whether it was run just now."""
         super().add(ran, result)
         self._results.append(result)
-        words = f"{self.ran} run, {self.known} known, {self.failed} with trouble"
-        self._bar.update(self._task, advance=1, words=words)
+        counts = _("{ran} run, {known} known, {failed} with trouble").format(
+            ran=self.ran, known=self.known, failed=self.failed
+        )
+        self._bar.update(self._task, advance=1, counts=counts)
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
         self._bar.stop()
         if self._results:
             self._table()
         if self.absent:
-            self._console.print(no_escapes(f"Nothing handed in: {', '.join(self.absent)}"), markup=False)
+            self._console.print(
+                no_escapes(_("Nothing handed in: {students}").format(students=", ".join(self.absent))), markup=False
+            )
         if kind is not None:
-            self._console.print("What is graded is in the gradebook: the same command goes on from here.")
+            self._console.print(_("What is graded is in the gradebook: the same command goes on from here."))
 
     def _table(self) -> None:
         from rich.table import Table
@@ -146,11 +151,11 @@ class Screen(Watcher):
             # Text: what looks like markup in a name or a message is none.
             table.add_row(
                 Text(no_escapes(result.student)),
-                f"{points(result.total)} of {points(result.out_of)}",
+                _("{total} of {out_of}").format(total=points(result.total), out_of=points(result.out_of)),
                 points(result.awaiting) if result.awaiting else "",
                 Text(no_escapes("\n".join(result.problems))),
             )
         self._console.print(table)
         if len(shown) < len(results):
-            self._console.print(f"and {len(results) - len(shown)} more, in grades.csv")
+            self._console.print(_("and {count} more, in grades.csv").format(count=len(results) - len(shown)))
         self._console.print(results[0].stamp, markup=False)

@@ -1,4 +1,4 @@
-"""Strangers' text made harmless for a terminal and for a spreadsheet."""
+"""Untrusted text made harmless for a terminal and for a spreadsheet."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.release import student_course, student_notebooks
@@ -104,7 +105,7 @@ def _unpack(packed: bytes, scratch: Path) -> None:
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
         archive.extractall(folder)
     if not compileall.compile_dir(folder, quiet=2):
-        raise GradingError("The released course cannot be compiled.")
+        raise GradingError(_("The released course cannot be compiled."))
     _put_fonts(folder / FONTS)
     for path in (folder, *folder.rglob("*")):  # to be read by whoever the sandbox makes of us
         path.chmod(0o755 if path.is_dir() else 0o644)

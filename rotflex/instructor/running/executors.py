@@ -9,6 +9,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
+from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 
 _CONNECT = 15  # s to find a scheduler and a worker
@@ -20,11 +21,11 @@ class Pool:
     """An executor, how many submissions it takes at a time, and how to stop what is running."""
 
     executor: Executor
-    places: int
+    capacity: int
     stop: Callable[[], None]
 
 
-class _Here(ThreadPoolExecutor):
+class _LocalExecutor(ThreadPoolExecutor):
     """Threads are enough: the work is done in the sandboxes that they wait for."""
 
     def __init__(self, jobs: int) -> None:
@@ -40,9 +41,9 @@ class _Here(ThreadPoolExecutor):
 
 
 @contextlib.contextmanager
-def here(jobs: int) -> Iterator[Pool]:
+def local(jobs: int) -> Iterator[Pool]:
     """This machine, so many submissions at a time."""
-    executor = _Here(jobs)
+    executor = _LocalExecutor(jobs)
     try:
         yield Pool(executor, jobs, executor.stop)
     finally:
@@ -62,11 +63,13 @@ def cluster(scheduler: str) -> Iterator[Pool]:
     try:
         from distributed import Client
     except ImportError:
-        raise GradingError("A cluster needs dask: pip install 'rotflex[cluster]'.") from None
+        raise GradingError(_("A cluster needs dask: pip install 'rotflex-instructor[cluster]'.")) from None
     try:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise GradingError(f"There is no scheduler at {scheduler}: {error}") from None
+        raise GradingError(
+            _("There is no scheduler at {scheduler}: {error}").format(scheduler=scheduler, error=error)
+        ) from None
     try:
         client.wait_for_workers(1, timeout=_CONNECT)
         threads = sum(client.nthreads().values())
@@ -74,6 +77,6 @@ def cluster(scheduler: str) -> Iterator[Pool]:
         executor = client.get_executor(pure=False, retries=_TRIES)
         yield Pool(executor, threads, lambda: executor.shutdown(wait=False))
     except TimeoutError:
-        raise GradingError(f"The scheduler at {scheduler} has no workers.") from None
+        raise GradingError(_("The scheduler at {scheduler} has no workers.").format(scheduler=scheduler)) from None
     finally:
         client.close()

@@ -1,6 +1,6 @@
 """Submissions: which there are, and the source of their answer cells.
 
-A submission is a folder or a zip, named by the student's ID. It is read as a stranger's: bounded in size, never
+A submission is a folder or a zip, named by the student's ID. It is read as untrusted input: bounded in size, never
 unpacked, links never followed, its names never used for writing. Of all that it holds, only the source of the answer
 cells goes on.
 """
@@ -59,11 +59,11 @@ class Intake:
 
 
 class _Unreadable(Exception):
-    """A file that cannot be taken in; the message says why."""
+    """A file that cannot be read; the message says why."""
 
 
 def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
-    """The submissions in a folder, by student, and a word on everything else there.
+    """The submissions in a folder, by student, and a message on everything else there.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
         If there is no such folder, or no submission in it.
     """
     if not folder.is_dir():
-        raise GradingError(f"There is no folder {folder}.")
+        raise GradingError(_("There is no folder {folder}.").format(folder=folder))
     found: dict[str, Submission] = {}
     ignored = []
     # A folder goes before a zip of the same name, whoever packed which.
@@ -87,7 +87,11 @@ def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
         except _Unreadable as error:
             ignored.append(_("{name!r} is not read: {why}").format(name=path.name, why=error))
     if not found:
-        raise GradingError(f"There are no submissions in {folder}: it should hold a folder or a zip for each student.")
+        raise GradingError(
+            _("There are no submissions in {folder}: it should hold a folder or a zip for each student.").format(
+                folder=folder
+            )
+        )
     return [found[student] for student in sorted(found)], ignored
 
 
@@ -102,7 +106,7 @@ def _submission(path: Path) -> Submission:
         raise _Unreadable(_("it is not named by a student's ID. {why}").format(why=error)) from None
 
 
-def take_in(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Intake:
+def read(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Intake:
     """Read a submission's answer cells.
 
     Parameters
@@ -118,19 +122,19 @@ def take_in(submission: Submission, wanted: Mapping[str, Sequence[str]]) -> Inta
             _check_student(submission, files, found.pop(COURSE_FILE, None), intake)
             for name, ids in wanted.items():
                 if name not in found:
-                    intake.notes.append(f"{name} was not handed in.")
+                    intake.notes.append(_("{name} was not handed in.").format(name=name))
                     continue
                 try:
                     cells = _cells(files.read(found[name], MAX_NOTEBOOK))
                 except _Unreadable as error:
-                    intake.problems.append(f"{name} cannot be read: {error}")
+                    intake.problems.append(_("{name} cannot be read: {error}").format(name=name, error=error))
                 else:
                     intake.sources[name] = _answers(name, cells, ids, intake)
     except _Unreadable as error:
-        intake.problems.append(f"The submission cannot be read: {error}")
+        intake.problems.append(_("The submission cannot be read: {error}").format(error=error))
     else:
         if not found:
-            intake.problems.append("There is no notebook of the course in the submission.")
+            intake.problems.append(_("There is no notebook of the course in the submission."))
     return intake
 
 
@@ -144,7 +148,11 @@ def _shallowest(names: Iterator[PurePosixPath], wanted: set[str], intake: Intake
     for name, paths in found.items():
         paths.sort(key=lambda path: (len(path.parts), str(path)))
         if len(paths) > 1:
-            intake.notes.append(f"There are {len(paths)} files {name}; the one at {str(paths[0])!r} is taken.")
+            intake.notes.append(
+                _("There are {count} files {name}; the one at {path!r} is taken.").format(
+                    count=len(paths), name=name, path=str(paths[0])
+                )
+            )
     return {name: paths[0] for name, paths in found.items()}
 
 
@@ -160,7 +168,11 @@ def _check_student(submission: Submission, files: _Files, path: PurePosixPath | 
     known = {"", student_id.caseless(submission.student)}
     if isinstance(named, str) and student_id.caseless(named) not in known:
         shown = named[: student_id.LONGEST]
-        intake.notes.append(f"{COURSE_FILE} names the student {shown!r}; this counts as {submission.student!r}'s work.")
+        intake.notes.append(
+            _("{course_file} names the student {shown!r}; this counts as {student!r}'s work.").format(
+                course_file=COURSE_FILE, shown=shown, student=submission.student
+            )
+        )
 
 
 # --- a notebook's cells -----------------------------------------------------------------------------------------------
@@ -170,35 +182,41 @@ def _json(data: bytes) -> Any:
     try:
         return json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise _Unreadable(f"it is not JSON ({type(error).__name__}).") from None
+        raise _Unreadable(_("it is not JSON ({error_type}).").format(error_type=type(error).__name__)) from None
 
 
 def _cells(data: bytes) -> list[Any]:
     notebook = _json(data)
     cells = notebook.get("cells") if isinstance(notebook, dict) else None
     if not isinstance(cells, list):
-        raise _Unreadable("it is JSON, but not a notebook with cells.")
+        raise _Unreadable(_("it is JSON, but not a notebook with cells."))
     return cells
 
 
 def _answers(name: str, cells: list[Any], ids: Sequence[str], intake: Intake) -> dict[str, str]:
     """The sources of a notebook's answer cells by id. What is missing or malformed is noted, and its stub stays."""
     named = [(_id(cell), cell) for cell in cells if isinstance(cell, dict)]
-    counts = Counter(cell_id for cell_id, _ in named)
+    counts = Counter(cell_id for cell_id, _cell in named)
     sources = {}
     for wanted in ids:
         if not counts[wanted]:
-            intake.notes.append(f"{name}: the answer cell {wanted} is missing.")
+            intake.notes.append(_("{name}: the answer cell {wanted} is missing.").format(name=name, wanted=wanted))
             continue
         if counts[wanted] > 1:
             intake.notes.append(
-                f"{name}: the answer cell {wanted} is there {counts[wanted]} times; the first is taken."
+                _("{name}: the answer cell {wanted} is there {times} times; the first is taken.").format(
+                    name=name, wanted=wanted, times=counts[wanted]
+                )
             )
         cell = next(cell for cell_id, cell in named if cell_id == wanted)
         try:
             sources[wanted] = _source(cell)
         except _Unreadable as error:
-            intake.notes.append(f"{name}: the answer cell {wanted} is not taken: {error}")
+            intake.notes.append(
+                _("{name}: the answer cell {wanted} is not taken: {error}").format(
+                    name=name, wanted=wanted, error=error
+                )
+            )
     return sources
 
 
@@ -215,18 +233,18 @@ def _id(cell: dict[str, Any]) -> str:
 
 def _source(cell: dict[str, Any]) -> str:
     if cell.get("cell_type") != "code":
-        raise _Unreadable("it is no longer a code cell.")
+        raise _Unreadable(_("it is no longer a code cell."))
     source = cell.get("source")
     if isinstance(source, list) and all(isinstance(line, str) for line in source):
         source = "".join(source)
     if not isinstance(source, str):
-        raise _Unreadable("its source is not text.")
+        raise _Unreadable(_("its source is not text."))
     if len(source) > MAX_SOURCE:
-        raise _Unreadable(f"its source has more than {MAX_SOURCE} characters.")
+        raise _Unreadable(_("its source has more than {max_source} characters.").format(max_source=MAX_SOURCE))
     try:
         source.encode()
     except UnicodeEncodeError:
-        raise _Unreadable("its source is not valid text.") from None
+        raise _Unreadable(_("its source is not valid text.")) from None
     return source
 
 
@@ -243,7 +261,7 @@ class _Files:
         self.close()
 
     def close(self) -> None:
-        """Let go of what is open."""
+        """Close what is open."""
 
     def names(self) -> Iterator[PurePosixPath]:
         """Paths of ordinary files; more than ``MAX_ENTRIES`` raise _Unreadable."""
@@ -270,7 +288,9 @@ class _Folder(_Files):
                 raise _Unreadable(f"{error.strerror}.") from None
             seen += len(entries)
             if seen > MAX_ENTRIES:
-                raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
+                raise _Unreadable(
+                    _("it has more than {max_entries} files and folders.").format(max_entries=MAX_ENTRIES)
+                )
             for entry in entries:
                 path = folder / entry.name
                 if entry.is_dir(follow_symlinks=False) and len(path.parts) <= MAX_DEPTH:
@@ -284,12 +304,12 @@ class _Folder(_Files):
             descriptor = os.open(self._root / path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
             with open(descriptor, "rb") as file:
                 if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                    raise _Unreadable("it is not an ordinary file.")
+                    raise _Unreadable(_("it is not an ordinary file."))
                 data = file.read(limit + 1)
         except OSError as error:
             raise _Unreadable(f"{error.strerror}.") from None
         if len(data) > limit:
-            raise _Unreadable(f"it has more than {limit} bytes.")
+            raise _Unreadable(_("it has more than {limit} bytes.").format(limit=limit))
         return data
 
 
@@ -298,14 +318,16 @@ class _InPieces(io.FileIO):
 
     def read(self, size: int | None = -1, /) -> bytes:
         if size is not None and size > MAX_DIRECTORY:
-            raise _Unreadable(f"its table of contents has more than {MAX_DIRECTORY} bytes.")
+            raise _Unreadable(
+                _("its table of contents has more than {max_directory} bytes.").format(max_directory=MAX_DIRECTORY)
+            )
         return super().read(MAX_DIRECTORY if size is None or size < 0 else size)
 
 
 class _Archive(_Files):
     def __init__(self, path: Path) -> None:
         if path.stat().st_size > MAX_ARCHIVE:
-            raise _Unreadable(f"the zip has more than {MAX_ARCHIVE} bytes.")
+            raise _Unreadable(_("the zip has more than {max_archive} bytes.").format(max_archive=MAX_ARCHIVE))
         try:
             self._file = _InPieces(path)
         except OSError as error:
@@ -314,13 +336,15 @@ class _Archive(_Files):
             self._zip = zipfile.ZipFile(self._file)
         except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, struct.error) as error:
             self.close()
-            raise _Unreadable(f"it is not a zip that can be read ({type(error).__name__}).") from None
+            raise _Unreadable(
+                _("it is not a zip that can be read ({error_type}).").format(error_type=type(error).__name__)
+            ) from None
         except _Unreadable:
             self.close()
             raise
         if len(self._zip.infolist()) > MAX_ENTRIES:
             self.close()
-            raise _Unreadable(f"it has more than {MAX_ENTRIES} files and folders.")
+            raise _Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=MAX_ENTRIES))
 
     def close(self) -> None:
         self._file.close()
@@ -339,14 +363,14 @@ class _Archive(_Files):
     def read(self, path: PurePosixPath, limit: int) -> bytes:
         entry = self._entries[path]
         if entry.flag_bits & 1:
-            raise _Unreadable("it is encrypted.")
+            raise _Unreadable(_("it is encrypted."))
         if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise _Unreadable("it is compressed in an unusual way; use an ordinary zip.")
+            raise _Unreadable(_("it is compressed in an unusual way; use an ordinary zip."))
         try:
             with self._zip.open(entry) as file:
                 data = file.read(limit + 1)
         except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, NotImplementedError) as error:
-            raise _Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
+            raise _Unreadable(_("the zip is damaged ({error_type}).").format(error_type=type(error).__name__)) from None
         if len(data) > limit:
-            raise _Unreadable(f"it has more than {limit} bytes.")
+            raise _Unreadable(_("it has more than {limit} bytes.").format(limit=limit))
         return data

@@ -1,4 +1,4 @@
-"""Whether the walls around students' code stand: asked before anything is run, and shown by ``rotflex doctor``."""
+"""Whether students' code can be isolated here: asked before anything is run, and shown by ``rotflex doctor``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from rotflex.courseware.messages import _
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import layers, selftest
 
@@ -26,7 +27,7 @@ _WAYS = (
 
 @dataclass(frozen=True)
 class Examined:
-    """What was found: the layers, and, where they stand, what came of trying to break out.
+    """What was found: the layers, and, where they are there, what came of trying to break out.
 
     Attributes
     ----------
@@ -56,8 +57,8 @@ class Examined:
 def examine() -> Examined:
     """Look at the layers, and try to break out if they are all there."""
     found = tuple(layers.examine())
-    standing = all(layer.good for layer in found if layer.needed)
-    return Examined(found, tuple(selftest.run_all()) if standing else ())
+    layers_good = all(layer.good for layer in found if layer.needed)
+    return Examined(found, tuple(selftest.run_all()) if layers_good else ())
 
 
 def check() -> None:
@@ -69,24 +70,24 @@ def check() -> None:
     for attempt in examined.attempts:
         if attempt.needed and not attempt.contained:
             raise IsolationError(
-                f"The self-test broke out: {attempt.name}: {attempt.said}",
+                _("The self-test broke out: {name}: {said}").format(name=attempt.name, said=attempt.said),
                 attempt.name,
-                "Do not grade here; run `rotflex doctor` and report what it shows.",
+                _("Do not grade here; run `rotflex doctor` and report what it shows."),
             )
 
 
-def check_unwalled() -> None:
+def check_unisolated() -> None:
     """Raise IsolationError for root: with its rights, a submission could do anything at all."""
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         raise IsolationError(
-            "--unsafe-no-isolation is not for root.",
+            _("--unsafe-no-isolation is not for root."),
             "privileges",
-            "Grade in isolation, or as a user made for it who owns nothing of value.",
+            _("Grade in isolation, or as a user made for it who owns nothing of value."),
         )
 
 
 def refuse(error: IsolationError) -> None:
-    """Tell an instructor why nothing was graded."""
+    """Print for an instructor why nothing was graded."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -119,9 +120,9 @@ def show(examined: Examined) -> None:
             table.add_row(attempt.name, _word(attempt.contained, attempt.needed), Text(attempt.said))
         console.print(table)
     console.print(
-        "Students' code can be run in isolation here."
+        _("Students' code can be run in isolation here.")
         if examined.good
-        else "Students' code cannot be run in isolation here: nothing is graded."
+        else _("Students' code cannot be run in isolation here: nothing is graded.")
     )
 
 

@@ -7,7 +7,6 @@ the key goes into it.
 from __future__ import annotations
 
 import json
-import sys
 import threading
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
@@ -16,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
-from rotflex.instructor.isolation import bare, sandbox
+from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.sandbox import Ending, Outcome
 from rotflex.instructor.running import inside
 from rotflex.instructor.running.bundle import FONTS, INSIDE, unpacked
@@ -32,6 +32,7 @@ _PARTLY = {
 }
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
+_NOT_RUN = "The released course cannot be run here: {reason}"
 _ENDED_EARLY = "The run ended before all notebooks were run."
 
 
@@ -41,7 +42,7 @@ class Limits:
 
     Attributes
     ----------
-    cell, submission : time, s (of a cell; of everything, by the clock on the wall)
+    cell, submission : time, s (of a cell; of everything, wall time)
     memory : bytes
     processes : at a time
     folder : bytes that can be written
@@ -88,7 +89,7 @@ class Run:
 
     Attributes
     ----------
-    answers : a stranger's claim
+    answers : an untrusted claim
     problems : what went wrong
     complete : whether it ended by itself or by a limit, and so need not be run again
     """
@@ -115,33 +116,33 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     IsolationError
         If it cannot be isolated as asked; it is not run, then.
     GradingError
-        If the course cannot be imported.
+        If the course cannot be imported, or a library is not one that notebooks can be run with.
     """
     outcome = _run(packed, job, cancelled)
-    if outcome.code == inside.BROKEN:  # or so it says: a stranger may have had a hand in it
-        _rehearse(packed, job)
+    if outcome.code == inside.BROKEN:  # or so it claims: the submission may have caused it
+        _check_course(packed, job)
     return Run(outcome.file, _problems(outcome, job.limits), outcome.ending is not Ending.CANCELLED)
 
 
-def _rehearse(packed: bytes, job: Job) -> None:
+def _check_course(packed: bytes, job: Job) -> None:
     """Raise GradingError if the course does not even run without any notebooks."""
     outcome = _run(packed, replace(job, notebooks={}), None)
     if outcome.code == inside.BROKEN:
-        said = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(f"The released course cannot be imported: {said[-1] if said else 'it says nothing'}")
+        lines = outcome.output.decode(errors="replace").strip().splitlines()
+        raise GradingError(_(_NOT_RUN).format(reason=lines[-1] if lines else _("it says nothing")))
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
-    walls = sandbox.run if job.isolated else bare.run
+    run_command = sandbox.run if job.isolated else unisolated.run
     spec = {
-        "notebooks": [{"name": name, "notebook": notebook} for name, notebook in job.notebooks.items()],
+        "notebooks": list(job.notebooks.values()),
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
         "cell_timeout": job.limits.cell,
     }
-    return walls(
-        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), sys.executable, "-P", str(folder / INSIDE / "main.py")],
+    return run_command(
+        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
@@ -170,7 +171,7 @@ def _environment(folder: Path, probe_seed: int) -> dict[str, str]:
 
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
     ended = {
-        Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
+        Ending.DEADLINE: _("The run took longer than {seconds:g} s and was stopped.").format(seconds=limits.submission),
         Ending.OUTPUT: "The run was stopped: it said too much.",
         Ending.CANCELLED: "The run was called off.",
         Ending.FINISHED: _PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY),
@@ -192,7 +193,9 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
     """
     asked = json.loads(job)
     if asked.pop("software") != rotflex.__version__:
-        raise GradingError(f"This worker has rotflex {rotflex.__version__}; install the version that grades.")
+        raise GradingError(
+            _("This worker has rotflex {version}; install the version that grades.").format(version=rotflex.__version__)
+        )
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
     return json.dumps({"answers": answers, "problems": done.problems, "complete": done.complete}).encode()

@@ -170,7 +170,7 @@ def prose(given="Because it bends.", points=0.0, status="for a person", reason="
 
 
 def graded(student="ada", submission="first", *marks, key="", key_digest="key 1", **run):
-    values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "walls", "answers": b"{}"} | run
+    values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "isolated", "answers": b"{}"} | run
     key = key or f"{student.casefold()} {submission}"
     return Graded(RunRecord(key, student, submission, **values), marks or (mark(), prose()), key_digest)
 
@@ -410,7 +410,7 @@ def test_comments_are_kept_in_order(book):
         book.comment("bob", "?", "prof")
 
 
-# --- strangers' text --------------------------------------------------------------------------------------------------
+# --- untrusted text ---------------------------------------------------------------------------------------------------
 
 HOSTILE = "NUL \0, half a pair \ud800, \x1b[2Jcleared, \x9b, é\r\nand\rmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
 KEPT = (

@@ -67,7 +67,7 @@ def test_only_what_the_roster_has_a_column_for_changes(imported):
 
 
 def test_those_who_are_graded_already_get_their_names(book, imported):
-    run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "walls")
+    run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "isolated")
     book.record(Graded(run, (), "key"), "batch", "")
     report, students = imported("Student,Name\nAda,Ada Lovelace\n")
     assert (report.changed, students) == (1, [StudentRecord("Ada", "Ada Lovelace")])

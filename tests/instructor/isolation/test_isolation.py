@@ -17,7 +17,7 @@ import pytest
 from checkout import ROOT
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import cgroups, sandbox, walls
+from rotflex.instructor.isolation import bubblewrap, cgroups, sandbox
 from rotflex.instructor.isolation.outcome import MIB
 from rotflex.instructor.isolation.sandbox import Ending, Limits
 
@@ -47,7 +47,10 @@ def python(script, wanted="answer", largest=10000, visible=(), **more):
 
 
 def child(token):
-    """Start a deaf, detached child. Until it runs, no process has "child-" and the token among its arguments."""
+    """Start a detached child that ignores signals.
+
+    Until it runs, no process has "child-" and the token among its arguments.
+    """
     return f"""setsid sh -c 'trap "" INT TERM HUP; while :; do sleep 1; done' child-$(echo {token}) &\n"""
 
 
@@ -239,7 +242,11 @@ def test_nothing_outlives_a_grader_that_is_killed(moment):
     assert processes_with(token) == []
 
     def groups():
-        return [left for place in cgroups.places().values() for left in place.folder.glob(f"rotflex-{grader.pid}-*")]
+        return [
+            left
+            for parent in cgroups.parent_groups().values()
+            for left in parent.folder.glob(f"rotflex-{grader.pid}-*")
+        ]
 
     shell("true")  # which clears away the control groups that the killed one had, ...
     while groups() and time.monotonic() < deadline:
@@ -294,9 +301,9 @@ def test_it_has_no_rights_and_cannot_get_any(inside):
 
 def test_each_sandbox_of_root_has_a_user_of_its_own():
     if os.geteuid() != 0:
-        assert walls.person() == walls.Person(1000, False)
+        assert bubblewrap.sandbox_user() == bubblewrap.User(1000, False)
         return
-    assert len({walls.person().uid for _ in range(5)}) == 5
+    assert len({bubblewrap.sandbox_user().uid for _ in range(5)}) == 5
 
 
 def test_it_has_no_descriptors_but_the_three(inside):
@@ -336,6 +343,44 @@ def test_its_environment_is_what_it_was_given(inside):
 def test_nothing_can_be_slipped_into_bubblewraps_arguments(environment):
     with pytest.raises(IsolationError, match="NUL"):
         shell("true", environment=environment)
+
+
+#: What a program run by a Python finds of itself, and of its environment.
+ITSELF = """
+import json, sys
+import numpy
+print(json.dumps([sys.executable, sys.prefix, sys.base_prefix, numpy.__file__]))
+"""
+IN_ITS_SANDBOX = f"""
+import os, subprocess, sys
+from rotflex.instructor.isolation import sandbox, selftest
+command = [str(sandbox.python()), "-c", {GUARD_PYTHON + ITSELF!r}]
+print(sys.executable)
+print(sandbox.run(command, visible=[], wanted="answer", largest=1).output.decode(), end="")
+print([attempt.name for attempt in selftest.run_all() if not attempt.contained and attempt.needed])
+"""
+
+
+@pytest.mark.parametrize("way", ["relative", "found in PATH"])
+def test_a_python_called_by_a_path_with_dots_runs_in_its_own_environment(tmp_path, way):
+    here = tmp_path / "not" / "shown"
+    here.mkdir(parents=True)
+    dotted = os.path.relpath(sys.executable, here)
+    search = {"PATH": f"{os.path.dirname(dotted)}:/usr/bin:/bin"} if way == "found in PATH" else {}
+    program = os.path.basename(dotted) if search else dotted
+    done = subprocess.run(
+        ["/usr/bin/env", program, "-c", IN_ITS_SANDBOX],
+        cwd=here,
+        env={**os.environ, **search, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    called, found, broken_out = done.stdout.splitlines()
+    assert ".." in called and called.endswith(dotted)
+    ours = subprocess.run([sys.executable, "-c", ITSELF], capture_output=True, text=True, check=True).stdout
+    assert json.loads(found) == json.loads(ours)
+    assert broken_out == "[]"
 
 
 def test_the_checkout_around_an_environment_is_not_seen():
@@ -403,7 +448,7 @@ def test_the_package_that_judges_is_hidden_where_it_is_installed(monkeypatch, tm
     package = Path(packaging.__file__).resolve().parent
     here = f"ls -A {package} && ! test -w {package}"
     assert b"version.py" in shell(here).output
-    monkeypatch.setattr(walls, "_ourselves", lambda: package)
+    monkeypatch.setattr(bubblewrap, "_own_package", lambda: package)
     outcome = shell(here)
     assert (outcome.code, outcome.output) == (0, b"")
     outcome = shell(here, visible=[package / "version.py"])
@@ -451,19 +496,19 @@ json.dump(done, open("answer", "w"))
     assert python(work) == [1, 2, 3, 4, True]
 
 
-@pytest.mark.skipif(not cgroups.places(), reason="no control groups to be had here")
+@pytest.mark.skipif(not cgroups.parent_groups(), reason="no control groups to be had here")
 def test_control_groups_are_named_and_leave_nothing_behind():
     outcome = shell("echo here > answer")
     assert {"memory of all together", "processes of all together"} & set(outcome.layers)
-    for place in cgroups.places().values():
-        assert list(place.folder.glob(f"rotflex-{os.getpid()}-*")) == []
+    for parent in cgroups.parent_groups().values():
+        assert list(parent.folder.glob(f"rotflex-{os.getpid()}-*")) == []
 
 
-# --- no walls, no run -------------------------------------------------------------------------------------------------
+# --- no sandbox, no run -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("said", "layer", "remedy"),
+    ("message", "layer", "remedy"),
     [
         ("bwrap: Unknown option --size", "bubblewrap", "apt-get install"),
         ("bwrap: No permissions to create new namespace, likely because ...", "namespaces", ""),
@@ -472,15 +517,15 @@ def test_control_groups_are_named_and_leave_nothing_behind():
         ("bwrap: loopback: Failed RTM_NEWADDR: Operation not permitted", "network", ""),
     ],
 )
-def test_without_its_walls_a_command_is_not_run(said, layer, remedy, tmp_path, monkeypatch):
+def test_without_its_sandbox_a_command_is_not_run(message, layer, remedy, tmp_path, monkeypatch):
     fake = tmp_path / "bwrap"
-    fake.write_text(f'#!/bin/sh\necho "{said}" >&2\nexit 1\n')
+    fake.write_text(f'#!/bin/sh\necho "{message}" >&2\nexit 1\n')
     fake.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(IsolationError) as caught:
         shell(f"touch {tmp_path}/ran")
     assert caught.value.layer == layer
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert remedy in caught.value.remedy
     assert caught.value.remedy
     assert not (tmp_path / "ran").exists()

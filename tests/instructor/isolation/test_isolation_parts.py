@@ -8,13 +8,39 @@ import platform
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import cgroups, layers, remedies, sandbox, seccomp, walls
-from rotflex.instructor.isolation.cgroups import Place
+from rotflex.instructor.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp
+from rotflex.instructor.isolation.cgroups import ParentGroup
 from rotflex.instructor.isolation.outcome import Limits
+
+# --- paths ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_path_is_made_straight_by_where_it_leads_and_its_links_are_left(tmp_path):
+    for folder in ("bin", "elsewhere/deep"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "bin" / "python").symlink_to("/usr/bin/env")
+    (tmp_path / "link").symlink_to("elsewhere/deep")
+    (tmp_path / "environment").symlink_to(".")
+    top = tmp_path.resolve()
+    assert bubblewrap.straight(tmp_path / "bin/../bin/python") == top / "bin" / "python"
+    assert bubblewrap.straight(tmp_path / "environment/bin/python") == tmp_path / "environment/bin/python"
+    assert bubblewrap.straight(tmp_path / "link/../deep") == top / "elsewhere" / "deep"  # and not tmp_path / "deep"
+    assert bubblewrap.straight(tmp_path / "link/../../bin/python") == top / "bin" / "python"
+    assert bubblewrap.straight(Path("/../usr/bin/env")) == Path("/usr/bin/env")
+
+
+def test_what_is_to_be_shown_is_shown_where_its_path_leads(tmp_path):
+    (tmp_path / "elsewhere" / "deep").mkdir(parents=True)
+    (tmp_path / "link").symlink_to("elsewhere/deep")
+    for folder in (tmp_path, tmp_path / "elsewhere", tmp_path / "elsewhere" / "deep"):
+        folder.chmod(0o755)
+    assert tmp_path.resolve() / "elsewhere" / "deep" in bubblewrap.shown([tmp_path / "link" / ".." / "deep"])
+
 
 # --- system calls -----------------------------------------------------------------------------------------------------
 
@@ -69,7 +95,7 @@ def test_usual_calls_are_let_through(call, name):
 
 
 @pytest.mark.parametrize("name", ["unshare", "keyctl", "ptrace", "io_uring_setup", "memfd_create"])
-def test_calls_around_the_walls_are_refused(call, name):
+def test_calls_around_the_sandbox_are_refused(call, name):
     assert call(name) == errno.EPERM
 
 
@@ -112,25 +138,25 @@ def test_calls_of_other_machines_are_refused():
     ],
 )
 def test_a_number_is_taken_that_the_kernel_lets_us_take(users, groups, first):
-    assert walls._spare(users, groups)[0] == first
+    assert bubblewrap._unassigned_ids(users, groups)[0] == first
 
 
 @pytest.mark.parametrize("users", ["0 1000 1", "0 0 1000", ""])
 def test_root_of_a_container_with_root_alone_does_not_run_anything(users, monkeypatch):
-    assert not walls._spare(users, "0 0 4294967295")
-    monkeypatch.setattr(walls, "is_root", lambda: True)
-    monkeypatch.setattr(walls, "_spare", lambda *maps: range(0))
+    assert not bubblewrap._unassigned_ids(users, "0 0 4294967295")
+    monkeypatch.setattr(bubblewrap, "is_root", lambda: True)
+    monkeypatch.setattr(bubblewrap, "_unassigned_ids", lambda *maps: range(0))
     with pytest.raises(IsolationError, match="ordinary user"):
         sandbox.run(["true"], visible=[], wanted="answer", largest=1)
 
 
 def test_an_ordinary_user_gets_a_user_namespace_that_makes_no_others(monkeypatch):
-    monkeypatch.setattr(walls, "is_root", lambda: False)
-    someone = walls.person()
-    told = walls.arguments(someone, [], {}, Limits(), {})
-    assert {"--unshare-user", "--disable-userns"} <= set(told)
-    assert "--cap-add" not in told
-    assert walls.dropping(someone) == []
+    monkeypatch.setattr(bubblewrap, "is_root", lambda: False)
+    user = bubblewrap.sandbox_user()
+    args = bubblewrap.arguments(user, [], {}, Limits(), {})
+    assert {"--unshare-user", "--disable-userns"} <= set(args)
+    assert "--cap-add" not in args
+    assert bubblewrap.setpriv_prefix(user) == []
 
 
 # --- control groups ---------------------------------------------------------------------------------------------------
@@ -160,14 +186,14 @@ def system(tmp_path):
 def test_version_1_has_groups_below_ours(system):
     mounts = [("/", "m", "cgroup", "memory"), ("/", "p", "cgroup", "pids"), ("/", "c", "cgroup", "cpu")]
     root = system(mounts, "4:memory:/a/b\n3:pids:/\n2:cpu:/\n0::/\n", [("m/a/b/tasks", ""), ("p/tasks", "")])
-    assert cgroups.places(root) == {"memory": Place(root / "m/a/b", 1), "pids": Place(root / "p", 1)}
+    assert cgroups.parent_groups(root) == {"memory": ParentGroup(root / "m/a/b", 1), "pids": ParentGroup(root / "p", 1)}
 
 
 def test_version_1_seen_from_a_container_is_found_below_its_mount(system):
     root = system([("/docker/x", "m", "cgroup", "memory")], "4:memory:/docker/x/y\n", [("m/y/tasks", "")])
-    assert cgroups.places(root) == {"memory": Place(root / "m/y", 1)}
+    assert cgroups.parent_groups(root) == {"memory": ParentGroup(root / "m/y", 1)}
     (root / "cgroup").write_text("4:memory:/elsewhere\n")
-    assert cgroups.places(root) == {}
+    assert cgroups.parent_groups(root) == {}
 
 
 def test_version_2_has_groups_beside_ours_where_it_was_handed_over(system):
@@ -176,16 +202,16 @@ def test_version_2_has_groups_beside_ours_where_it_was_handed_over(system):
         ("u/user/app/run.scope/cgroup.subtree_control", ""),
     ]
     root = system([("/", "u", "cgroup2", "nsdelegate")], "0::/user/app/run.scope\n", files)
-    there = Place(root / "u/user/app", 2)
-    assert cgroups.places(root) == {"memory": there, "pids": there}
+    there = ParentGroup(root / "u/user/app", 2)
+    assert cgroups.parent_groups(root) == {"memory": there, "pids": there}
     (root / "u/user/app/cgroup.subtree_control").write_text("cpu pids")
-    assert cgroups.places(root) == {"pids": there}
+    assert cgroups.parent_groups(root) == {"pids": there}
 
 
 def test_nothing_is_sought_above_the_mount_or_where_nothing_is_mounted(system):
     root = system([("/", "u", "cgroup2", "")], "0::/\n", [("cgroup.subtree_control", "memory pids")])
-    assert cgroups.places(root) == {}
-    assert cgroups.places(root / "nowhere") == {}
+    assert cgroups.parent_groups(root) == {}
+    assert cgroups.parent_groups(root / "nowhere") == {}
 
 
 def test_groups_get_their_limits_and_are_removed(tmp_path, monkeypatch):
@@ -199,9 +225,9 @@ def test_groups_get_their_limits_and_are_removed(tmp_path, monkeypatch):
 
     monkeypatch.setattr(cgroups.Path, "mkdir", mkdir)
     monkeypatch.setattr(cgroups, "_remove", made.remove)
-    place = Place(tmp_path, 2)
+    place = ParentGroup(tmp_path, 2)
     limits = Limits(memory=12345, processes=6)
-    with cgroups.made(limits, {"memory": place}) as groups:
+    with cgroups.limited_groups(limits, {"memory": place}) as groups:
         (folder,) = groups.limited.values()
         assert (folder / "memory.max").read_text() == "12345"
         assert (folder / "memory.swap.max").read_text() == "0"
@@ -211,7 +237,7 @@ def test_groups_get_their_limits_and_are_removed(tmp_path, monkeypatch):
 
 
 def test_a_group_that_cannot_be_limited_is_not_named(tmp_path):
-    with cgroups.made(Limits(), {"memory": Place(tmp_path / "nowhere", 1)}) as groups:
+    with cgroups.limited_groups(Limits(), {"memory": ParentGroup(tmp_path / "nowhere", 1)}) as groups:
         assert groups.add(os.getpid()) == ()
 
 
@@ -290,7 +316,7 @@ def test_a_missing_bubblewrap_is_told_at_its_layer(tmp_path, monkeypatch):
     assert [(layer.name, layer.good) for layer in layers.examine()][-1] == ("bubblewrap", False)
 
 
-def test_a_wall_that_cannot_be_put_up_is_told_with_the_rest(tmp_path, monkeypatch):
+def test_a_layer_that_cannot_be_set_up_is_reported_with_the_rest(tmp_path, monkeypatch):
     fake = tmp_path / "bwrap"
     fake.write_text(
         "#!/bin/sh\n[ $1 = --version ] && echo bubblewrap 0.9.0 && exit\n"
@@ -306,14 +332,14 @@ def test_a_wall_that_cannot_be_put_up_is_told_with_the_rest(tmp_path, monkeypatc
 
 @pytest.mark.isolation
 @pytest.mark.parametrize(("layer", "without"), [("network", ["--unshare-net"]), ("file system", ["--remount-ro", "/"])])
-def test_a_wall_that_is_not_there_is_seen_from_inside(layer, without, monkeypatch):
-    arguments = walls.arguments
+def test_a_layer_that_is_not_there_is_seen_from_inside(layer, without, monkeypatch):
+    arguments = bubblewrap.arguments
 
     def weakened(*given):
-        told = arguments(*given)
-        where = next(at for at in range(len(told)) if told[at : at + len(without)] == without)
-        return told[:where] + told[where + len(without) :]
+        args = arguments(*given)
+        where = next(at for at in range(len(args)) if args[at : at + len(without)] == without)
+        return args[:where] + args[where + len(without) :]
 
-    monkeypatch.setattr(walls, "arguments", weakened)
+    monkeypatch.setattr(bubblewrap, "arguments", weakened)
     monkeypatch.setattr(sandbox, "_NAMESPACES", ())
     assert [found.name for found in layers.examine() if found.needed and not found.good] == [layer]

@@ -1,4 +1,4 @@
-"""The self-test: its attacks are contained, as root and as an ordinary user, and a wall that is missing is noticed."""
+"""The self-test: its attacks are contained, as root and as an ordinary user, and a layer that is missing is noticed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 from checkout import ROOT
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import attacks, cgroups, sandbox, seccomp, selftest, walls
+from rotflex.instructor.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp, selftest
 
 pytestmark = pytest.mark.isolation
 
@@ -30,18 +30,18 @@ def test_every_attack_is_contained():
     attempts = selftest.run_all()
     names = [attempt.name for attempt in attempts]
     assert names == [*attacks.ATTACKS, "outlive a flood of output", "outlive the deadline"]
-    together = set() if "memory" in cgroups.places() else {"take too much memory together"}
+    together = set() if "memory" in cgroups.parent_groups() else {"take too much memory together"}
     assert not_contained(attempts) == together
     assert [attempt.name for attempt in attempts if not attempt.needed] == ["take too much memory together"]
 
 
-# A test that could not fail would be worth nothing: with a wall taken away, its attacks must be seen to succeed.
+# A test that could not fail would be worth nothing: with a layer taken away, its attacks must be seen to succeed.
 
 
 def test_a_shared_network_is_noticed(monkeypatch):
-    arguments = walls.arguments
+    arguments = bubblewrap.arguments
     monkeypatch.setattr(
-        walls, "arguments", lambda *given: [word for word in arguments(*given) if word != "--unshare-net"]
+        bubblewrap, "arguments", lambda *given: [word for word in arguments(*given) if word != "--unshare-net"]
     )
     with pytest.raises(IsolationError, match="shares namespaces with us: net"):
         selftest.run_all()
@@ -52,21 +52,21 @@ def test_a_shared_network_is_noticed(monkeypatch):
 
 
 def test_missing_limits_are_noticed(monkeypatch):
-    monkeypatch.setattr(sandbox._Bubble, "limit", lambda *_: ())
+    monkeypatch.setattr(sandbox._Sandbox, "limit", lambda *_: ())
     found = not_contained(selftest.run_all())
     assert {"write a file too big", "take too much memory", "start too many processes"} <= found
     assert "fill the folder" not in found
 
 
 def test_a_folder_without_bounds_is_noticed(monkeypatch):
-    arguments = walls.arguments
+    arguments = bubblewrap.arguments
 
     def unbounded(*given):
-        told = arguments(*given)
-        where = told.index(str(selftest._LIMITS.folder)) - 1  # --size N
-        return told[:where] + told[where + 2 :]
+        args = arguments(*given)
+        where = args.index(str(selftest._LIMITS.folder)) - 1  # --size N
+        return args[:where] + args[where + 2 :]
 
-    monkeypatch.setattr(walls, "arguments", unbounded)
+    monkeypatch.setattr(bubblewrap, "arguments", unbounded)
     assert not_contained(selftest.run_all()) - {"take too much memory together"} == {"fill the folder"}
 
 
@@ -84,8 +84,8 @@ def test_a_missing_filter_is_noticed(monkeypatch):
 
 
 def test_a_view_of_the_outside_is_noticed_before_anything_is_tried(monkeypatch):
-    bound, outside = walls._bound, tempfile.gettempdir()
-    monkeypatch.setattr(walls, "_bound", lambda *given: [*bound(*given), "--bind", outside, outside])
+    bound, outside = bubblewrap._mounts, tempfile.gettempdir()
+    monkeypatch.setattr(bubblewrap, "_mounts", lambda *given: [*bound(*given), "--bind", outside, outside])
     with pytest.raises(IsolationError):
         selftest.run_all()
 
@@ -121,10 +121,7 @@ def test_every_attack_is_contained_for_an_ordinary_user_as_well(tmp_path_factory
     try:
         scratch.chmod(0o755)
         package = scratch / "rotflex"
-        shutil.copytree(ROOT / "rotflex" / "instructor" / "isolation", package / "instructor" / "isolation")
-        shutil.copy(ROOT / "rotflex" / "errors.py", package)
-        for folder in (package, package / "instructor"):
-            (folder / "__init__.py").touch()
+        shutil.copytree(ROOT / "rotflex", package, ignore=shutil.ignore_patterns("__pycache__"))
         drop = ["setpriv", "--reuid", NOBODY, "--regid", NOBODY, "--clear-groups", "--inh-caps=-all"]
         environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": str(scratch), "HOME": "/nonexistent"}
         done = subprocess.run(
@@ -143,7 +140,9 @@ def test_every_attack_is_contained_for_an_ordinary_user_as_well(tmp_path_factory
 def test_the_package_can_be_imported_where_linuxs_own_modules_are_missing():
     """As on Windows: without fcntl, resource, pwd and the like."""
     modules = [
-        module.stem for module in (ROOT / "rotflex" / "instructor" / "isolation").glob("*.py") if module.stem != "bare"
+        module.stem
+        for module in (ROOT / "rotflex" / "instructor" / "isolation").glob("*.py")
+        if module.stem != "unisolated"
     ]
     assert "sandbox" in modules
     script = "import sys\nfor name in ('fcntl', 'resource', 'pwd', 'grp', 'termios'): sys.modules[name] = None\n"

@@ -1,4 +1,4 @@
-"""A stranger's ``answers.json``, where it was made to cost something: time, or an honest student's answers."""
+"""An untrusted ``answers.json``, where it was made to cost something: time, or an honest student's answers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_an_expression_that_is_slow_to_build_is_malformed(monkeypatch):
 @pytest.mark.parametrize("error", [OverflowError, ValueError, RecursionError, MemoryError])
 def test_an_expression_that_nothing_can_hold_is_malformed_and_the_others_count(monkeypatch, error):
     def decode(part, content):
-        raise error("a stranger's words")
+        raise error("untrusted words")
 
     monkeypatch.setattr(decoding.forms, "decode", decode)
     read = decoding.decode(energy(["int", 1]), SEED, CATALOGUE)

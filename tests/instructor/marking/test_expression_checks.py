@@ -45,7 +45,7 @@ TERMS = [J_eq * theta_dot**2, J_l * theta_dot * alpha_dot, K_s * alpha**2, B_eq 
 FACTORS = [J_l, J_eq, K_s, -J_l, J_eq + J_l, 1 / J_l, J_l / K_s, sympy.Integer(-2), sympy.Rational(1, 3)]
 
 seeds = st.integers(0, 2**32)
-# Not within the room that there is for decimals.
+# Not within the tolerance for decimals.
 perturbations = st.fractions(-2, 2, max_denominator=50).filter(lambda x: abs(x) >= 0.02).map(sympy.Rational)
 
 

@@ -132,7 +132,7 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
     }
 
 
-def test_a_release_has_none_of_the_instructors_rooms(released):
+def test_a_release_has_none_of_the_instructors_modules(released):
     """Whatever the instructor's folder holds, and whatever is put into it tomorrow, stays out."""
     package = ROOT / "rotflex"
     here = {path.relative_to(package) for path in package.rglob("*.py")}
@@ -151,7 +151,7 @@ def test_a_new_module_of_the_instructors_folder_is_not_released(tmp_path, monkey
     assert {path.name for path in (made.folder / package.name).rglob("*")} == {"__init__.py", "lab.py"}
 
 
-def test_no_module_of_a_release_imports_an_instructors_room(released):
+def test_no_module_of_a_release_imports_an_instructors_module(released):
     closed = {"instructor"}
     for path in (released.folder / "rotflex").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -1,4 +1,4 @@
-"""Strangers' text made harmless."""
+"""Untrusted text made harmless."""
 
 from __future__ import annotations
 

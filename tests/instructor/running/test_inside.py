@@ -147,7 +147,7 @@ HARMFUL = {
     "kills-its-group": "os.killpg(0, signal.SIGKILL)",
     "aborts": "os.abort()",
     "deep": "sys.setrecursionlimit(10**9)\ndef deep(n): return [deep(n + 1)]\ndeep(0)",
-    "deaf": "sum(__import__('itertools').repeat(0))",
+    "uninterruptible": "sum(__import__('itertools').repeat(0))",
 }
 HARMLESS = {
     "threads": """

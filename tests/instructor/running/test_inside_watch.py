@@ -45,9 +45,9 @@ def note(tmp_path):
 def steps(*deeds):
     """Work that does one thing after the other, as cells are run: an interrupt ends a step, and no more."""
 
-    def work(say):
+    def work(report_step):
         for deed in deeds:
-            say()
+            report_step()
             try:
                 signal.signal(signal.SIGINT, signal.default_int_handler)
                 deed()
@@ -55,7 +55,7 @@ def steps(*deeds):
                 pass
             finally:
                 signal.signal(signal.SIGINT, signal.SIG_IGN)
-            say()
+            report_step()
 
     return work
 
@@ -85,7 +85,7 @@ def test_a_step_that_takes_too_long_is_interrupted_and_the_next_is_done(note):
 
 
 @pytest.mark.parametrize(
-    "deaf",
+    "deed",
     [
         swallow,
         lambda: sum(itertools.repeat(0)),  # no Python code is run in which the interrupt could be raised
@@ -94,9 +94,9 @@ def test_a_step_that_takes_too_long_is_interrupted_and_the_next_is_done(note):
     ],
     ids=["swallows", "c-code", "stopped", "ignores"],
 )
-def test_a_step_that_is_deaf_to_the_interrupt_is_killed(note, deaf):
+def test_a_step_that_no_interrupt_ends_is_killed(note, deed):
     started = time.monotonic()
-    assert watch.run(steps(deaf, lambda: note("next")), 2, TIMEOUT) == TIMED_OUT
+    assert watch.run(steps(deed, lambda: note("next")), 2, TIMEOUT) == TIMED_OUT
     assert time.monotonic() - started < 20
     assert note() == []
 
@@ -119,7 +119,7 @@ def test_work_that_does_not_come_to_its_end_has_died(note, death):
 
 
 def test_an_error_of_the_work_itself_is_told_with_its_place(capfd):
-    def broken(say):
+    def broken(report_step):
         raise ValueError("our own fault")
 
     assert watch.run(broken, 1, TIMEOUT) == DIED
@@ -163,11 +163,11 @@ def test_a_pipe_that_a_stranger_keeps_open_or_closes_holds_nothing_up(note):
     assert note() == ["next"]
 
 
-def test_words_beyond_those_that_there_can_be_win_no_time():
-    def chatter(say):
+def test_reports_beyond_those_that_there_can_be_win_no_time():
+    def chatter(report_step):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         while True:
-            say()
+            report_step()
             time.sleep(0.01)
 
     started = time.monotonic()

@@ -1,4 +1,4 @@
-"""Submissions are read as a stranger's: what is taken, what is noted, what is refused."""
+"""Submissions are read as untrusted input: what is taken, what is noted, what is refused."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def as_zip(root, files):
 @pytest.fixture(params=[as_folder, as_zip])
 def taken(request, tmp_path):
     """Take in files, once from a folder and once from a zip."""
-    return lambda files: intake.take_in(request.param(tmp_path, files), WANTED)
+    return lambda files: intake.read(request.param(tmp_path, files), WANTED)
 
 
 # --- what is taken ----------------------------------------------------------------------------------------------------
@@ -155,14 +155,14 @@ def test_links_and_pipes_in_a_folder_are_not_followed(tmp_path):
     (submission.path / "linked").symlink_to(tmp_path / "secret", target_is_directory=True)
     (submission.path / "pipes").mkdir()
     os.mkfifo(submission.path / "pipes" / "a.ipynb")
-    result = intake.take_in(submission, WANTED)
+    result = intake.read(submission, WANTED)
     assert list(result.sources) == ["b.ipynb"]
 
 
 def test_a_folder_that_leads_to_itself_ends(tmp_path):
     submission = as_folder(tmp_path, {"b.ipynb": B})
     (submission.path / "again").symlink_to(submission.path, target_is_directory=True)
-    assert list(intake.take_in(submission, WANTED).sources) == ["b.ipynb"]
+    assert list(intake.read(submission, WANTED).sources) == ["b.ipynb"]
 
 
 # --- zips -------------------------------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ def test_a_folder_that_leads_to_itself_ends(tmp_path):
 def test_names_in_a_zip_that_point_elsewhere_write_nothing_anywhere(tmp_path):
     before = set(tmp_path.rglob("*"))
     submission = as_zip(tmp_path, {"../../evil/a.ipynb": A, "/etc/b.ipynb": B})
-    result = intake.take_in(submission, WANTED)
+    result = intake.read(submission, WANTED)
     assert set(tmp_path.rglob("*")) - before == {submission.path}
     assert result.sources["b.ipynb"] == {"q3": "w = 4"}
 
@@ -182,13 +182,13 @@ def test_a_link_in_a_zip_is_not_taken_for_a_notebook(tmp_path):
     with zipfile.ZipFile(tmp_path / "ada.zip", "w") as packed:
         packed.writestr(link, "/etc/passwd")
         packed.writestr("b.ipynb", B)
-    assert list(intake.take_in(intake.Submission("ada", tmp_path / "ada.zip"), WANTED).sources) == ["b.ipynb"]
+    assert list(intake.read(intake.Submission("ada", tmp_path / "ada.zip"), WANTED).sources) == ["b.ipynb"]
 
 
 def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path):
     swelling = as_zip(tmp_path, {"a.ipynb": "[" + " " * (20 * intake.MAX_NOTEBOOK), "b.ipynb": B})
     assert swelling.path.stat().st_size < 200_000
-    result = intake.take_in(swelling, WANTED)
+    result = intake.read(swelling, WANTED)
     assert list(result.sources) == ["b.ipynb"]
     assert f"more than {intake.MAX_NOTEBOOK} bytes" in result.problems[0]
 
@@ -199,7 +199,7 @@ def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):
     table = entry * (intake.MAX_DIRECTORY // len(entry) + 1)
     end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 1, 1, len(table), 0, 0)
     (tmp_path / "ada.zip").write_bytes(table + end)
-    result = intake.take_in(intake.Submission("ada", tmp_path / "ada.zip"), WANTED)
+    result = intake.read(intake.Submission("ada", tmp_path / "ada.zip"), WANTED)
     assert result.problems == [
         f"The submission cannot be read: its table of contents has more than {intake.MAX_DIRECTORY} bytes."
     ]
@@ -208,14 +208,14 @@ def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):
 @pytest.mark.parametrize("content", [b"", b"PK", b"this is no zip at all", b"PK\x05\x06" + b"\xff" * 18])
 def test_what_is_no_zip_is_a_problem(tmp_path, content):
     (tmp_path / "ada.zip").write_bytes(content)
-    result = intake.take_in(intake.Submission("ada", tmp_path / "ada.zip"), WANTED)
+    result = intake.read(intake.Submission("ada", tmp_path / "ada.zip"), WANTED)
     assert result.sources == {} and "cannot be read" in result.problems[0]
 
 
 def test_a_file_without_a_name_in_a_zip_is_passed_over(tmp_path):
     submission = as_zip(tmp_path, {"?name?": "", "b.ipynb": B})
     submission.path.write_bytes(submission.path.read_bytes().replace(b"?name?", b"\0name?"))
-    assert list(intake.take_in(submission, WANTED).sources) == ["b.ipynb"]
+    assert list(intake.read(submission, WANTED).sources) == ["b.ipynb"]
 
 
 @given(data=st.data())
@@ -226,7 +226,7 @@ def test_a_damaged_zip_never_raises(data, tmp_path_factory):
     for place in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=8)):
         content[place] = data.draw(st.integers(0, 255))
     path.write_bytes(content)
-    result = intake.take_in(intake.Submission("ada", path), WANTED)
+    result = intake.read(intake.Submission("ada", path), WANTED)
     assert set(result.sources) <= set(WANTED)
 
 
@@ -239,7 +239,7 @@ def test_a_damaged_zip_never_raises(data, tmp_path_factory):
 )
 def test_json_of_any_shape_never_raises(tmp_path_factory, content):
     submission = as_folder(tmp_path_factory.mktemp("shape"), {"a.ipynb": json.dumps(content), "b.ipynb": B})
-    assert intake.take_in(submission, WANTED).sources["b.ipynb"] == {"q3": "w = 4"}
+    assert intake.read(submission, WANTED).sources["b.ipynb"] == {"q3": "w = 4"}
 
 
 # --- which submissions there are --------------------------------------------------------------------------------------
@@ -297,9 +297,9 @@ def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(t
 def test_the_course_file_may_write_the_same_student_otherwise(tmp_path):
     submission = as_folder(tmp_path, {"a.ipynb": A, "b.ipynb": B, "course.json": json.dumps({"student": APART})})
     named = intake.Submission(COMPOSED, submission.path)
-    assert intake.take_in(named, WANTED).notes == []
+    assert intake.read(named, WANTED).notes == []
     other = intake.Submission("jurgen", submission.path)
-    assert "names the student" in intake.take_in(other, WANTED).notes[0]
+    assert "names the student" in intake.read(other, WANTED).notes[0]
 
 
 def test_no_folder_and_an_empty_folder_are_errors(tmp_path):

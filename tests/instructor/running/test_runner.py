@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -75,11 +76,11 @@ LOOK_AROUND = """
 import importlib, os, rotflex, rotflex.lab
 answers = {"student": student, "bench": bench, "environment": dict(os.environ), "package": rotflex.__file__}
 answers["solved"] = "solved" in globals()
-answers["rooms"] = []
-for room in ("instructor", "instructor.model", "instructor.gradebook", "instructor.marking", "experiments"):
+answers["modules"] = []
+for module in ("instructor", "instructor.model", "instructor.gradebook", "instructor.marking", "experiments"):
     try:
-        importlib.import_module(f"rotflex.{room}")
-        answers["rooms"].append(room)
+        importlib.import_module(f"rotflex.{module}")
+        answers["modules"].append(module)
     except ModuleNotFoundError:
         pass
 mine = 5
@@ -112,15 +113,23 @@ def test_the_notebooks_are_those_without_solutions(seen):
     assert seen["solved"] is False
 
 
-def test_the_package_is_the_students_without_the_instructors_rooms(seen):
+def test_the_package_is_the_students_without_the_instructors_modules(seen):
     assert "rotflex-course-" in seen["package"]
-    assert seen["rooms"] == ["experiments"]
+    assert seen["modules"] == ["experiments"]
 
 
 def test_nothing_of_the_graders_environment_is_handed_on_but_the_probe_seed_is(seen):
     assert "SECRET_TOKEN" not in seen["environment"]
     assert seen["environment"]["HOME"] != os.environ.get("HOME")
     assert seen["environment"]["ROTFLEX_PROBE_SEED"] == "123"
+
+
+def test_a_grader_called_by_a_path_with_dots_runs_submissions_in_its_own_environment(course, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "executable", str(tmp_path / os.path.relpath(sys.executable)))
+    assert ".." in sys.executable
+    answers, problems = run(course, "import sys\nanswers = {'prefix': sys.prefix}")
+    assert (answers, problems) == ({"prefix": sys.prefix}, ())
 
 
 def test_one_submission_cannot_change_the_package_of_the_next(course):

@@ -7,13 +7,13 @@ papermill, with IPython's shell behind it. No kernel is started, and nothing goe
     python -P main.py < SPECIFICATION
 
 ``main`` reads the specification and goes through the notebooks, ``watch`` forks and holds to the time, ``engine`` runs
-a notebook, ``kernel`` a cell, ``channels`` carries off what cells say, ``listener`` makes outputs of it, ``warm``
-imports.
+a notebook, ``kernel`` a cell, ``muted`` discards what cells output, ``warm`` imports, ``private_interfaces`` sees that
+the libraries are as they were tested.
 """
 
 from __future__ import annotations
 
 #: Exit codes, from good to bad; the worst that befell any of the notebooks. They are worth a note, never a mark.
 FINE, TIMED_OUT, DIED = 0, 10, 11
-#: Exit code if nothing was run, because what notebooks need cannot be imported.
+#: Exit code if nothing was run, because what notebooks need cannot be imported, or is not as it was tested.
 BROKEN = 12

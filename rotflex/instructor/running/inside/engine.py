@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Coroutine, Mapping
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import nbformat
@@ -15,9 +14,9 @@ import papermill
 from papermill.engines import Engine, NotebookExecutionManager, papermill_engines
 from papermill.exceptions import PapermillExecutionError
 
-from . import deafness
+from . import private_interfaces
 from .kernel import Kernel
-from .listener import Listener
+from .watch import ReportStep
 
 ENGINE = "inside"
 _EMPTY = {
@@ -35,7 +34,8 @@ _EMPTY = {
     "nbformat": 4,
     "nbformat_minor": 5,
 }
-Say = Callable[[], None]
+# What comes after an await is seen to as well: IPython runs such cells in another way.
+_TRIAL = "import asyncio\nawait asyncio.sleep(0)\nran = 6 * 7"
 
 
 class InsideEngine(Engine):
@@ -48,33 +48,29 @@ class InsideEngine(Engine):
         kernel_name: str,
         *,
         kernel: Kernel,
-        say: Say,
-        outputs: Path | None,
+        report_step: ReportStep,
         **_: Any,
     ) -> None:
-        listener = Listener(nb_man.nb, kernel) if outputs else None
-        kernel.start(listener.hear if listener else None)
-        # It is not closed in the end: what a cell has left running in it need not be waited for.
-        loop = asyncio.new_event_loop()
-        asyncio.set_event_loop(loop)
-        try:
-            loop.run_until_complete(_run_cells(nb_man, kernel, say, listener))
-        finally:
-            if listener and outputs:
-                listener.write(outputs)
+        _run_with(kernel, _run_cells(nb_man, kernel, report_step))
 
 
-async def _run_cells(nb_man: NotebookExecutionManager, kernel: Kernel, say: Say, listener: Listener | None) -> None:
+def _run_with(kernel: Kernel, cells: Coroutine[Any, Any, None]) -> None:
+    kernel.start()
+    # It is not closed in the end: what a cell has left running in it need not be waited for.
+    loop = asyncio.new_event_loop()
+    asyncio.set_event_loop(loop)
+    loop.run_until_complete(cells)
+
+
+async def _run_cells(nb_man: NotebookExecutionManager, kernel: Kernel, report_step: ReportStep) -> None:
     """Run cell after cell, whatever happens in one; as with a kernel, only ``exit()`` ends it early."""
     for index, cell in enumerate(nb_man.nb.cells):
         if cell.cell_type != "code" or not cell.source.strip():
             continue
         nb_man.cell_start(cell, index)
-        if listener:
-            listener.turn_to(cell, index)
-        say()
+        report_step()
         await kernel.execute(cell.source)
-        say()
+        report_step()
         nb_man.cell_complete(cell, index)
         if not kernel.running:
             raise SystemExit
@@ -83,21 +79,32 @@ async def _run_cells(nb_man: NotebookExecutionManager, kernel: Kernel, say: Say,
 class Job:
     """What is the same for all notebooks of a submission. Made before the fork."""
 
-    def __init__(self, parameters: Mapping[str, Any], outputs: Path | None) -> None:
-        self.parameters, self.outputs = dict(parameters), outputs
+    def __init__(self, parameters: Mapping[str, Any]) -> None:
+        self.parameters = dict(parameters)
         papermill_engines.register(ENGINE, InsideEngine)
         self.kernel = Kernel()
         # Once in vain, so that schemas are compiled, and all is imported, before the fork.
         self._execute(_EMPTY, prepare_only=True)
 
-    def run(self, name: str, notebook: Mapping[str, Any], say: Say) -> None:
+    def try_out(self, report_step: ReportStep) -> None:
+        """Run a cell whose outcome is known, in a process of its own.
+
+        Raises
+        ------
+        RuntimeError
+            If it does not come out: an error in a kernel's own code is lost, as if a cell had broken it.
+        """
+        report_step()
+        _run_with(self.kernel, self.kernel.execute(_TRIAL))
+        if self.kernel.names.get("ran") != 42:
+            raise RuntimeError("Cells do not run.")
+
+    def run(self, notebook: Mapping[str, Any], report_step: ReportStep) -> None:
         """Run one notebook, in a process of its own. Errors in cells are no errors of the run."""
         _reseed()
-        if self.outputs is None:
-            deafness.set_up(self.kernel.shell)
-            notebook = {**notebook, "cells": [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]}
-        with suppress(PapermillExecutionError):  # an error in a cell is among its outputs
-            self._execute(notebook, kernel=self.kernel, say=say, outputs=self.outputs and self.outputs / name)
+        notebook = {**notebook, "cells": [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]}
+        with suppress(PapermillExecutionError):
+            self._execute(notebook, kernel=self.kernel, report_step=report_step)
 
     def _execute(self, notebook: Mapping[str, Any], **options: Any) -> None:
         papermill.execute_notebook(
@@ -116,8 +123,6 @@ class Job:
 
 def _reseed() -> None:
     """Random numbers of this process's own, which the fork has copied from the parent."""
-    import sympy.core.random
-
     random.seed()
     np.random.seed()
-    sympy.core.random.rng.seed()
+    private_interfaces.reseed_sympy()

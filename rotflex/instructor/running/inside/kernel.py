@@ -7,92 +7,68 @@ import logging
 import os
 import signal
 import sys
-import threading
 from contextlib import suppress
-from types import SimpleNamespace
 from typing import Any, cast
 
 from ipykernel.ipkernel import IPythonKernel
 from traitlets.config import Config
 
-from .channels import Channel, Descriptor, Hear, Message, Stream
+from . import private_interfaces
+from .muted import MutedSession, MutedStream
 
 
 class Kernel:
-    """A kernel in this process. Made before the fork, and started after it.
-
-    Attributes
-    ----------
-    session : what its messages go through
-    shell : what ``get_ipython()`` gives in a cell
-    log : what a kernel tells whoever looks after it; nobody does
-    """
+    """A kernel in this process. Made before the fork, and started after it."""
 
     def __init__(self) -> None:
-        # A history file would be written by a thread. The short sleep after each cell is for the network's sake.
-        config = Config({"HistoryManager": {"enabled": False}, "Kernel": {"_execute_sleep": 0.0}})
-        self.log = logging.getLogger(__name__)
-        self.log.addHandler(logging.NullHandler())
-        self.log.propagate = False  # cells may set up logging
-        self.session = Channel()
-        self._kernel = IPythonKernel.instance(config=config, session=self.session, log=self.log)
-        self._kernel.shell_channel_thread = SimpleNamespace(parent_thread=threading.main_thread())
-        self.shell = cast(Any, self._kernel.shell)
-        self.shell.enable_gui = _enable_gui
-        self._descriptors: list[Descriptor] = []
+        log = logging.getLogger(__name__)
+        log.addHandler(logging.NullHandler())
+        log.propagate = False  # cells may set up logging
+        self._session = MutedSession()
+        config = Config(private_interfaces.kernel_options())
+        self._kernel = IPythonKernel.instance(config=config, session=self._session, log=log)
+        private_interfaces.run_in_main_thread(self._kernel)
+        self._shell = cast(Any, self._kernel.shell)
+        self._shell.enable_gui = _enable_gui
+        private_interfaces.discard_output(self._shell)
 
-    def start(self, hear: Hear | None) -> None:
-        """Take over the process: its standard streams, its path, its signals.
-
-        Parameters
-        ----------
-        hear : gets all messages; None if nobody listens
-        """
-        self.session.pid, self.session.hear = os.getpid(), hear
+    def start(self) -> None:
+        """Take over the process: its standard streams, its path, its signals."""
         nowhere = os.open(os.devnull, os.O_RDWR)
-        self._streams: list[Stream] = []
         sys.stdin = open(nowhere, closefd=False)  # noqa: SIM115
-        sys.stdout = Stream(self.session, "stdout", nowhere, self._streams)
-        sys.stderr = Stream(self.session, "stderr", nowhere, self._streams)
-        os.dup2(nowhere, 0)
-        for number, stream in enumerate(self._streams, start=1):
-            if hear is None:
-                os.dup2(nowhere, number)
-            else:
-                self._descriptors.append(Descriptor(number, stream))
-        sys.displayhook = self.shell.displayhook
+        sys.stdout = MutedStream("stdout", nowhere)
+        sys.stderr = MutedStream("stderr", nowhere)
+        for number in range(3):
+            os.dup2(nowhere, number)
+        sys.displayhook = self._shell.displayhook
         sys.argv = ["ipykernel_launcher.py", "-f", "kernel.json", "--HistoryManager.hist_file=:memory:"]
         sys.path.insert(_before_site_packages(), "")
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     @property
+    def names(self) -> dict[str, Any]:
+        """What cells have bound."""
+        return cast(dict[str, Any], self._shell.user_ns)
+
+    @property
     def running(self) -> bool:
-        """Whether no cell has said ``exit()``."""
-        return not self.shell.exit_now
+        """Whether no cell has called ``exit()``."""
+        return not self._shell.exit_now
 
     async def execute(self, code: str) -> None:
-        """Run a cell, in the loop that runs now. What goes wrong in it is among the messages."""
+        """Run a cell, in the loop that runs now. What goes wrong in it is the cell's affair."""
         content = {"code": code, "silent": False, "store_history": True, "stop_on_error": False}
-        request = self.session.msg("execute_request", content)
+        request = self._session.msg("execute_request", content)
         self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]
         self._kernel.set_parent([], request, "shell")
         with suppress(KeyboardInterrupt):  # just when the cell had ended
             self._kernel.pre_handler_hook()
             try:
-                await self._kernel.execute_request(None, [], request)
-            except Exception as error:  # the cell has broken the shell itself; a kernel goes on as well as it can
-                self.log.warning("%r", error)
+                # If the cell has broken the shell itself, a kernel goes on as well as it can.
+                with suppress(Exception):
+                    await self._kernel.execute_request(None, [], request)
             finally:
                 self._kernel.post_handler_hook()
-        for descriptor in self._descriptors:
-            descriptor.drain()
-        for stream in self._streams:
-            stream.flush()
-
-    def receive(self, message: Message) -> None:
-        """Take a message from a front end to a widget."""
-        self._kernel.set_parent([], message, "shell")
-        self._kernel.shell_handlers[message["header"]["msg_type"]](None, [], {"buffers": [], **message})
 
 
 class _Loop:

@@ -4,13 +4,11 @@
 
 The specification is JSON::
 
-    {"notebooks": [{"name": "00_start.ipynb", "notebook": {...}}, ...],
-     "parameters": {"student": "ada", "bench": "virtual"}, "imports": ["numpy", ...],
-     "cell_timeout": 60, "outputs": null}
+    {"notebooks": [{"cells": [...], ...}, ...], "parameters": {"student": "ada", ...}, "imports": ["numpy", ...],
+     "cell_timeout": 60}
 
-The notebooks' cells work in the current folder. With ``outputs``, a folder, the executed notebooks are written there as
-a real kernel would have left them; without, the run is deaf: nothing that a cell says is kept, and pictures are not
-even drawn. The exit code tells how it ended, see the package's constants.
+The notebooks' cells work in the current folder. Nothing that a cell outputs is kept, and pictures are not even drawn.
+The exit code tells how it ended, see the package's constants.
 """
 
 from __future__ import annotations
@@ -25,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = "rotflex_inside"
+_TRIAL_TIMEOUT = 60.0  # s
 
 
 def _load_package() -> None:
@@ -39,29 +38,38 @@ def _load_package() -> None:
     spec.loader.exec_module(package)
 
 
+def _prepared(parameters: dict[str, str], imports: list[str]) -> Any:
+    """What runs a notebook in a fork of this process, which has done all that need not be done for each."""
+    warm = importlib.import_module(f"{PACKAGE}.warm")
+    watch = importlib.import_module(f"{PACKAGE}.watch")
+    private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
+    warm.set_environment()
+    warm.import_all(imports)
+    private_interfaces.check()
+    job = importlib.import_module(f"{PACKAGE}.engine").Job(parameters)
+    warm.freeze()
+    if watch.run(job.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != importlib.import_module(PACKAGE).FINE:
+        raise private_interfaces.InterfaceChangedError(private_interfaces.versions())
+    return job
+
+
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
     inside = importlib.import_module(PACKAGE)
-    warm = importlib.import_module(f"{PACKAGE}.warm")
     watch = importlib.import_module(f"{PACKAGE}.watch")
-    deaf = specification.get("outputs") is None
-    warm.set_environment(deaf)
+    private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
     try:
-        warm.import_all(deaf, specification["imports"])
+        job = _prepared(specification["parameters"], specification["imports"])
+    except private_interfaces.InterfaceChangedError as error:
+        print(error, file=sys.stderr)
+        return int(inside.BROKEN)
     except Exception:
         traceback.print_exc()
         return int(inside.BROKEN)
-    engine = importlib.import_module(f"{PACKAGE}.engine")
-    job = engine.Job(
-        parameters=specification["parameters"],
-        outputs=None if deaf else Path(specification["outputs"]).resolve(),
-    )
-    warm.freeze()
     worst: int = inside.FINE
-    for entry in specification["notebooks"]:
-        notebook = entry["notebook"]
+    for notebook in specification["notebooks"]:
         ended = watch.run(
-            functools.partial(job.run, entry["name"], notebook),
+            functools.partial(job.run, notebook),
             steps=len(notebook["cells"]) + 1,  # the cell of papermill's parameters
             timeout=specification["cell_timeout"],
         )

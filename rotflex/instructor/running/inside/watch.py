@@ -1,7 +1,7 @@
 """Fork, and hold the child to its time.
 
-The child tells through a pipe when a step begins and when it ends. It is a stranger's word: what comes is counted, not
-read, and only so much of it is believed as an honest child would have to say.
+The child reports through a pipe when a step begins and when it ends. It is not to be trusted: its reports are counted,
+not read, and no more of them are believed than an honest child would have to make.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from . import DIED, FINE, TIMED_OUT
 GRACE = 5.0  #: s after the interrupt until the end
 _LONGEST_PAUSE = 0.05  # s between two looks at a child that has closed its end of the pipe
 _LONGEST_COMPLAINT = 2000  # characters
-_SAY = b"+"
+_STEP = b"+"
 _FINISHED = 99  # exit status of a child that has come to its end; 0 is what a cell's own exit would give
 
-Say = Callable[[], None]  #: tells that a step has begun or ended
+ReportStep = Callable[[], None]  #: reports that a step has begun or ended
 
 
-def run(work: Callable[[Say], None], steps: int, timeout: float) -> int:
+def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
     """Do some work in a forked process, and return how it ended.
 
     Parameters
@@ -52,28 +52,30 @@ def run(work: Callable[[Say], None], steps: int, timeout: float) -> int:
         os.close(reading)
 
 
-def _be_child(work: Callable[[Say], None], reading: int, writing: int, leave: Callable[[int], None] = os._exit) -> None:
+def _be_child(
+    work: Callable[[ReportStep], None], reading: int, writing: int, leave: Callable[[int], None] = os._exit
+) -> None:
     """What the child does, and that it goes no further. (``os._exit`` may not be what it was when the work is done.)"""
     code = DIED
     try:
         os.setsid()
         os.close(reading)
-        said_to = os.dup(2)  # what goes wrong here is told where the parent would tell it, wherever cells write to
+        complaints = os.dup(2)  # the parent's standard error, wherever cells write to
         myself = os.getpid()
 
-        def say() -> None:
+        def report_step() -> None:
             if os.getpid() != myself:
                 leave(DIED)  # forked by a cell: it has no business with the cells that come after
             with contextlib.suppress(OSError):
-                os.write(writing, _SAY)
+                os.write(writing, _STEP)
 
-        work(say)
+        work(report_step)
         code = _FINISHED
     except SystemExit:
         pass
     except BaseException:
         with contextlib.suppress(BaseException):
-            os.write(said_to, traceback.format_exc()[-_LONGEST_COMPLAINT:].encode(errors="replace"))
+            os.write(complaints, traceback.format_exc()[-_LONGEST_COMPLAINT:].encode(errors="replace"))
     finally:
         leave(code)
 
@@ -81,9 +83,9 @@ def _be_child(work: Callable[[Say], None], reading: int, writing: int, leave: Ca
 class _Watch:
     """A child, its end of the pipe, and the clock."""
 
-    def __init__(self, child: int, pipe: int, words: int, timeout: float) -> None:
-        self.child, self.pipe, self.words, self.timeout = child, pipe, words, timeout
-        self.listening = True
+    def __init__(self, child: int, pipe: int, reports: int, timeout: float) -> None:
+        self.child, self.pipe, self.reports_left, self.timeout = child, pipe, reports, timeout
+        self.believed = True
         self.pause = 0.001
 
     def wait(self) -> int:
@@ -99,7 +101,7 @@ class _Watch:
                     break
                 self._signal(signal.SIGINT)
                 interrupted, since = True, time.monotonic()
-            elif self._heard(left):
+            elif self._reported(left):
                 interrupted, since = False, time.monotonic()
         self._signal(signal.SIGKILL)  # whatever else is left of its process group, too
         if status is None:
@@ -107,18 +109,18 @@ class _Watch:
             return ended
         return ended if status == _FINISHED else DIED
 
-    def _heard(self, seconds: float) -> bool:
-        """Wait until the child says something, but no longer than that; and whether it did."""
-        if not self.listening:
+    def _reported(self, seconds: float) -> bool:
+        """Wait until the child reports something, but no longer than that; and whether it did."""
+        if not self.believed:
             time.sleep(min(seconds, self.pause))
             self.pause = min(2 * self.pause, _LONGEST_PAUSE)
             return False
         if not select.select([self.pipe], [], [], min(seconds, 1.0))[0]:
             return False
-        said = os.read(self.pipe, 4096)
-        self.words -= len(said)
-        self.listening = bool(said) and self.words >= 0
-        return self.listening
+        reports = os.read(self.pipe, 4096)
+        self.reports_left -= len(reports)
+        self.believed = bool(reports) and self.reports_left >= 0
+        return self.believed
 
     def _status(self) -> int | None:
         """Exit status of the child; None while it runs."""

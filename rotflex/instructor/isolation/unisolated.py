@@ -1,6 +1,6 @@
-"""Run a command with nothing around it, for those who trust it: the call of the sandbox, without its walls.
+"""Run a command without isolation, for those who trust it: the same call as the sandbox.
 
-What is held to: the deadline, the bytes that it says and leaves, a folder of its own, an environment with nothing of
+What is held to: the deadline, the bytes that it writes and leaves, a folder of its own, an environment with nothing of
 ours in it, and that what it started ends with it, as far as it can be found. It has the rights of whoever calls;
 memory, processes and files are not limited.
 """
@@ -12,7 +12,6 @@ import os
 import secrets
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -23,9 +22,10 @@ import psutil  # type: ignore[import-untyped]
 
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import remedies
+from rotflex.instructor.isolation.bubblewrap import python
 from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
+from rotflex.instructor.isolation.pipes import ProcessPipes
 from rotflex.instructor.isolation.sandbox import NO_VARIABLES
-from rotflex.instructor.isolation.watching import Conversation
 
 _TOKEN = "ROTFLEX_RUN"  # environment variable by which a run's processes are known
 _ROUNDS = 100  # a process that forks faster than this is for the sandbox
@@ -50,7 +50,7 @@ def run(
     Raises
     ------
     IsolationError
-        For root, whose rights no stranger may have; and where there are no process groups (Windows).
+        For root, whose rights no untrusted command may have; and where there are no process groups (Windows).
     """
     del visible
     _refuse_root()
@@ -72,21 +72,21 @@ def run(
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
-            talk = Conversation(process, limits.output)
+            pipes = ProcessPipes(process, limits.output)
             started = time.monotonic()
             try:
-                talk.say(stdin, last=True)
-                ending = talk.until(started + limits.seconds, cancelled or threading.Event())
+                pipes.send(stdin, last=True)
+                ending = pipes.exchange_until(started + limits.seconds, cancelled or threading.Event())
                 seconds = time.monotonic() - started
             finally:
                 _end_all(process, token)
-                talk.close()
+                pipes.close()
             file, trouble = read_wanted(opened, wanted, largest)
         finally:
             os.close(opened)
     assert ending is not None
     code = process.returncode if ending is Ending.FINISHED else None
-    return Outcome(ending, code, file, trouble, bytes(talk.heard[: limits.output]), seconds)
+    return Outcome(ending, code, file, trouble, bytes(pipes.output[: limits.output]), seconds)
 
 
 def _refuse_root() -> None:
@@ -101,7 +101,7 @@ def _refuse_root() -> None:
 
 
 def _variables(home: Path) -> dict[str, str]:
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
+    path = os.pathsep.join([str(python().parent), os.defpath])
     return {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
 
 
@@ -125,7 +125,7 @@ def _end_all(process: subprocess.Popen[bytes], token: str) -> None:
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     for _ in range(_ROUNDS):
-        found = _bearing(token)
+        found = _with_token(token)
         if not found:
             return
         for one in found:
@@ -134,7 +134,7 @@ def _end_all(process: subprocess.Popen[bytes], token: str) -> None:
         psutil.wait_procs(found, timeout=1)
 
 
-def _bearing(token: str) -> list[psutil.Process]:
+def _with_token(token: str) -> list[psutil.Process]:
     found = []
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error, OSError):

@@ -1,4 +1,4 @@
-"""The run without walls: the sandbox's call, for those who trust the code. Only harmless commands are run here."""
+"""The run without isolation: the sandbox's call, for those who trust the code. Only harmless commands are run here."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ import psutil
 import pytest
 
 from rotflex.errors import IsolationError
-from rotflex.instructor.isolation import bare, sandbox
+from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.sandbox import Ending, Limits
 
 
 @pytest.fixture
 def run(monkeypatch, tmp_path):
-    """Run a shell script bare; were this root, it would be refused."""
-    monkeypatch.setattr(bare, "_refuse_root", lambda: None)
+    """Run a shell script unisolated; were this root, it would be refused."""
+    monkeypatch.setattr(unisolated, "_refuse_root", lambda: None)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
     def bare_run(script, **more):
-        outcome = bare.run(["/bin/sh", "-c", script], visible=[], wanted="answer", largest=100, **more)
+        outcome = unisolated.run(["/bin/sh", "-c", script], visible=[], wanted="answer", largest=100, **more)
         assert list(tmp_path.iterdir()) == []  # its folder is gone, whatever was in it
         return outcome
 
@@ -43,29 +43,29 @@ def with_word(word):
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="not root")
-def test_root_runs_nothing_without_walls(tmp_path):
+def test_root_runs_nothing_without_isolation(tmp_path):
     with pytest.raises(IsolationError, match="Root"):
-        bare.run(["touch", str(tmp_path / "ran")], visible=[], wanted="answer", largest=1)
+        unisolated.run(["touch", str(tmp_path / "ran")], visible=[], wanted="answer", largest=1)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_root_is_known_by_its_rights(monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    bare._refuse_root()
+    unisolated._refuse_root()
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     with pytest.raises(IsolationError, match="rights"):
-        bare._refuse_root()
+        unisolated._refuse_root()
 
 
 def test_windows_is_told_what_to_do(monkeypatch):
-    monkeypatch.setattr(bare.os, "name", "nt")
+    monkeypatch.setattr(unisolated.os, "name", "nt")
     monkeypatch.setattr(sys, "platform", "win32")
     with pytest.raises(IsolationError, match="WSL2"):
-        bare._refuse_root()
+        unisolated._refuse_root()
 
 
 def test_it_is_called_as_the_sandbox_is():
-    assert inspect.signature(bare.run) == inspect.signature(sandbox.run)
+    assert inspect.signature(unisolated.run) == inspect.signature(sandbox.run)
 
 
 def test_a_file_comes_back(run):

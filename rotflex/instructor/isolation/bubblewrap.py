@@ -1,4 +1,4 @@
-"""What bubblewrap is told: which walls a sandbox has, and what can be seen inside.
+"""Bubblewrap's arguments: which isolation layers a sandbox has, and what can be seen inside.
 
 Inside, there are: the system's programs and libraries (``/usr``), a few of the files of ``/etc``, the Python
 environment, and what the caller shows; all of it read-only, and nothing else of the file system. One bounded tmpfs can
@@ -19,17 +19,17 @@ from rotflex.errors import IsolationError
 from rotflex.instructor.isolation.outcome import MIB, Limits
 
 WORK, HOME = "/tmp/work", "/tmp/home"
-NAME = "student"  # of the only user inside, and its group
+USER_NAME = "student"  # of the only user inside, and its group
 _SHARED_MEMORY = 16 * MIB  # semaphores are files there
 _SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
 _SETTINGS = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/fonts", "/etc/localtime")
 _NEVER = ("/proc", "/sys", "/dev", "/run", "/etc")  # nothing in them is shown, whoever asks
 # Not assigned to anybody by Linux distributions, nor to containers: see systemd's "Users, Groups, UIDs and GIDs".
-_SPARE = range(0x70000000, 0x7FFFFFFF)
+_UNASSIGNED_IDS = range(0x70000000, 0x7FFFFFFF)
 
 
 @dataclass(frozen=True)
-class Person:
+class User:
     """Who runs the command. Root drops to ``uid``; anybody else stays who they are, and is called ``uid`` inside."""
 
     uid: int
@@ -41,7 +41,7 @@ def is_root() -> bool:
     return os.geteuid() == 0
 
 
-def person() -> Person:
+def sandbox_user() -> User:
     """Somebody to run one command, with a number of their own where we are root.
 
     Raises
@@ -50,20 +50,22 @@ def person() -> Person:
         If we are root, and have no other user's number (in a container that has root only).
     """
     if not is_root():
-        return Person(1000, False)
-    spare = _spare(Path("/proc/self/uid_map").read_text("ascii"), Path("/proc/self/gid_map").read_text("ascii"))
+        return User(1000, False)
+    spare = _unassigned_ids(
+        Path("/proc/self/uid_map").read_text("ascii"), Path("/proc/self/gid_map").read_text("ascii")
+    )
     if not spare:
         raise IsolationError(
             "Students' code must not run as root, and root has no other user to become here.",
             "user",
             "Grade as an ordinary user.",
         )
-    return Person(spare[secrets.randbelow(len(spare))], True)
+    return User(spare[secrets.randbelow(len(spare))], True)
 
 
-def _spare(*maps: str) -> range:
+def _unassigned_ids(*maps: str) -> range:
     """Numbers that nobody has, and that we have the use of, by the kernel's maps of users and groups."""
-    for candidates in (_SPARE, range(60000, 65000), range(30000, 60000)):
+    for candidates in (_UNASSIGNED_IDS, range(60000, 65000), range(30000, 60000)):
         if all(_covers(text, candidates) for text in maps):
             return candidates
     return range(0)
@@ -75,7 +77,7 @@ def _covers(text: str, numbers: range) -> bool:
 
 
 def arguments(
-    someone: Person,
+    user: User,
     visible: Iterable[Path],
     environment: Mapping[str, str],
     limits: Limits,
@@ -85,8 +87,8 @@ def arguments(
 
     Parameters
     ----------
-    someone : who runs the command
-    visible : what is shown besides the system and the Python environment, see :func:`shown`
+    user : who runs the command
+    visible : what is shown besides the system and the Python environment, see :func:`visible_paths`
     environment : all variables
     limits : of which the size of the folder is used
     synthetic : path → descriptor of a file with what is to be there
@@ -96,57 +98,77 @@ def arguments(
     IsolationError
         If something cannot be shown.
     """
-    told = ["--die-with-parent", "--new-session", "--as-pid-1", "--clearenv", "--hostname", "sandbox"]
-    told += ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--unshare-cgroup-try"]
-    if someone.from_root:  # what the launcher needs to become somebody else; it drops these, too
-        told += ["--cap-drop", "ALL"]
+    args = ["--die-with-parent", "--new-session", "--as-pid-1", "--clearenv", "--hostname", "sandbox"]
+    args += ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--unshare-cgroup-try"]
+    if user.from_root:  # what the launcher needs to become somebody else; it drops these, too
+        args += ["--cap-drop", "ALL"]
         for capability in ("CAP_SETUID", "CAP_SETGID", "CAP_SETPCAP"):
-            told += ["--cap-add", capability]
+            args += ["--cap-add", capability]
     else:
-        told += ["--unshare-user", "--disable-userns", "--uid", str(someone.uid), "--gid", str(someone.uid)]
+        args += ["--unshare-user", "--disable-userns", "--uid", str(user.uid), "--gid", str(user.uid)]
     for name, value in environment.items():
-        told += ["--setenv", name, value]
-    told += ["--proc", "/proc", "--dev", "/dev", *_tmpfs("/dev/shm", _SHARED_MEMORY), "--remount-ro", "/dev"]
-    told += _tmpfs("/tmp", limits.folder)
+        args += ["--setenv", name, value]
+    args += ["--proc", "/proc", "--dev", "/dev", *_tmpfs("/dev/shm", _SHARED_MEMORY), "--remount-ro", "/dev"]
+    args += _tmpfs("/tmp", limits.folder)
     for folder in (WORK, HOME):
-        told += ["--perms", "0777", "--dir", folder]
-    told += _system()
+        args += ["--perms", "0777", "--dir", folder]
+    args += _system_mounts()
     for path, descriptor in synthetic.items():
-        told += ["--perms", "0444", "--file", str(descriptor), path]
-    told += _bound(shown(visible), _ourselves())
+        args += ["--perms", "0444", "--file", str(descriptor), path]
+    args += _mounts(visible_paths(visible), _own_package())
     # Last: bubblewrap's own root is a tmpfs without bounds, and belongs to whoever runs it.
-    return [*told, "--remount-ro", "/", "--chdir", WORK]
+    return [*args, "--remount-ro", "/", "--chdir", WORK]
 
 
-def synthetic_files(someone: Person) -> dict[str, str]:
+def synthetic_files(user: User) -> dict[str, str]:
     """Path → text of the files that are there in place of the system's own."""
     return {
-        "/etc/passwd": f"{NAME}:x:{someone.uid}:{someone.uid}::{HOME}:/bin/sh\n",
-        "/etc/group": f"{NAME}:x:{someone.uid}:\n",
+        "/etc/passwd": f"{USER_NAME}:x:{user.uid}:{user.uid}::{HOME}:/bin/sh\n",
+        "/etc/group": f"{USER_NAME}:x:{user.uid}:\n",
         "/etc/hosts": "127.0.0.1 localhost sandbox\n::1 localhost\n",
         "/etc/nsswitch.conf": "passwd: files\ngroup: files\nhosts: files\n",
     }
 
 
-def dropping(someone: Person) -> list[str]:
-    """What comes before the command, for it to be run by this person."""
-    if not someone.from_root:
+def setpriv_prefix(user: User) -> list[str]:
+    """What comes before the command, for it to be run by this user."""
+    if not user.from_root:
         return []
-    ids = ["--reuid", str(someone.uid), "--regid", str(someone.uid), "--clear-groups"]
+    ids = ["--reuid", str(user.uid), "--regid", str(user.uid), "--clear-groups"]
     nothing = ["--inh-caps=-all", "--ambient-caps=-all", "--bounding-set=-all", "--no-new-privs"]
     return ["/usr/bin/setpriv", *ids, *nothing, "--"]
 
 
 def default_environment() -> dict[str, str]:
     """The variables that every command gets, unless the caller sets them."""
-    folders = [str(Path(sys.executable).parent), "/usr/local/bin", "/usr/bin", "/bin"]
-    return {"PATH": os.pathsep.join(folders), "HOME": HOME, "TMPDIR": "/tmp", "LANG": "C.UTF-8", "USER": NAME}
+    folders = [str(python().parent), "/usr/local/bin", "/usr/bin", "/bin"]
+    return {"PATH": os.pathsep.join(folders), "HOME": HOME, "TMPDIR": "/tmp", "LANG": "C.UTF-8", "USER": USER_NAME}
+
+
+def python() -> Path:
+    """This Python's program, by a name that it has in the sandbox as well.
+
+    ``sys.executable`` is what was typed: by ``..`` it may go through folders that are not shown.
+    """
+    return straight(Path(sys.executable).absolute())
+
+
+def straight(path: Path) -> Path:
+    """An absolute path to the same place, without ``..``.
+
+    Links are followed only where a ``..`` comes after them; the last stays: by its place, not by where it leads,
+    a Python knows its virtual environment.
+    """
+    found = Path(path.anchor)
+    for part in path.parts[1:]:
+        found = found.resolve().parent if part == ".." else found / part
+    return found
 
 
 # --- what is shown ----------------------------------------------------------------------------------------------------
 
 
-def shown(visible: Iterable[Path]) -> list[Path]:
+def visible_paths(visible: Iterable[Path]) -> list[Path]:
     """The Python environment and what the caller shows, parents first.
 
     Raises
@@ -162,7 +184,7 @@ def shown(visible: Iterable[Path]) -> list[Path]:
 def _checked(path: Path) -> Path:
     if not path.is_absolute():
         raise IsolationError(f"Only absolute paths can be shown in the sandbox, not {path}.", "files")
-    path = Path(os.path.normpath(path))
+    path = straight(path)
     if not path.exists():
         raise IsolationError(f"{path} is to be shown in the sandbox, and is not there.", "files")
     real = path.resolve()
@@ -189,52 +211,52 @@ def _checked(path: Path) -> Path:
     return path
 
 
-def _ourselves() -> Path:
+def _own_package() -> Path:
     """The package that this belongs to: it knows how the command is judged, and is not for the command to see."""
-    return Path(__file__).resolve().parents[1]
+    return Path(__file__).resolve().parents[2]
 
 
-def _bound(paths: Sequence[Path], hidden: Path) -> list[str]:
+def _mounts(paths: Sequence[Path], hidden: Path) -> list[str]:
     """Show these, parents first; and an empty folder in place of ``hidden``, save what is asked for inside it."""
     outer = [path for path in paths if not path.is_relative_to(hidden)]
     inner = [path for path in paths if path.is_relative_to(hidden)]
-    told: list[str] = []
+    args: list[str] = []
     done = [Path("/usr")]
     for path in outer:
         if not any(path.is_relative_to(above) for above in done):
-            told += _read_only(path)
+            args += _read_only(path)
             done.append(path)
     # A folder that is shown under two names has ``hidden`` under both.
     seen = [(path, path.resolve()) for path in done]
     masks = [path / hidden.relative_to(real) for path, real in seen if hidden.is_relative_to(real)]
     for mask in masks:
-        told += ["--perms", "0755", "--tmpfs", str(mask)]
+        args += ["--perms", "0755", "--tmpfs", str(mask)]
     for path in inner:
-        told += _read_only(path)
+        args += _read_only(path)
     for mask in masks:
-        told += ["--remount-ro", str(mask)]
-    return told
+        args += ["--remount-ro", str(mask)]
+    return args
 
 
 def _read_only(path: Path) -> list[str]:
     """Show it under its name. The folders above are made first: bubblewrap makes them for their owner only."""
-    told = []
+    args = []
     for parent in reversed(path.parents[:-1]):
-        told += ["--perms", "0755", "--dir", str(parent)]
-    return [*told, "--ro-bind", str(path), str(path)]
+        args += ["--perms", "0755", "--dir", str(parent)]
+    return [*args, "--ro-bind", str(path), str(path)]
 
 
-def _system() -> list[str]:
-    told = []
+def _system_mounts() -> list[str]:
+    args = []
     for path in map(Path, _SYSTEM):
         if path.is_symlink():
-            told += ["--symlink", str(path.readlink()), str(path)]
+            args += ["--symlink", str(path.readlink()), str(path)]
         elif path.is_dir():
-            told += ["--ro-bind", str(path), str(path)]
-    told += ["--perms", "0755", "--dir", "/etc"]
+            args += ["--ro-bind", str(path), str(path)]
+    args += ["--perms", "0755", "--dir", "/etc"]
     for name in _SETTINGS:
-        told += ["--ro-bind-try", name, name]
-    return told
+        args += ["--ro-bind-try", name, name]
+    return args
 
 
 def _tmpfs(path: str, size: int) -> list[str]:

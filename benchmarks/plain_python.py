@@ -1,9 +1,9 @@
-"""The students' own code and nothing else: the floor under what any grader takes.
+"""The students' own code and nothing else: a lower bound for what any grader takes.
 
-    python floor.py SUBMISSION
+    python plain_python.py SUBMISSION
 
-The code cells of all notebooks in a folder are run as plain Python: no kernel, no IPython, no papermill, no walls, no
-outputs, no pictures. What they import is imported once; each notebook is a process forked from there. Prints JSON:
+The code cells of all notebooks in a folder are run as plain Python: no kernel, no IPython, no papermill, no sandbox,
+no outputs, no pictures. What they import is imported once; each notebook is a process forked from there. Prints JSON:
 seconds of the imports, and seconds in the cells. Answers go into the current folder.
 """
 
@@ -68,11 +68,11 @@ def in_child(sources: list[str]) -> float:
             os._exit(code)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
-        told = pipe.read()
+        output = pipe.read()
     _, status = os.waitpid(child, 0)
     if status:
         raise RuntimeError(f"A cell went wrong (status {status}).")
-    seconds: float = json.loads(told)
+    seconds: float = json.loads(output)
     return seconds
 
 

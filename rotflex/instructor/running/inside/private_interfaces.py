@@ -1,0 +1,229 @@
+"""All that is replaced or relied upon here of the libraries though they have not promised to keep it.
+
+A library that has changed such an interface might still run, and quietly do something else. So before any notebook is
+run, :func:`check` sees that each is there and takes what it took in the versions that were tested.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
+from importlib import metadata
+from types import SimpleNamespace
+from typing import Any
+
+#: Library → first and last of the versions that were tested. The extra ``instructor`` installs no others.
+TESTED = {
+    "ipykernel": ("7.1", "7.4"),
+    "ipython": ("9.4", "9.18"),
+    "jupyter_client": ("8.6", "8.10"),
+    "matplotlib": ("3.10", "3.11"),
+    "scipy": ("1.16", "1.17"),
+    "sympy": ("1.13", "1.14"),
+}
+_CHANGED = (
+    "{library} {version} has another {name} than notebooks can be run with ({found} instead of {wanted}). "
+    "Install a version of {library} that was tested: {first} to {last}."
+)
+_CELLS_DO_NOT_RUN = "Cells do not run with these libraries: {libraries}."
+_INSTALLED = "{library} {version} (tested: {first} to {last})"
+
+
+class InterfaceChangedError(Exception):
+    """A library is not as it was tested."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """A part of a library.
+
+    Attributes
+    ----------
+    library : as it is installed, one of :data:`TESTED`
+    module, name : where it is; with dots for what belongs to a class
+    parameters : names of what it takes; None for what is not called
+    """
+
+    library: str
+    module: str
+    name: str
+    parameters: tuple[str, ...] | None = None
+
+    def difference(self) -> str:
+        """What is found instead; nothing if it is as it was tested."""
+        try:
+            found: Any = importlib.import_module(self.module)
+            for attribute in self.name.split("."):
+                found = getattr(found, attribute)
+            if self.parameters is None:
+                return ""
+            parameters = tuple(inspect.signature(found).parameters)
+        except (ImportError, AttributeError):
+            return "nothing"
+        except (TypeError, ValueError):
+            return "something that is not called"
+        return "" if parameters == self.parameters else _listed(parameters)
+
+    def check(self) -> None:
+        """Raise InterfaceChangedError unless it is as it was tested."""
+        difference = self.difference()
+        if difference:
+            first, last = TESTED[self.library]
+            raise InterfaceChangedError(
+                _CHANGED.format(
+                    library=self.library,
+                    version=_version(self.library),
+                    name=f"{self.module}.{self.name}",
+                    found=difference,
+                    wanted="an attribute" if self.parameters is None else _listed(self.parameters),
+                    first=first,
+                    last=last,
+                )
+            )
+
+
+_SEND = ("self", "stream", "msg_or_type", "content", "parent", "ident", "buffers", "track", "header", "metadata")
+_SHELL, _HISTORY = "IPython.core.interactiveshell", "IPython.core.history"
+_KERNEL, _ZMQ_SHELL = "ipykernel.ipkernel", "ipykernel.zmqshell"
+#: Without these, notebooks would run otherwise than they do in a kernel, or keep what they must not keep.
+NEEDED = (
+    Interface("ipykernel", _KERNEL, "IPythonKernel.shell_channel_thread"),
+    Interface("ipykernel", _KERNEL, "IPythonKernel.set_parent", ("self", "ident", "parent", "channel")),
+    Interface("ipykernel", _KERNEL, "IPythonKernel.execute_request", ("self", "stream", "ident", "parent")),
+    Interface("ipykernel", _KERNEL, "IPythonKernel.pre_handler_hook", ("self",)),
+    Interface("ipykernel", _KERNEL, "IPythonKernel.post_handler_hook", ("self",)),
+    Interface("ipykernel", _ZMQ_SHELL, "ZMQInteractiveShell.enable_gui", ("self", "gui")),
+    Interface("ipykernel", _ZMQ_SHELL, "ZMQInteractiveShell.exit_now"),
+    Interface("ipython", _HISTORY, "HistoryManager.enabled"),
+    Interface("ipython", _SHELL, "InteractiveShell._tee", ("self", "channel")),
+    Interface(
+        "ipython",
+        _SHELL,
+        "InteractiveShell._format_exception_for_storage",
+        ("self", "exception", "filename", "running_compiled_code"),
+    ),
+    Interface("ipython", "IPython.core.ultratb", "AutoFormattedTB.set_mode", ("self", "mode")),
+    Interface("ipython", "IPython.core.formatters", "DisplayFormatter.active_types"),
+    Interface("jupyter_client", "jupyter_client.session", "Session.send", _SEND),
+    Interface("matplotlib", "matplotlib.backends.backend_agg", "FigureCanvasAgg.draw_idle", ("self", "args", "kwargs")),
+    Interface("sympy", "sympy.core.random", "rng.seed", ("a", "version")),
+)
+_PAUSE = Interface("ipykernel", _KERNEL, "IPythonKernel._execute_sleep")
+_SCIPYS_PAGES = Interface("scipy", "scipy._lib._docscrape", "FunctionDoc", ("func", "role", "doc", "config"))
+_MATPLOTLIBS_PAGES = Interface("matplotlib", "matplotlib.artist", "kwdoc", ("artist",))
+#: Without these, all goes on as well, and takes longer.
+SPARED = (_PAUSE, _SCIPYS_PAGES, _MATPLOTLIBS_PAGES)
+
+
+def check() -> None:
+    """See that everything needed is as it was tested.
+
+    Raises
+    ------
+    InterfaceChangedError
+        If something is not. The message names the library, its version, and the versions that were tested.
+    """
+    for interface in NEEDED:
+        interface.check()
+
+
+def versions() -> str:
+    """A message for where everything is as it was tested, and cells do not run all the same."""
+    libraries = [
+        _INSTALLED.format(library=library, version=_version(library), first=first, last=last)
+        for library, (first, last) in TESTED.items()
+    ]
+    return _CELLS_DO_NOT_RUN.format(libraries=", ".join(libraries))
+
+
+def _version(library: str) -> str:
+    try:
+        return metadata.version(library)
+    except metadata.PackageNotFoundError:
+        return "of an unknown version"
+
+
+def _listed(parameters: tuple[str, ...]) -> str:
+    return f"({', '.join(parameters)})"
+
+
+# --- the kernel -------------------------------------------------------------------------------------------------------
+
+
+def kernel_options() -> dict[str, dict[str, object]]:
+    """No history file, which a thread would write; and no pause after each cell, which is for the network's sake."""
+    options: dict[str, dict[str, object]] = {"HistoryManager": {"enabled": False}}
+    return options if _PAUSE.difference() else {**options, "Kernel": {"_execute_sleep": 0.0}}
+
+
+def run_in_main_thread(kernel: Any) -> None:
+    """Let a kernel that has no thread for its messages know in which thread cells are run."""
+    kernel.shell_channel_thread = SimpleNamespace(parent_thread=threading.main_thread())
+
+
+def discard_output(shell: Any) -> None:
+    """Make and keep nothing that only a front end would show.
+
+    Of what cells display, only the plain text is made, for a ``__repr__`` may be part of what a student tries. Figures
+    are drawn when the code asks for it, and not because a cell has ended; they are closed as ever. Of errors, the last
+    line is made. What was printed is not kept for the history.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    shell._tee = lambda channel: nullcontext()
+    shell.display_formatter.active_types = ["text/plain"]
+    shell.InteractiveTB.set_mode("Minimal")
+    shell._format_exception_for_storage = lambda *args, **kwargs: {}
+    FigureCanvasAgg.draw_idle = lambda *args, **kwargs: None  # type: ignore[method-assign]
+
+
+def reseed_sympy() -> None:
+    """Give sympy other random numbers than the process has that this one was forked from."""
+    import sympy.core.random
+
+    sympy.core.random.rng.seed()
+
+
+# --- docstrings -------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def docstrings_as_they_stand() -> Iterator[None]:
+    """Spare scipy and matplotlib the trouble of composing docstrings, a quarter of the time that all imports take."""
+    with ExitStack() as stack:
+        for interface, replacement in ((_SCIPYS_PAGES, _PlainDoc), (_MATPLOTLIBS_PAGES, lambda artist: "")):
+            if not interface.difference():
+                stack.enter_context(_replaced(interface, replacement))
+        yield
+
+
+@contextmanager
+def _replaced(interface: Interface, replacement: object) -> Iterator[None]:
+    module = sys.modules[interface.module]
+    original = getattr(module, interface.name)
+    setattr(module, interface.name, replacement)
+    try:
+        yield
+    finally:
+        setattr(module, interface.name, original)
+
+
+class _PlainDoc:
+    """A function's docstring as it stands, where scipy would take it apart and put it together with more in it."""
+
+    def __init__(self, function: Callable[..., object], *_: object, **__: object) -> None:
+        self._text = function.__doc__ or ""
+
+    def __getitem__(self, section: str) -> list[object]:
+        return []
+
+    def __setitem__(self, section: str, content: object) -> None:
+        pass
+
+    def __str__(self) -> str:
+        return f"\n{self._text}"  # the first line is the signature

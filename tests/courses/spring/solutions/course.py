@@ -1,0 +1,20 @@
+"""The course as one object."""
+
+from __future__ import annotations
+
+from springlab.catalogue import CATALOGUE
+from springlab.plant import Spring, seed_of
+
+from rotflex.instructor.course import Course
+
+from .key import KEY
+
+COURSE = Course(
+    name="spring-course",
+    title="A mass on a spring",
+    catalogue=CATALOGUE,
+    key=KEY,
+    bench=lambda student: Spring(seed_of(student)),
+    packages=("rotflex", "springlab"),
+    imports=("springlab.lab",),
+)

@@ -1,0 +1,1 @@
+"""The laboratory of a mass on a spring: what students get."""

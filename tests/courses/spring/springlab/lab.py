@@ -1,0 +1,26 @@
+"""What the notebook begins with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rotflex.courseware.session import Session, student_of
+from springlab.catalogue import CATALOGUE
+from springlab.plant import Spring, seed_of
+
+
+class Lab(Session):
+    """A student's session with their own spring."""
+
+    def __init__(self, student: str, folder: Path) -> None:
+        self.seed = seed_of(student)
+        super().__init__(student, folder, CATALOGUE, bench={"uri": "virtual", "seed": self.seed}, seed=self.seed)
+
+    def bench(self) -> Spring:
+        """The student's own spring."""
+        return Spring(self.seed)
+
+
+def start(student: str = "") -> Lab:
+    """Begin a session in the folder of the notebook."""
+    return Lab(student_of(student, Path.cwd()), Path.cwd())

@@ -1,0 +1,171 @@
+"""``rotflex check-course``: what is forgotten or contradicts itself is told, with its place."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.parts import Question, number
+from rotflex.instructor import course_check
+from rotflex.instructor.course import Stated
+from rotflex.instructor.marking.checks import ForAPerson, Number
+
+
+def found(course, run=False):
+    return [str(finding) for finding in course_check.check(course, run)]
+
+
+def with_key(question, **checks):
+    """This course with other checks of a question's parts."""
+    return replace(OURS, key={**OURS.key, question: {**OURS.key[question], **checks}})
+
+
+def test_this_course_is_whole():
+    assert found(OURS) == []
+
+
+# --- catalogue, key and cells -----------------------------------------------------------------------------------------
+
+
+def another_question(notebook="02_finding_stiffness"):
+    asked = Question("2.19", "2.3.1", notebook, "Period", (), (number("T", "s", None, "", "The period."),))
+    catalogue = Catalogue([*OURS.catalogue.questions.values(), asked])
+    rest = {one: checks for one, checks in OURS.key.items() if one in catalogue.everything}
+    return replace(OURS, catalogue=catalogue, key=rest)
+
+
+def test_a_question_that_was_only_put_into_the_catalogue_is_missed_in_key_and_cells():
+    said = found(another_question())
+    assert "the key: question 2.19 has no entry." in said
+    assert "question 2.19, T: no cell of 02_finding_stiffness records it." in said
+
+
+def test_a_question_of_a_notebook_that_is_not_there_is_told():
+    assert "question 2.19: there is no notebook 02_nonsense." in found(another_question("02_nonsense"))
+
+
+def test_a_key_without_a_rubric_is_told():
+    assert found(with_key("2.11", explanation=ForAPerson(" "))) == [
+        "the key, 2.11 explanation: it says nothing of what to look for in the text."
+    ]
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """This course in a folder of its own, with its student notebooks."""
+    shutil.copytree(ROOT / "solutions", tmp_path / "solutions", ignore=shutil.ignore_patterns("__pycache__", "*.json"))
+    shutil.copytree(ROOT / "notebooks", tmp_path / "notebooks", ignore=shutil.ignore_patterns("*.json"))
+    return replace(OURS, folder=tmp_path / "solutions")
+
+
+def edit(course, name, change):
+    """Change the cells of a notebook, by id."""
+    path = course.folder / name
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    cells = {cell["id"]: cell for cell in notebook["cells"]}
+    change(cells)
+    notebook["cells"] = list(cells.values())
+    path.write_text(json.dumps(notebook), encoding="utf-8")
+
+
+STIFFNESS = "02_finding_stiffness.ipynb"
+
+
+def test_a_cell_that_no_longer_records_is_told(copy):
+    edit(copy, STIFFNESS, lambda cells: cells.pop("q2-11-answer"))
+    said = found(copy)
+    assert (
+        f"{STIFFNESS}, cell 'q2-11': an answer cell, but the cell after it records nothing (lab.answer(...))." in said
+    )
+    assert "question 2.11, omega_n: no cell of 02_finding_stiffness records it." in said
+
+
+def test_a_cell_that_records_what_there_is_not_is_told(copy):
+    edit(copy, STIFFNESS, lambda cells: cells["q2-11-answer"].update(source='lab.answer("2.91", omega_n=omega_n)'))
+    assert any("q2-11-answer" in line and "no question '2.91'" in line for line in found(copy))
+
+
+def test_a_part_that_is_recorded_twice_and_one_that_is_not_are_told(copy):
+    edit(copy, STIFFNESS, lambda cells: cells["q2-12-answer"].update(source='lab.answer("2.11", omega_n=K_s)'))
+    said = found(copy)
+    assert any(line.startswith("question 2.11, omega_n: 2 cells record it") for line in said)
+    assert "question 2.12, K_s: no cell of 02_finding_stiffness records it." in said
+
+
+def test_student_notebooks_that_are_out_of_step_are_told(copy):
+    edit(copy, STIFFNESS, lambda cells: cells["title"].update(source="# Another title"))
+    assert found(copy) == [f"notebooks/{STIFFNESS}: it is not what is derived now: say rotflex notebooks."]
+
+
+def test_points_of_the_catalogue_reach_the_derived_notebooks():
+    q = OURS.catalogue.find("2.11")
+    dearer = replace(q, parts=(replace(q.parts[0], points=7), *q.parts[1:]))
+    catalogue = Catalogue(
+        [dearer if one.number == "2.11" else one for one in OURS.catalogue.questions.values()],
+        warm_up=OURS.catalogue.warm_up.values(),
+        tables=OURS.catalogue.tables.values(),
+        report_items=OURS.catalogue.report_items,
+        reports={one.number: (one.section, one.notebook, one.title) for one in OURS.catalogue.reports.values()},
+    )
+    assert found(replace(OURS, catalogue=catalogue)) == [
+        f"notebooks/{STIFFNESS}: it is not what is derived now: say rotflex notebooks."
+    ]
+
+
+# --- numbers in texts -------------------------------------------------------------------------------------------------
+
+
+def test_each_number_that_texts_repeat_is_missed_when_it_changes():
+    changed = [replace(one, what=f"number {n}", value=one.value + 1) for n, one in enumerate(OURS.stated)]
+    said = found(replace(OURS, stated=changed))
+    for one in changed:
+        assert any(f"{one.what} is {one.value:g}; this text says" in line for line in said), one.pattern
+    assert all("this text says" in line for line in said)
+
+
+def test_a_pattern_that_no_text_has_is_told():
+    (said,) = found(replace(OURS, stated=[Stated("the answer", r"the answer is (\d+)", 42)]))
+    assert said.startswith("stated, the answer: no text has it as")
+
+
+# --- the key, on the solutions ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def claims(sandbox):
+    return course_check.answers_of_solutions(OURS)
+
+
+def judged(course, claims):
+    return [str(finding) for finding in course_check.judged(course, claims)]
+
+
+def test_the_solutions_earn_all_and_wrong_answers_nothing(claims):
+    assert claims.problems == []
+    assert judged(OURS, claims) == []
+
+
+def omega_n(expected, **others):
+    return with_key("2.11", omega_n=Number("it", expected, **{"rtol": 0.05, **others}))
+
+
+@pytest.mark.parametrize(
+    ("course", "words"),
+    [
+        (omega_n(lambda bench: 2 * bench.omega_n), "the solution gets 0 of 2 points, wrong"),
+        (omega_n(lambda bench: bench.omega), "it fails: AttributeError"),
+        (omega_n(lambda bench: bench.omega_n, rtol=0.9), "is taken for right"),
+        (omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}), "on a wrong answer, it fails"),
+        (omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody), "it fails: NameError"),  # noqa: F821
+    ],
+    ids=["expected", "lambda", "too wide", "slip", "follow-through"],
+)
+def test_a_slip_in_the_key_is_told_with_its_question(course, words, claims):
+    (said,) = [line for line in judged(course, claims) if line.startswith("the key, 2.11 omega_n: ")]
+    assert words in said

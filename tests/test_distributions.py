@@ -1,0 +1,125 @@
+"""The two distributions, built and installed as wheels: what each holds, and that courses are found from there."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+
+BUILD = "import sys, hatchling.build; print(hatchling.build.build_wheel(sys.argv[1]))"
+
+
+def built(project: Path, folder: Path) -> Path:
+    """A wheel of a project."""
+    done = subprocess.run(
+        [sys.executable, "-c", BUILD, str(folder)], cwd=project, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / done.stdout.strip().splitlines()[-1]
+
+
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheels")
+    return built(ROOT, folder), built(ROOT / "distributions" / "instructor", folder)
+
+
+@pytest.fixture(scope="module")
+def installed(wheels, tmp_path_factory):
+    """Both wheels unpacked as pip would, in front of what this environment has."""
+    folder = tmp_path_factory.mktemp("installed")
+    for wheel in wheels:
+        with zipfile.ZipFile(wheel) as packed:
+            packed.extractall(folder)
+    return folder
+
+
+def rotflex(installed, folder, *words, **environment):
+    """The command from the wheels, in a folder that has nothing to do with the checkout."""
+    return subprocess.run(
+        [sys.executable, "-P", "-m", "rotflex.cli", *map(str, words)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(installed), "COLUMNS": "200", **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def names(wheel):
+    with zipfile.ZipFile(wheel) as packed:
+        return set(packed.namelist())
+
+
+def test_together_they_hold_every_module_once_and_the_students_none_of_the_instructors(wheels):
+    students, instructors = map(names, wheels)
+    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "rotflex").rglob("*.py")}
+    of_instructors = {name for name in modules if name.startswith("rotflex/instructor/")}
+    assert {name for name in students if name.endswith(".py")} == modules - of_instructors
+    assert {name for name in instructors if name.endswith(".py")} == of_instructors
+    assert "rotflex/instructor/reports/templates/feedback.html" in instructors
+    assert {"rotflex/courseware/scene/explorer.js", "rotflex/courseware/scene/explorer.css"} <= students
+    assert {f"rotflex/_course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= students
+
+
+def test_the_instructors_distribution_needs_the_students_of_its_version(installed):
+    from rotflex import __version__
+
+    (about,) = installed.glob("rotflex_instructor-*.dist-info")
+    assert f"Requires-Dist: rotflex=={__version__}\n" in (about / "METADATA").read_text(encoding="utf-8")
+
+
+def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_instructors(wheels, tmp_path):
+    alone = tmp_path / "alone"
+    with zipfile.ZipFile(wheels[0]) as packed:
+        packed.extractall(alone)
+    shown = rotflex(alone, tmp_path, "--help").stdout
+    assert " lab " in shown and " grade " not in shown
+    code = "from pathlib import Path; from rotflex.cli import fill; print(fill(Path('work'), 'ada'))"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(alone)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "work" / "00_start.ipynb").exists()
+
+
+@pytest.mark.parametrize("command", [("release", "out"), ("grade", "in", "--out", "out")], ids=lambda words: words[0])
+def test_without_a_course_a_command_says_how_to_name_one(installed, tmp_path, command):
+    (tmp_path / "in" / "ada").mkdir(parents=True)
+    done = rotflex(installed, tmp_path, *command, ROTFLEX_COURSE="")
+    assert done.returncode == 2
+    said = " ".join(done.stderr.split())
+    assert "--course FOLDER" in said and "ROTFLEX_COURSE" in said, said
+
+
+def test_release_finds_the_course_by_option_and_by_the_environment(installed, tmp_path):
+    course = tmp_path / "elsewhere" / "solutions"
+    shutil.copytree(ROOT / "solutions", course, ignore=shutil.ignore_patterns("__pycache__", "answers.json"))
+    by_option = rotflex(installed, tmp_path, "release", "one", "--course", course)
+    by_setting = rotflex(installed, tmp_path, "release", "two", ROTFLEX_COURSE=str(course))
+    assert (by_option.returncode, by_setting.returncode) == (0, 0), by_option.stderr + by_setting.stderr
+    one, two = ((tmp_path / out / "rotflex-course.zip").read_bytes() for out in ("one", "two"))
+    assert one == two
+    released = tmp_path / "one" / "rotflex-course"
+    assert not (released / "rotflex" / "instructor").exists()
+    assert (released / "LICENSE").read_text(encoding="utf-8") == (ROOT / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
+    (tmp_path / "in" / "ada").mkdir(parents=True)
+    shutil.copyfile(ROOT / "notebooks" / "00_start.ipynb", tmp_path / "in" / "ada" / "00_start.ipynb")
+    words = ("grade", "in", "--out", "out", "--course", ROOT / "solutions")
+    done = rotflex(installed, tmp_path, *words)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "out" / "grades.csv").exists()
