@@ -1,4 +1,5 @@
 # make lab    open JupyterLab on the course, in the folder work/
+# make check  what takes a minute: style, types, imports, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
 
 PYTHON ?= python3
@@ -6,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: lab test notebooks solutions data bench clean
+.PHONY: lab check test notebooks solutions data bench clean
 
 PROJECTS := pyproject.toml distributions/instructor/pyproject.toml distributions/instructor/requirements.py
 
@@ -22,6 +23,9 @@ $(VENV)/.test: $(PROJECTS) $(VENV)/.lab
 
 lab: $(VENV)/.lab
 	$(BIN)/rotflex lab work $(ARGS)
+
+check: $(VENV)/.test
+	$(BIN)/python tools/run_tests.py --quick $(ARGS)
 
 test: $(VENV)/.test
 	sh tools/system_packages.sh

@@ -1,80 +1,57 @@
-"""The house's own rules: who imports whom, what loads when, what a student may see."""
+"""The house's own rules, beside those in pyproject.toml ([tool.importlinter]: who imports whom)."""
 
 from __future__ import annotations
 
-import ast
 import subprocess
 import sys
-from pathlib import Path
+import tomllib
 
+import grimp
 import pytest
 from checkout import ROOT
 
 PACKAGE = ROOT / "rotflex"
-
-#: From the ground up (docs/architecture.md); a room may import from its own floor and from those below.
-FLOORS = (
-    {"errors", "units", "progress", "courseware"},
-    {"config"},
-    {"plant"},
-    {"recording", "signals"},
-    {"simulation", "response", "identification", "greybox"},
-    {"figures", "hil"},
-    {"experiments"},
-    {"workbook"},
-    {"lab"},
-    {"widgets"},
-    {"server"},
-)
-INSTRUCTOR = {"model", "design", "symbolic", "stiffness"}
-#: Know nothing of the course.
-GENERAL = {"gradebook", "isolation"}
-FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
-
-
-def room_of(path: Path) -> str:
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-
-
-def imported_rooms(path: Path) -> set[str]:
-    """Rooms of the package that a module imports, anywhere in it."""
-    rooms = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            if node.module == "rotflex":
-                rooms |= {alias.name for alias in node.names}
-            elif node.module.startswith("rotflex."):
-                rooms.add(node.module.split(".")[1])
-        elif isinstance(node, ast.Import):
-            rooms |= {alias.name.split(".")[1] for alias in node.names if alias.name.startswith("rotflex.")}
-    return rooms - {"__version__"}
-
-
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+INSIDE = "rotflex.instructor.running.inside"
+CONTRACTS = {
+    contract["id"]: contract
+    for contract in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+}
+#: What every course needs; all else of the package is of this laboratory, or the instructor's.
+GENERAL = {"cli", "courseware", "errors", "instructor", "progress", "units"}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_imports_go_one_way(path):
-    room, imported = room_of(path), imported_rooms(path)
-    imported.discard(room)
-    assert "cli" not in imported
-    if room in FLOOR_OF:
-        too_high = {other for other in imported if FLOOR_OF.get(other, len(FLOORS)) > FLOOR_OF[room]}
-        assert not too_high, f"{room} imports {too_high}"
-    elif room in INSTRUCTOR:
-        # What students have is not written again for instructors; but nothing here touches a bench.
-        allowed = INSTRUCTOR | {"errors", "units", "courseware", "config", "identification", "simulation"}
-        assert imported <= allowed, f"{room} imports {imported - allowed}"
-    elif room in GENERAL:
-        allowed = {"errors", "courseware"}
-        assert imported <= allowed, f"{room} imports {imported - allowed}"
-    else:
-        assert room in {"cli", "grading"}, f"{room} has no floor"
+def rooms(contract: str) -> set[str]:
+    """What a contract gives a floor."""
+    return {room.strip() for floor in CONTRACTS[contract]["layers"] for room in floor.replace("|", ":").split(":")}
 
 
-@pytest.mark.parametrize("path", sorted((PACKAGE / "grading" / "inside").glob("*.py")), ids=lambda path: path.name)
-def test_what_runs_beside_the_students_package_needs_nothing_that_they_do_not_have(path):
-    assert not imported_rooms(path) & (INSTRUCTOR | GENERAL | {"grading", "cli"})
+def short(names: list[str], parent: str) -> set[str]:
+    return {name.removeprefix(f"{parent}.") for name in names if name.startswith(f"{parent}.")}
+
+
+def test_the_rules_of_imports_cover_each_package_that_there_is():
+    """A folder without ``__init__.py`` can be imported, but no rule would see it."""
+    folders = {path.parent for path in MODULES if "migrations" not in path.parts}
+    assert [folder for folder in sorted(folders) if not (folder / "__init__.py").exists()] == []
+
+
+def test_the_machinery_of_grading_may_import_no_room_of_the_laboratory():
+    assert short(CONTRACTS["neutral"]["forbidden_modules"], "rotflex") == rooms("rooms") - GENERAL
+
+
+def test_each_room_of_the_instructors_is_either_general_or_a_model_of_this_laboratory():
+    general, models = (short(CONTRACTS[name]["source_modules"], "rotflex.instructor") for name in ("neutral", "models"))
+    assert general | models == rooms("instructor")
+    assert not general & models
+    assert short(CONTRACTS["models"]["forbidden_modules"], "rotflex.instructor") == general
+
+
+def test_what_runs_beside_the_students_package_imports_nothing_of_this_one():
+    graph = grimp.build_graph("rotflex", cache_dir=None)
+    own = {INSIDE, *graph.find_descendants(INSIDE)}
+    assert f"{INSIDE}.main" in own
+    assert graph.find_upstream_modules(INSIDE, as_package=True) - own == set()
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))

@@ -3,8 +3,8 @@
     python tools/run_solutions.py [NOTEBOOK ...]
 
 All of solutions/ by default, in order. Each finds the answers of those before it, as a student would have them, and
-no others: run one alone only after the ones before it. Say `rotflex notebooks` afterwards, so that the
-student notebooks follow.
+no others: run one alone only after the ones before it. (solutions/conftest.py sees to the same for tests.) Say
+`rotflex notebooks` afterwards, so that the student notebooks follow.
 """
 
 from __future__ import annotations
@@ -17,24 +17,39 @@ from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
+from nbformat import NotebookNode
 
+from rotflex import progress
 from rotflex.courseware import files
+from rotflex.courseware.session import ANSWERS_FILE
 from rotflex.workbook.questions import CATALOGUE
 
 SOLUTIONS = Path(__file__).resolve().parents[1] / "solutions"
+ANSWERS = SOLUTIONS / ANSWERS_FILE
 
 
 def forget_from(notebook: str) -> None:
     """Take the answers of a notebook, and of those after it, out of answers.json."""
-    file = SOLUTIONS / "answers.json"
-    if file.exists():
-        content = json.loads(file.read_text(encoding="utf-8"))
+    if ANSWERS.exists():
+        content = json.loads(ANSWERS.read_text(encoding="utf-8"))
         kept = {n: parts for n, parts in content["answers"].items() if CATALOGUE.everything[n].notebook < notebook}
-        file.write_text(json.dumps(content | {"answers": kept}), encoding="utf-8")
+        ANSWERS.write_text(json.dumps(content | {"answers": kept}), encoding="utf-8")
 
 
-def run(path: Path) -> None:
-    """Run one notebook in its folder and write it back with its outputs."""
+def before(notebook: str) -> list[str]:
+    """The notebooks whose answers one may ask for, in order; none for one that has no questions itself."""
+    with_questions = sorted({question.notebook for question in CATALOGUE.everything.values()})
+    return with_questions[: with_questions.index(notebook)] if notebook in with_questions else []
+
+
+def executed(path: Path) -> NotebookNode:
+    """A notebook with its outputs, run in its folder.
+
+    Raises
+    ------
+    nbclient.exceptions.CellExecutionError
+        If a cell fails.
+    """
     notebook = nbformat.read(path, as_version=4)
     NotebookClient(
         notebook,
@@ -44,7 +59,11 @@ def run(path: Path) -> None:
         coalesce_streams=True,
         resources={"metadata": {"path": str(path.parent)}},
     ).execute()
-    # What differs from one machine to the next does not belong into the repository.
+    return notebook
+
+
+def store(path: Path, notebook: NotebookNode) -> None:
+    """Write a notebook without what differs from one machine to the next."""
     notebook.metadata = {
         "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
         "language_info": {"name": "python"},
@@ -58,12 +77,12 @@ def run(path: Path) -> None:
 
 def main(names: list[str]) -> None:
     """Run the named notebooks, or all."""
-    os.environ["ROTFLEX_PROGRESS"] = "off"  # a progress bar comes or not, as the machine is slow or quick
+    os.environ[progress.SWITCH] = "off"  # a bar comes or not, as the machine is slow or quick
     paths = [Path(name) for name in names] or sorted(SOLUTIONS.glob("*.ipynb"))
     for path in paths:
         started = time.perf_counter()
         forget_from(path.stem)
-        run(path)
+        store(path, executed(path))
         print(f"{path.name}: {time.perf_counter() - started:.1f} s, {path.stat().st_size / 1000:.0f} kB")
 
 

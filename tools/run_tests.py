@@ -1,8 +1,10 @@
-"""Run every check, and fail if one fails: style, types, unit tests, and the solution notebooks against their outputs.
+"""Run every check, and fail if one fails: style, types, imports, scripts, tests, solutions against their outputs.
 
-    python tools/run_tests.py [PYTEST OPTIONS ...]
+    python tools/run_tests.py [--quick] [PYTEST OPTIONS ...]
 
-pytest's closing line comes last.
+``--quick`` leaves out the tests that take long or need more than Python, and the solution notebooks, and says so. Tests
+are shared among as many processes as there are processors, up to four; ``-n 0`` runs them in one. pytest's closing line
+comes last.
 """
 
 from __future__ import annotations
@@ -10,36 +12,58 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import sysconfig
+import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHON = sys.executable
+SCRIPTS = Path(sysconfig.get_path("scripts"))
+
+LEFT_OUT = ("slow", "isolation", "browser", "postgres")  #: markers of tests that a quick run does without
+SHARED = ("-n", "logical", "--maxprocesses", "4")
+#: Title → command.
+STATIC = {
+    "style": (PYTHON, "-m", "ruff", "check", "."),
+    "format": (PYTHON, "-m", "ruff", "format", "--check", "."),
+    "types": (PYTHON, "-m", "mypy"),
+    "imports": (str(SCRIPTS / "lint-imports"), "--no-logo"),
+    "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
+}
+ALL_TESTS = ("--nbval", "tests", "solutions")
+QUICK_TESTS = ("tests", "-q", "-m", f"not ({' or '.join(LEFT_OUT)})", "--durations=5", "--durations-min=1")
 
 
-def run(title: str, *command: str) -> bool:
+def run(title: str, command: Sequence[str], environment: Mapping[str, str]) -> bool:
     """Run one check; say so if it fails."""
     print(f"== {title}", flush=True)
-    good = subprocess.run([PYTHON, "-m", *command], cwd=ROOT, check=False, env=environment()).returncode == 0
+    good = subprocess.run(command, cwd=ROOT, check=False, env=environment).returncode == 0
     if not good:
         print(f"FAILED: {title}", flush=True)
     return good
 
 
-def environment() -> dict[str, str]:
-    """No progress bars in outputs that are compared, and none of a user's own settings of IPython."""
-    return os.environ | {"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": str(ROOT / ".venv" / "ipython")}
+def environment(folder: str) -> dict[str, str]:
+    """No progress bars in outputs that are compared, and none of a user's own settings of IPython.
+
+    Each process computes in one thread: there are as many processes as processors already.
+    """
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    return os.environ | {"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": folder, **threads}
 
 
 def main(options: list[str]) -> int:
     """All checks, in order; 0 if all are good."""
-    # The solution notebooks start from no answers, as a student does.
-    (ROOT / "solutions" / "answers.json").unlink(missing_ok=True)
-    checks = [
-        run("style", "ruff", "check", "."),
-        run("format", "ruff", "format", "--check", "."),
-        run("types", "mypy"),
-        run("tests and solution notebooks", "pytest", "--nbval", "tests", "solutions", *options),
-    ]
+    quick = "--quick" in options
+    options = [option for option in options if option != "--quick"]
+    with tempfile.TemporaryDirectory() as folder:
+        variables = environment(folder)
+        checks = [run(title, command, variables) for title, command in STATIC.items()]
+        if quick:
+            print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}; make test runs them")
+        title, tests = ("quick tests", QUICK_TESTS) if quick else ("tests and solution notebooks", ALL_TESTS)
+        checks.append(run(title, (PYTHON, "-m", "pytest", *SHARED, *tests, *options), variables))
     return 0 if all(checks) else 1
 
 

@@ -34,7 +34,7 @@ class Part:
     Attributes
     ----------
     name, kind, points, prompt : what every part has
-    outcome : the code of the outcome that it gives evidence of; empty where the workbook names none
+    outcome : the code of the outcome that it gives evidence of; empty where the course names none
     marked : "auto", or "person" where somebody has to read it
     unit : of a number; what the student is asked to give
     plausible : the range (in ``unit``) outside which a number is worth a second look
@@ -70,15 +70,15 @@ class Part:
 
 @dataclass(frozen=True)
 class Question:
-    """One of the workbook's questions, a results table, or the text of a report.
+    """One of the course's questions, a results table, or the text of a report.
 
     Attributes
     ----------
     number : as in "1.2", "Table 1" or "First report"
-    section : of the workbook
+    section : of the course's text
     notebook : where it is asked
     title : in a few words
-    outcomes : the codes that the workbook gives it
+    outcomes : the codes that the course gives it
     parts : in the order in which they are asked
     """
 

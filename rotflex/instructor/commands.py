@@ -243,7 +243,7 @@ def regrade(
 
 def mark(
     student: Annotated[str, typer.Argument(help="Whose.")],
-    question: Annotated[str, typer.Argument(help="As 2.11.")],
+    question: Annotated[str, typer.Argument(help="As 1.11.")],
     part: Annotated[str, typer.Argument(help="As explanation.")],
     points: Annotated[float, typer.Argument(min=0, help="To give.")],
     reason: Annotated[str, typer.Option(help="For the student, and for the record.")],

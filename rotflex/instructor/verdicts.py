@@ -23,7 +23,7 @@ class Status(StrEnum):
 
 
 class Own(Protocol):
-    """The student's own answers: ``own("2.12", "J_l")``. Raises LookupError where there is none that can be used."""
+    """The student's own answers: ``own("1.2", "speed")``. Raises LookupError where there is none that can be used."""
 
     def __call__(self, question: str, part: str) -> Any: ...
 

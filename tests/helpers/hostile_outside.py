@@ -20,6 +20,7 @@ from pathlib import Path
 
 import hostile
 import matplotlib
+from checkout import ROOT
 from hostile import HONEST, QUESTIONS, Attack
 from hostile_answers import FORGED, TEXT
 from hostile_code import CODE
@@ -197,7 +198,7 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
         sys.prefix,
         sysconfig.get_path("purelib"),
     )
-    places = [folder, out, Path.home(), *map(Path, system), hostile.ROOT / "rotflex"]
+    places = [folder, out, Path.home(), *map(Path, system), ROOT / "rotflex"]
     result.strays = [str(path) for place in places for path in place.glob(f"*{token}*")]
     return result
 
@@ -226,7 +227,7 @@ def _rotflex(command: list, environment: dict) -> subprocess.CompletedProcess:
     return subprocess.run(
         [sys.executable, "-m", "rotflex.cli", *command],
         env=environment,
-        cwd=hostile.ROOT,
+        cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,

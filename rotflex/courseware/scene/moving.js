@@ -13,7 +13,7 @@ function moving(view, pen, panel, box) {
   pen.fillStyle = view.color("--text");
   pen.textAlign = "left";
   pen.textBaseline = "bottom";
-  const read = ({ label, signal, scale, digits, unit }) => `${label} ${(signals[signal] * scale).toFixed(digits)}${unit}`;
+  const read = ({ label, signal, scale, digits, unit: name }) => `${label} ${(signals[signal] * scale).toFixed(digits)}${name}`;
   pen.fillText(panel.readings.map(read).join("   "), box.left + 6, box.top + 20);
   for (const shape of panel.shapes) {
     SHAPES[shape.kind](view, pen, shape, shape.points.map(place), unit);

@@ -49,6 +49,8 @@ from rotflex.instructor.gradebook import (
 from rotflex.instructor.gradebook import database as database_module
 from rotflex.instructor.gradebook.database import Database
 
+KINDS = ["sqlite", pytest.param("postgres", marks=pytest.mark.postgres)]
+
 # --- a server, and a new schema on it for each test -------------------------------------------------------------------
 
 
@@ -139,7 +141,7 @@ def new_schema(base):
     return f"{base}postgres?options=-csearch_path%3D{name}"
 
 
-@pytest.fixture(params=["sqlite", "postgres"])
+@pytest.fixture(params=KINDS)
 def kind(request):
     """Which database."""
     return request.param
@@ -456,7 +458,7 @@ def any_runs(words):
     return st.builds(RunRecord, key=numbered, student=numbered, **values)
 
 
-@pytest.fixture(scope="module", params=["sqlite", "postgres"])
+@pytest.fixture(scope="module", params=KINDS)
 def shared(request, tmp_path_factory):
     """A gradebook for many examples."""
     if request.param == "sqlite":

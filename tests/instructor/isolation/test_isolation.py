@@ -21,6 +21,8 @@ from rotflex.instructor.isolation import bubblewrap, cgroups, sandbox
 from rotflex.instructor.isolation.outcome import MIB
 from rotflex.instructor.isolation.sandbox import Ending, Limits
 
+pytestmark = pytest.mark.isolation
+
 #: Before anything hostile: be in the sandbox, or do nothing.
 GUARD = f'[ "$(uname -n)" = sandbox ] && [ ! -e {ROOT}/pyproject.toml ] && [ "$(id -u)" != 0 ] || exit 99\n'
 GUARD_PYTHON = f"""

@@ -278,6 +278,7 @@ def test_containers_are_told_of_least_privilege(tmp_path, monkeypatch):
     assert "do not use --privileged" in remedies.of_namespaces(tmp_path)
 
 
+@pytest.mark.isolation
 def test_all_layers_stand_here():
     found = layers.examine()
     names = [layer.name for layer in found]
@@ -329,6 +330,7 @@ def test_a_layer_that_cannot_be_set_up_is_reported_with_the_rest(tmp_path, monke
     assert bad[0].remedy and bad[0].remedy not in bad[0].found
 
 
+@pytest.mark.isolation
 @pytest.mark.parametrize(("layer", "without"), [("network", ["--unshare-net"]), ("file system", ["--remount-ro", "/"])])
 def test_a_layer_that_is_not_there_is_seen_from_inside(layer, without, monkeypatch):
     arguments = bubblewrap.arguments

@@ -16,6 +16,8 @@ from checkout import ROOT
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp, selftest
 
+pytestmark = pytest.mark.isolation
+
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 NOBODY = "65534"
 

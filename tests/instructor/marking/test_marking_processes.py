@@ -21,6 +21,8 @@ KEY = f"""
 import os
 from rotflex.instructor.marking.checks import ForAPerson, Number
 
+pytestmark = pytest.mark.slow
+
 def expected(bench):
     if bench.K_s == {TrueBench("bomb").K_s!r}:
         os._exit(1)  # as a crash in a library would

@@ -18,10 +18,7 @@ from made_courses import OURS
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.errors import GradingError
-from rotflex.instructor import course as courses
 from rotflex.instructor.release import student_course, student_notebooks
-
-
 
 
 def code(source, cell_id="a", **metadata):
@@ -33,7 +30,9 @@ def answer(source, cell_id="q1"):
 
 
 def stripped(*cells):
-    return student_notebooks.student_version(nbformat.v4.new_notebook(cells=list(cells)), "demo.ipynb", Catalogue(())).cells
+    return student_notebooks.student_version(
+        nbformat.v4.new_notebook(cells=list(cells)), "demo.ipynb", Catalogue(())
+    ).cells
 
 
 # --- one notebook -----------------------------------------------------------------------------------------------------

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import nbformat
 import pytest
+from checkout import ROOT
+from made_courses import OURS
 from nbclient import NotebookClient
 
 from rotflex.instructor.release import student_course
-from checkout import ROOT
-from made_courses import OURS
+
+pytestmark = pytest.mark.slow
 
 NAMES = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
 _WHERE = "import rotflex, importlib.util as u; print(rotflex.__file__, u.find_spec('rotflex.instructor'))"

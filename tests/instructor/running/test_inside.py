@@ -12,6 +12,8 @@ from inside_runs import ENVIRONMENT, PROGRAM, ROOT, notebook, run, specification
 from rotflex.instructor.isolation import sandbox as walls
 from rotflex.instructor.running.inside import BROKEN, DIED, FINE, TIMED_OUT
 
+pytestmark = pytest.mark.slow
+
 NOTES = "answers.json"  # what the sandbox gives back
 NOTE = f"""
 def note(**what):

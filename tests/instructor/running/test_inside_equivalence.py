@@ -16,6 +16,8 @@ from nbclient.exceptions import DeadKernelError
 
 from rotflex.instructor.running.inside import DIED, FINE
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):

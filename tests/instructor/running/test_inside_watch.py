@@ -17,6 +17,8 @@ import pytest
 
 from rotflex.instructor.running.inside import DIED, FINE, TIMED_OUT, watch
 
+pytestmark = pytest.mark.slow
+
 TIMEOUT = 0.4
 
 
