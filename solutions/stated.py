@@ -6,6 +6,7 @@ A text that says such a number in other words than these is not found: give it a
 from rotflex.instructor.course import Stated
 from rotflex.specifications import AMPLITUDE, FREQUENCY, LIMITS, OMEGA_N, P_3, P_4, SAMPLE_TIME, SETTLING_BAND, ZETA
 from rotflex.units import DEG
+from rotflex.workbook.questions import CATALOGUE
 
 from . import tolerances
 
@@ -15,6 +16,11 @@ _NUMBER = r"([-−]?\d+(?:\.\d+)?)"
 def _stated(what: str, value: float, *patterns: str) -> list[Stated]:
     """A number, and the words around it; ``#`` stands for the number."""
     return [Stated(what, pattern.replace("#", _NUMBER), round(value, 12)) for pattern in patterns]
+
+
+def _last(section: str) -> float:
+    """The number of a section's last question."""
+    return float([number for number in CATALOGUE.questions if number.partition(".")[0] == section][-1])
 
 
 _SPECIFICATIONS = (
@@ -122,4 +128,9 @@ _TOLERANCES = (
     *_stated("the tolerance of K_s, in %", 100 * tolerances.K_S, r"\$K_s\$ within # % of the bench"),
 )
 
-STATED = (*_SPECIFICATIONS, *_POLES, *_TOLERANCES)
+_RANGES = (
+    *_stated("the last question of Section 2", _last("2"), r"questions? 2\.9 to #"),
+    *_stated("the last question of Section 3", _last("3"), r"questions? 3\.4 to #"),
+)
+
+STATED = (*_SPECIFICATIONS, *_POLES, *_TOLERANCES, *_RANGES)
