@@ -36,22 +36,23 @@ LONGEST = (
 )
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+def pytest_itemcollected(item: pytest.Item) -> None:
     """Markers by what a test uses; one process for all tests of a file, whose fixtures are made once."""
-    for item in items:
-        if item.path.is_relative_to(ROOT / "tests"):
-            for marker in sorted(marks.earned(item)):
-                item.add_marker(marker)
-            if not item.get_closest_marker("xdist_group"):
-                item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT / "tests").as_posix()))
+    for marker in sorted(marks.earned(item)):
+        item.add_marker(marker)
+    if not item.get_closest_marker("xdist_group"):
+        item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT / "tests").as_posix()))
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """The longest first, in a process that shares the tests with others."""
     if hasattr(config, "workerinput"):
         items.sort(key=_place)
 
 
 def _place(item: pytest.Item) -> int:
-    group = item.get_closest_marker("xdist_group").args[0]
-    return LONGEST.index(group) if group in LONGEST else len(LONGEST)
+    marker = item.get_closest_marker("xdist_group")
+    return LONGEST.index(marker.args[0]) if marker and marker.args[0] in LONGEST else len(LONGEST)
 
 
 @pytest.hookimpl(wrapper=True)
