@@ -21,8 +21,7 @@ def notebook_of(item: pytest.Item) -> str | None:
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """One process runs all notebooks, in order, since each needs the answers of those before it."""
-    item.add_marker(pytest.mark.xdist_group("solutions"))
+    """Notebooks take long."""
     item.add_marker(pytest.mark.slow)
 
 

@@ -1,4 +1,4 @@
-"""What the tests share: fixtures, the markers that each test bears, and how tests are spread over several processes."""
+"""What the tests share: fixtures, and the markers that each test bears."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 
 import marks
 import pytest
-from checkout import ROOT
 from hypothesis import settings
 
 from rotflex.recording import Recording
@@ -19,40 +18,11 @@ settings.load_profile("rotflex")
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 
-#: What takes longest comes first where several processes share the tests, so that none is left with it in the end.
-LONGEST = (
-    "whole/test_hostile_class.py",
-    "whole/test_whole_class.py",
-    "solutions",
-    "whole/test_class.py",
-    "whole/test_jupyterlab.py",
-    "widgets/test_explorers_browser.py",
-    "instructor/running/test_inside_equivalence.py",
-    "instructor/running/test_runner.py",
-    "instructor/test_crash.py",
-    "instructor/test_cluster.py",
-    "instructor/release/test_released_course.py",
-    "instructor/gradebook/test_gradebook.py",
-)
-
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Markers by what a test uses; one process for all tests of a file, whose fixtures are made once."""
+    """Markers by what a test uses."""
     for marker in sorted(marks.earned(item)):
         item.add_marker(marker)
-    if not item.get_closest_marker("xdist_group"):
-        item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT / "tests").as_posix()))
-
-
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """The longest first, in a process that shares the tests with others."""
-    if hasattr(config, "workerinput"):
-        items.sort(key=_place)
-
-
-def _place(item: pytest.Item) -> int:
-    marker = item.get_closest_marker("xdist_group")
-    return LONGEST.index(marker.args[0]) if marker and marker.args[0] in LONGEST else len(LONGEST)
 
 
 @pytest.hookimpl(wrapper=True)
