@@ -20,13 +20,9 @@ def notebook_of(item: pytest.Item) -> str | None:
     return item.path.stem if item.path.parent == HERE and item.path.suffix == ".ipynb" else None
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One worker runs all notebooks, in order, since each needs the answers of those before it."""
-    for item in items:
-        if notebook_of(item):
-            item.add_marker(pytest.mark.xdist_group("solutions"))
-            item.add_marker(pytest.mark.slow)
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Notebooks take long."""
+    item.add_marker(pytest.mark.slow)
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

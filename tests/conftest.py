@@ -1,4 +1,4 @@
-"""What the tests share: fixtures, the markers that each test bears, and how tests are spread over several processes."""
+"""What the tests share: fixtures, and the markers that each test bears."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 
 import marks
 import pytest
-from checkout import ROOT
 from hypothesis import settings
 
 from rotflex.recording import Recording
@@ -19,39 +18,11 @@ settings.load_profile("rotflex")
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 
-#: What takes longest comes first where several processes share the tests, so that none is left with it in the end.
-LONGEST = (
-    "whole/test_hostile_class.py",
-    "whole/test_whole_class.py",
-    "solutions",
-    "whole/test_class.py",
-    "whole/test_jupyterlab.py",
-    "widgets/test_explorers_browser.py",
-    "instructor/running/test_inside_equivalence.py",
-    "instructor/running/test_runner.py",
-    "instructor/test_crash.py",
-    "instructor/test_cluster.py",
-    "instructor/release/test_released_course.py",
-    "instructor/gradebook/test_gradebook.py",
-)
 
-
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Markers by what a test uses; one process for all tests of a file, whose fixtures are made once."""
-    for item in items:
-        if item.path.is_relative_to(ROOT / "tests"):
-            for marker in sorted(marks.earned(item)):
-                item.add_marker(marker)
-            if not item.get_closest_marker("xdist_group"):
-                item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT / "tests").as_posix()))
-    if hasattr(config, "workerinput"):
-        items.sort(key=_place)
-
-
-def _place(item: pytest.Item) -> int:
-    group = item.get_closest_marker("xdist_group").args[0]
-    return LONGEST.index(group) if group in LONGEST else len(LONGEST)
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Markers by what a test uses."""
+    for marker in sorted(marks.earned(item)):
+        item.add_marker(marker)
 
 
 @pytest.hookimpl(wrapper=True)

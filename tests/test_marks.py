@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
+import re
+import shutil
 import subprocess
+import sys
+from collections import defaultdict
 
 import marks
 import pytest
@@ -44,6 +49,38 @@ def test_a_quick_run_leaves_out_just_the_projects_own_markers(request):
     assert own <= {line.partition(":")[0] for line in request.config.getini("markers")}
 
 
-def test_what_comes_first_is_there(request):
-    conftest = next(plugin for plugin in request.config.pluginmanager.get_plugins() if hasattr(plugin, "LONGEST"))
-    assert [name for name in conftest.LONGEST if not (ROOT / "tests" / name).is_file()] == ["solutions"]  # notebooks
+@pytest.fixture(scope="module")
+def shared():
+    """The project's ``conftest.py``, which shares tests among processes."""
+    specification = importlib.util.spec_from_file_location("shared", ROOT / "conftest.py")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_what_begins_first_is_there(shared):
+    assert [name for name in shared.LONGEST if not (ROOT / name).exists()] == []
+
+
+def test_one_process_has_a_file_and_one_all_notebooks(shared):
+    assert shared.group("tests/hil/test_bench.py::Test::test_a[solutions/x::y]") == "tests/hil/test_bench.py"
+    assert {shared.group(f"solutions/0{n}.ipynb::Cell {n}") for n in range(3)} == {"solutions"}
+
+
+def test_processes_share_files_and_notebooks_as_they_should(tmp_path, shared):
+    """By pytest-xdist as it is installed: its own groups have been lost with another pytest."""
+    shutil.copy(ROOT / "conftest.py", tmp_path)
+    for name in ("tests/test_a.py", "tests/test_b.py", "solutions/test_c.py", "solutions/test_d.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        text = "import pytest\n@pytest.mark.parametrize('n', range(6))\ndef test(n): pass\n"
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    options = ["--rootdir=.", "-n2", "--dist=loadfile", "--no-loadscope-reorder", "--import-mode=importlib", "-v"]
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options, "tests", "solutions"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    ran = re.findall(r"^\[(gw\d)\].* PASSED (\S+?)::", done.stdout, flags=re.MULTILINE)
+    assert (len(ran), done.returncode) == (24, 0), done.stdout + done.stderr
+    processes = defaultdict(set)
+    for process, file in ran:
+        processes[shared.group(file)].add(process)
+    assert sorted(processes) == ["solutions", "tests/test_a.py", "tests/test_b.py"]
+    assert all(len(names) == 1 for names in processes.values()), processes
