@@ -144,9 +144,11 @@ class Batch:
         return executors.local(self._settings.jobs) if scheduler is None else executors.cluster(scheduler)
 
     def _keep(self, step: Step) -> Step:
-        if step.new:
-            self._gradebook.record(step.graded, actor=ACTOR, reason="run" if step.ran else "marked again")
-        return step
+        if not step.new:
+            return step
+        self._gradebook.record(step.graded, actor=ACTOR, reason="run" if step.ran else "marked again")
+        # As it is in the gradebook: there, a mark that a person gave has stayed.
+        return replace(step, graded=self._gradebook.current(step.graded.run.student) or step.graded)
 
     def _grade(self, submission: Submission, pool: Pool, marker: Marker) -> Step:
         """Grade one submission, whatever happens, unless it cannot be isolated."""

@@ -61,7 +61,7 @@ def notebooks(course: CourseFolder = None) -> None:
     from rotflex.instructor.release.student_course import write_notebooks
 
     for path in write_notebooks(courses.find(course)):
-        typer.echo(f"{path.parent.name}/{path.name}")
+        typer.echo(str(path))
 
 
 def check_course(

@@ -97,24 +97,24 @@ class Course:
         return self.folder.parent / "data"
 
 
-def find(given: str | Path | None = None, setting: str | None = None) -> Course:
-    """The course that is meant: the one that is given, else that of the environment, else the one here.
+def find(given: str | Path | None = None) -> Course:
+    """The course that is meant: the one that is given, else the one here.
 
     Parameters
     ----------
-    given : folder, as given by a person; with an entry point after "::" if it is not the usual one
-    setting : the environment's (``ROTFLEX_COURSE``)
+    given : the course's folder, or the one above it, as given by a person; with an entry point after "::" if it is not
+        the usual one
 
     Raises
     ------
     GradingError
         If there is none; the message says how to name one.
     """
-    named = str(given or setting or USUAL)
-    folder, _sign, entry = named.partition("::")
+    folder, _sign, entry = str(given or "").partition("::")
+    file = f"{(entry or ENTRY).partition(':')[0]}.py"
     place = Path(folder)
-    if not (place / f"{(entry or ENTRY).partition(':')[0]}.py").is_file() and (place / USUAL / "course.py").is_file():
-        place = place / USUAL  # a checkout was named
+    if not (place / file).is_file() and ((place / USUAL / file).is_file() or not given):
+        place = place / USUAL
     if not place.is_dir():
         raise GradingError(
             _(

@@ -166,6 +166,7 @@ def test_rotflex_does_not_know_of_this_course() -> None:
         assert not re.search(rb"springlab|spring-course|01_spring", path.read_bytes()), path
 
 
+@pytest.mark.usefixtures("sandbox")
 def test_check_course_finds_nothing(solutions: Path) -> None:
     assert "everything fits" in rotflex("check-course", "--course", solutions)
 

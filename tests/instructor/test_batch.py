@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from base64 import b64encode
+from dataclasses import replace
 
 import pytest
 from made_courses import loaded
@@ -214,6 +215,25 @@ def test_a_changed_key_marks_again_without_a_run(fake_class):
     assert fake_class.runs == ["ada"]
     with fake_class.book() as book:
         assert {entry.reason for entry in book.audit("ada")} == {"run", "marked again"}
+
+
+def test_changed_marking_code_marks_again_without_a_run(fake_class, monkeypatch):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    monkeypatch.setattr(batch, "marking_digest", lambda course: "as if a check had changed")
+    assert fake_class.grade() == {"ada": 2}
+    assert fake_class.runs == ["ada"]
+    with fake_class.book() as book:
+        assert book.current("ada").key_digest == "as if a check had changed"
+
+
+def test_a_changed_bundle_runs_again(fake_class, monkeypatch):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    other = replace(batch.bundle.build(fake_class.course), digest="1" * 64)
+    monkeypatch.setattr(batch.bundle, "build", lambda course: other)
+    fake_class.grade()
+    assert fake_class.runs == ["ada", "ada"]
 
 
 def test_a_batch_that_is_broken_off_goes_on_where_it_was(fake_class):

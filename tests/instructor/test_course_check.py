@@ -14,6 +14,7 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number
 from rotflex.instructor import course_check
 from rotflex.instructor.course import Stated
+from rotflex.instructor.course_check import solved
 from rotflex.instructor.marking.checks import ForAPerson, Number
 
 
@@ -118,6 +119,36 @@ def test_points_of_the_catalogue_reach_the_derived_notebooks():
     ]
 
 
+def test_a_name_that_is_not_preset_is_told(copy):
+    def forget(cells):
+        kept = [line for line in cells["q2-12"]["source"] if not line.startswith("J_l")]
+        assert len(kept) < len(cells["q2-12"]["source"])
+        cells["q2-12"]["source"] = ["### BEGIN SOLUTION\n", "J_l, K_s = 1, 2\n", "### END SOLUTION"]
+
+    edit(copy, STIFFNESS, forget)
+    said = found(copy)
+    assert (
+        f"{STIFFNESS}, cell 'q2-12-answer': J_l is not there until a solution is written: preset it, as J_l = None."
+        in said
+    )
+
+
+def test_a_solution_outside_of_an_answer_cell_and_a_missing_tag_are_told(copy):
+    def change(cells):
+        cells["q2-12"]["metadata"]["nbgrader"]["solution"] = False
+        cells["parameters"]["metadata"]["tags"] = []
+
+    edit(copy, STIFFNESS, change)
+    said = found(copy)
+    assert f"{STIFFNESS}, cell 'q2-12': it has a solution, but its metadata do not make it an answer cell." in said
+    assert any(line.startswith(f"{STIFFNESS}: 0 cells are tagged 'parameters'") for line in said)
+
+
+def test_follow_through_that_feedback_cannot_name_is_told():
+    course = with_key("2.11", omega_n=Number("it", lambda bench: bench.omega_n, 0.05, follow=lambda own: 1.0))
+    assert found(course) == ["the key, 2.11 omega_n: it has follow, and no follow_what: what feedback says of it."]
+
+
 # --- numbers in texts -------------------------------------------------------------------------------------------------
 
 
@@ -139,11 +170,11 @@ def test_a_pattern_that_no_text_has_is_told():
 
 @pytest.fixture(scope="module")
 def claims(sandbox):
-    return course_check.answers_of_solutions(OURS)
+    return solved.answers_of_solutions(OURS)
 
 
 def judged(course, claims):
-    return [str(finding) for finding in course_check.judged(course, claims)]
+    return [str(finding) for finding in solved.judged(course, claims)]
 
 
 def test_the_solutions_earn_all_and_wrong_answers_nothing(claims):
@@ -163,8 +194,9 @@ def omega_n(expected, **others):
         (omega_n(lambda bench: bench.omega_n, rtol=0.9), "is taken for right"),
         (omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}), "on a wrong answer, it fails"),
         (omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody), "it fails: NameError"),  # noqa: F821
+        (omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")), "follows what there is not"),
     ],
-    ids=["expected", "lambda", "too wide", "slip", "follow-through"],
+    ids=["expected", "lambda", "too wide", "slip", "follow-through", "no such question"],
 )
 def test_a_slip_in_the_key_is_told_with_its_question(course, words, claims):
     (said,) = [line for line in judged(course, claims) if line.startswith("the key, 2.11 omega_n: ")]

@@ -125,6 +125,12 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     GradingError
         If a part of the course is missing or cannot be derived.
     """
+    if DISTRIBUTION not in course.packages:
+        raise GradingError(
+            _("The course's packages are {packages}: students need {name}, too.").format(
+                packages=", ".join(course.packages) or _("none"), name=DISTRIBUTION
+            )
+        )
     texts = derived(course)
     about = _distribution()
     (folder / "notebooks").mkdir(parents=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
 import threading
 import time
@@ -143,6 +144,31 @@ def test_one_submission_cannot_change_the_package_of_the_next(course):
 def test_the_same_course_is_the_same_bytes(course):
     assert bundle._pack([ROOT / "rotflex"]) == bundle._pack([ROOT / "rotflex"])
     assert len(course.digest) == 64
+
+
+def test_what_runs_in_the_sandbox_is_known_by_its_content(course, tmp_path, monkeypatch):
+    """Another digest is another run, of every submission."""
+    made = replace(COURSE, folder=tmp_path)
+    nbformat.write(nbformat.v4.new_notebook(cells=[]), tmp_path / "00.ipynb")
+    package = tmp_path / "packages" / "bench_of_ours"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("K = 1\n")
+    monkeypatch.syspath_prepend(package.parent)
+    made = replace(made, packages=("rotflex", package.name))
+    seen = [bundle.build(made).digest, bundle.build(made).digest]
+    assert seen[0] == seen[1]
+    seen.append(bundle.build(replace(made, parameters={"bench": "replay:x.mat"})).digest)
+    seen.append(bundle.build(replace(made, imports=("sympy",))).digest)
+    (package / "__init__.py").write_text("K = 2\n")
+    seen.append(bundle.build(made).digest)
+    programs = tmp_path / "inside"
+    shutil.copytree(bundle._PROGRAMS, programs, ignore=shutil.ignore_patterns("__pycache__"))
+    (programs / "warm.py").write_text("raise SystemExit\n")
+    monkeypatch.setattr(bundle, "_PROGRAMS", programs)
+    seen.append(bundle.build(made).digest)
+    nbformat.write(nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("1")]), tmp_path / "00.ipynb")
+    seen.append(bundle.build(made).digest)
+    assert len(set(seen)) == len(seen) - 1
 
 
 def test_a_run_can_be_sent_to_a_worker_as_bytes(course):

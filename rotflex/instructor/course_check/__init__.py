@@ -1,0 +1,37 @@
+"""Whether a course is whole: catalogue, key, cells and texts fit each other, and the key marks the solutions as right.
+
+What is found is told in words that name the place; nothing is changed.
+
+===========  ===========================================================================
+``key``      questions without an entry in the key, and entries that are not complete
+``cells``    notebooks that do not record what the catalogue asks, or not as they should
+``texts``    numbers of the course that a text has otherwise
+``solved``   what the key makes of the solutions, and of wrong answers made of them
+===========  ===========================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rotflex.instructor.course import Course
+from rotflex.instructor.course_check import cells, key, solved, texts
+from rotflex.instructor.course_check.finding import Finding
+
+__all__ = ["Finding", "check"]
+
+
+def check(course: Course, run: bool = True) -> Iterator[Finding]:
+    """Look at all of a course.
+
+    Parameters
+    ----------
+    course : the course; its key has been held against its catalogue when it was loaded
+    run : run the notebooks with solutions, too, and mark what they answer: it takes as long as grading a submission
+    """
+    yield from key.check(course)
+    yield from cells.check(course)
+    yield from cells.check_derived(course)
+    yield from texts.check(course)
+    if run:
+        yield from solved.check(course)

@@ -1,0 +1,128 @@
+"""The cells of a course's notebooks, held against the catalogue, and the notebooks that are derived of them."""
+
+from __future__ import annotations
+
+import builtins
+from collections.abc import Iterator
+
+from nbformat import NotebookNode
+
+from rotflex.courseware.messages import _
+from rotflex.courseware.run import skippable_cells
+from rotflex.errors import AnswerError, GradingError
+from rotflex.instructor.course import Course
+from rotflex.instructor.course_check.finding import Finding, in_cell
+from rotflex.instructor.release import student_course, student_notebooks
+
+_PARAMETERS = "parameters"  # the tag of the cell in which a run is told its student
+
+
+def check(course: Course) -> Iterator[Finding]:
+    """Questions that no cell records, or several; cells that record what there is not, or where it does not belong."""
+    by_name = {path.stem: path for path in course.notebooks}
+    asked: dict[tuple[str, str], list[str]] = {}
+    for name, path in by_name.items():
+        notebook = student_notebooks.read(path)
+        yield from _form(course, path.name, notebook)
+        ids = [cell.id for cell in notebook.cells]
+        recording = set()
+        for one in student_notebooks.recorded(notebook):
+            where = in_cell(path.name, one.cell)
+            recording.add(ids.index(one.cell) - 1)
+            try:
+                question = course.catalogue.find(one.question)
+                parts = [question.part(part) for part in one.of(question)]
+            except AnswerError as error:
+                yield Finding(where, str(error))
+                continue
+            for part in parts:
+                asked.setdefault((question.number, part.name), []).append(where)
+            if question.notebook != name:
+                yield Finding(
+                    where,
+                    _("it records question {number}, which the catalogue has in {notebook}.").format(
+                        number=question.number, notebook=question.notebook
+                    ),
+                )
+        for index, cell in enumerate(notebook.cells):
+            if student_notebooks.is_answer(cell) and index not in recording:
+                yield Finding(
+                    in_cell(path.name, cell.id),
+                    _("an answer cell, but the cell after it records nothing (lab.answer(...))."),
+                )
+    for question in course.catalogue.everything.values():
+        if question.notebook not in by_name:
+            yield Finding(
+                _("question {number}").format(number=question.number),
+                _("there is no notebook {notebook}.").format(notebook=question.notebook),
+            )
+            continue
+        for part in question.parts:
+            places = asked.get((question.number, part.name), [])
+            if len(places) != 1:
+                yield Finding(
+                    _("question {number}, {part}").format(number=question.number, part=part.name),
+                    _("no cell of {notebook} records it.").format(notebook=question.notebook)
+                    if not places
+                    else _("{count} cells record it: {places}.").format(count=len(places), places="; ".join(places)),
+                )
+
+
+def _form(course: Course, name: str, notebook: NotebookNode) -> Iterator[Finding]:
+    """What a run of the notebook, or its student version, would stumble over."""
+    tagged = [cell.id for cell in notebook.cells if _PARAMETERS in cell.metadata.get("tags", [])]
+    if len(tagged) != 1:
+        yield Finding(
+            name,
+            _("{count} cells are tagged 'parameters'; one should be: a run tells its student there.").format(
+                count=len(tagged)
+            ),
+        )
+    for cell in notebook.cells:
+        released = student_notebooks.INSTRUCTOR_TAG not in cell.metadata.get("tags", [])
+        if released and student_notebooks.BEGIN in cell.source and not student_notebooks.is_answer(cell):
+            yield Finding(
+                in_cell(name, cell.id), _("it has a solution, but its metadata do not make it an answer cell.")
+            )
+    try:
+        students = student_notebooks.student_version(notebook, name, course.catalogue)
+        yield from _not_preset(name, students)
+    except GradingError:
+        return  # told with the notebooks that cannot be derived, and with the cells that record what there is not
+
+
+def _not_preset(name: str, students: NotebookNode) -> Iterator[Finding]:
+    """Names that are recorded and that a student's notebook does not have until its solution is written."""
+    recording = {one.cell for one in student_notebooks.recorded(students)}
+    known = set(dir(builtins))
+    for cell in students.cells:
+        if cell.cell_type != "code":
+            continue
+        try:
+            if cell.id in recording:
+                for missing in sorted(skippable_cells.uses(cell.source) - known):
+                    yield Finding(
+                        in_cell(name, cell.id),
+                        _("{name} is not there until a solution is written: preset it, as {name} = None.").format(
+                            name=missing
+                        ),
+                    )
+            known |= skippable_cells.bound(cell.source)
+        except SyntaxError:
+            return  # not Python alone, as with a magic: what it binds cannot be read off it
+
+
+def check_derived(course: Course) -> Iterator[Finding]:
+    """Student notebooks that are no longer what would be derived, where a course keeps them."""
+    try:
+        texts = student_course.derived(course)
+    except GradingError as error:
+        yield Finding(_("the student notebooks"), str(error))
+        return
+    folder = course.student_notebooks
+    if not folder.is_dir():
+        return
+    there = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.ipynb")}
+    for name in sorted(texts.keys() | there.keys()):
+        if texts.get(name) != there.get(name):
+            yield Finding(f"{folder.name}/{name}", _("it is not what is derived now: say rotflex notebooks."))

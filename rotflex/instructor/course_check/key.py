@@ -1,0 +1,32 @@
+"""The key, held against the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rotflex.courseware.messages import _
+from rotflex.instructor.course import Course
+from rotflex.instructor.course_check.finding import Finding, in_key
+from rotflex.instructor.marking.checks import ForAPerson
+
+
+def check(course: Course) -> Iterator[Finding]:
+    """Questions without a key, answers in words without a rubric, follow-through that the feedback cannot name."""
+    for number, question in course.catalogue.everything.items():
+        if number not in course.key:
+            yield Finding(_("the key"), _("question {number} has no entry.").format(number=number))
+            continue
+        for part in question.parts:
+            one = course.key[number][part.name]
+            for_a_person = isinstance(one, ForAPerson)
+            if isinstance(one, ForAPerson) and not one.rubric.strip():
+                yield Finding(in_key(question, part), _("it says nothing of what to look for in the text."))
+            if getattr(one, "follow", None) is not None and not getattr(one, "follow_what", ""):
+                yield Finding(in_key(question, part), _("it has follow, and no follow_what: what feedback says of it."))
+            if for_a_person != (part.marked == "person"):
+                yield Finding(
+                    in_key(question, part),
+                    _("the catalogue says that it is marked by {marked}, the key does otherwise.").format(
+                        marked=part.marked
+                    ),
+                )

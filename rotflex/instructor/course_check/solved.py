@@ -1,0 +1,142 @@
+"""The key, held against the answers of the solutions, and against wrong answers made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
+from rotflex.courseware.parts import Part, Question
+from rotflex.courseware.run.merge import merged
+from rotflex.errors import AnswerError
+from rotflex.instructor.course import Course
+from rotflex.instructor.course_check.finding import Finding, in_key
+from rotflex.instructor.isolation import layers
+from rotflex.instructor.marking import decoding, marking
+from rotflex.instructor.marking.checks import ForAPerson
+from rotflex.instructor.marking.decoding import Claims
+from rotflex.instructor.marking.wrong_answers import wrong_answer
+from rotflex.instructor.release import student_notebooks
+from rotflex.instructor.running import bundle, runner
+from rotflex.instructor.running.runner import Job, Limits
+from rotflex.instructor.verdicts import Case, Check, Own, Status
+
+STUDENT = "check-course"  #: whose bench the solutions are run on
+_SEED = 20
+_LIMITS = Limits(cell=300, submission=1800.0)  # they are our own notebooks: they may take their time
+
+
+def check(course: Course) -> Iterator[Finding]:
+    """Answers of the solutions that the key does not mark as right, or marks as right when they are changed."""
+    claims = answers_of_solutions(course)
+    for problem in claims.problems:
+        yield Finding(_("the solutions"), problem)
+    yield from judged(course, claims)
+
+
+def judged(course: Course, claims: Claims) -> Iterator[Finding]:
+    """What the key makes of the solutions' answers, and of wrong ones made of them."""
+    case = marking.case_of(course, claims, course.bench(STUDENT), _SEED)
+    for number, checks in course.key.items():
+        question = course.catalogue.find(number)
+        for part in question.parts:
+            own = _Own(case.own, course.catalogue)
+            yield from _judged(question, part, checks[part.name], claims, replace(case, own=own))
+            for said in own.unknown:
+                yield Finding(in_key(question, part), _("it follows what there is not. {error}").format(error=said))
+
+
+class _Own:
+    """The solutions' own answers, for follow-through; remembers what was asked for and is in no catalogue."""
+
+    def __init__(self, own: Own, catalogue: Catalogue) -> None:
+        self._own, self._catalogue = own, catalogue
+        self.unknown: list[str] = []
+
+    def __call__(self, question: str, part: str) -> Any:
+        try:
+            self._catalogue.find(question).part(part)
+        except AnswerError as error:
+            if str(error) not in self.unknown:
+                self.unknown.append(str(error))
+            raise LookupError(str(error)) from None
+        return self._own(question, part)
+
+
+def answers_of_solutions(course: Course) -> Claims:
+    """What the notebooks with solutions answer. They are our own: where there is no sandbox, they are run without.
+
+    Raises
+    ------
+    GradingError
+        If the course cannot be released or imported.
+    """
+    made = bundle.build(course)
+    solved = {
+        path.name: {
+            cell.id: cell.source for cell in student_notebooks.read(path).cells if student_notebooks.is_answer(cell)
+        }
+        for path in course.notebooks
+    }
+    job = Job(
+        student=STUDENT,
+        notebooks=merged(made.pristine, solved),
+        probe_seed=_SEED,
+        parameters=made.parameters,
+        imports=made.imports,
+        limits=_LIMITS,
+        isolated=all(layer.good for layer in layers.examine() if layer.needed),
+    )
+    run = runner.run(made.packed, job)
+    claims = decoding.decode(run.answers, _SEED, course.catalogue)
+    claims.problems.extend(run.problems)
+    return claims
+
+
+def _judged(question: Question, part: Part, one: Check, claims: Claims, case: Case) -> Iterator[Finding]:
+    """The key's verdict on a solution, and on what it becomes when it is changed."""
+    where = in_key(question, part)
+    for_a_person = isinstance(one, ForAPerson)
+    try:
+        mark = marking.mark_part(question, part, one, claims, case)
+    except Exception as error:  # whatever a slip in a key may raise
+        yield Finding(where, _fails(error))
+        return
+    if mark.status is Status.MISSING:
+        yield Finding(where, _("the solution records no answer: does its cell run to its end?"))
+        return
+    if mark.status is not (Status.FOR_A_PERSON if for_a_person else Status.RIGHT):
+        yield Finding(
+            where,
+            _("the solution gets {points:g} of {out_of:g} points, {status}: {reason}").format(
+                points=mark.points, out_of=mark.out_of, status=mark.status.value, reason=mark.reason
+            ),
+        )
+    value = claims.values.get((question.number, part.name))
+    if for_a_person or value is None:
+        return
+    if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:
+        yield Finding(
+            _("the catalogue, {number} {part}").format(number=question.number, part=part.name),
+            _("the solution, {value:g}, is outside of what is plausible: right answers would draw a hint.").format(
+                value=value
+            ),
+        )
+    try:
+        verdict = one.verdict(part, wrong_answer(part, value), case)
+    except Exception as error:
+        yield Finding(where, _("on a wrong answer, {fails}").format(fails=_fails(error)))
+        return
+    if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
+        yield Finding(
+            where,
+            _("a wrong answer ({value}) is taken for right: {reason}").format(
+                value=str(wrong_answer(part, value))[:60], reason=verdict.reason
+            ),
+        )
+
+
+def _fails(error: Exception) -> str:
+    return _("it fails: {kind}: {error}").format(kind=type(error).__name__, error=error)

@@ -1,0 +1,40 @@
+"""Numbers of the course, held against the texts that repeat them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from rotflex.courseware.messages import _
+from rotflex.instructor.course import Course
+from rotflex.instructor.course_check.finding import Finding, in_cell
+from rotflex.instructor.release import student_notebooks
+
+
+def check(course: Course) -> Iterator[Finding]:
+    """Numbers of the course that a text has otherwise, and patterns that no text has any more."""
+    cells = [
+        (in_cell(path.name, cell.id), cell.source)
+        for path in sorted(course.folder.glob("*.ipynb"))
+        for cell in student_notebooks.read(path).cells
+    ]
+    for stated in course.stated:
+        pattern = re.compile(re.sub(r" +", r"\\s+", stated.pattern))
+        found = [(where, match[1]) for where, text in cells for match in pattern.finditer(text)]
+        if not found:
+            yield Finding(
+                _("stated, {what}").format(what=stated.what),
+                _("no text has it as {pattern!r} any more: mend the pattern, or take it out.").format(
+                    pattern=stated.pattern
+                ),
+            )
+        for where, number in found:
+            if not np.isclose(float(number.replace("−", "-")), stated.value, rtol=1e-9, atol=0):
+                yield Finding(
+                    where,
+                    _("{what} is {value:g}; this text says {number}.").format(
+                        what=stated.what, value=stated.value, number=number
+                    ),
+                )
