@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from inside_runs import ENVIRONMENT, PROGRAM, ROOT, notebook, run, specification
 
-from rotflex.instructor.isolation import sandbox as walls
+from rotflex.instructor.isolation import sandbox as isolation
 from rotflex.instructor.running.inside import BROKEN, DIED, FINE, TIMED_OUT
 
 pytestmark = pytest.mark.slow
@@ -133,12 +133,12 @@ def test_where_the_package_cannot_be_imported_nothing_is_run(tmp_path, monkeypat
     assert not (tmp_path / NOTES).exists()
 
 
-# --- what does, behind walls ------------------------------------------------------------------------------------------
+# --- what does, in a sandbox ------------------------------------------------------------------------------------------
 
-#: The first line of each attack. Should there be no walls, nothing happens.
+#: The first line of each attack. Should there be no sandbox, nothing happens.
 SANDBOXED = f"""
 import os, signal, sys, threading, time
-assert os.getcwd() == {walls.WORK!r} and not os.path.exists({str(ROOT / "tests")!r})
+assert os.getcwd() == {isolation.WORK!r} and not os.path.exists({str(ROOT / "tests")!r})
 """
 HARMFUL = {
     "exits": "os._exit(0)",
@@ -185,14 +185,14 @@ def hostile(sandbox):
         notebooks[name] = notebook(cells)
     notebooks["honest"] = notebook([NOTE, "note(before='honest')", "note(after='honest')"])
     prefix = Path(sys.prefix).resolve()
-    outcome = walls.run(
+    outcome = isolation.run(
         [sys.executable, "-P", str(PROGRAM)],
         visible=[ROOT / "rotflex", prefix],
         wanted=NOTES,
         largest=10**6,
         stdin=json.dumps(specification(notebooks, cell_timeout=4)).encode(),
         environment=ENVIRONMENT,
-        limits=walls.Limits(seconds=200),
+        limits=isolation.Limits(seconds=200),
     )
     assert outcome.file is not None, outcome
     return outcome, [json.loads(line) for line in outcome.file.splitlines()]

@@ -155,7 +155,7 @@ def _runs(process):
         return False
 
 
-def test_a_pipe_that_a_stranger_keeps_open_or_closes_holds_nothing_up(note):
+def test_a_pipe_that_a_submission_keeps_open_or_closes_holds_nothing_up(note):
     started = time.monotonic()
     assert watch.run(steps(lambda: os.fork() or nap(3)), 1, 5) == FINE
     assert watch.run(steps(lambda: os.closerange(0, 256), lambda: note("next")), 2, 5) == FINE
