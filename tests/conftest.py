@@ -50,9 +50,9 @@ def real_log(real_log_path: Path) -> Recording:
 @pytest.fixture(scope="session")
 def sandbox() -> None:
     """Isolation, where it is to be had."""
-    from rotflex.instructor.running import isolation_report as walls
+    from rotflex.instructor.running import isolation_report
 
-    lacking = [layer for layer in walls.examine().layers if layer.needed and not layer.good]
+    lacking = [layer for layer in isolation_report.examine().layers if layer.needed and not layer.good]
     if lacking:
         pytest.skip(
             f"Students' code cannot be isolated here: {lacking[0].name}: {lacking[0].found}. {lacking[0].remedy}"

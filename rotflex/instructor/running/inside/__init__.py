@@ -1,4 +1,4 @@
-"""The program that runs a submission's notebooks, beside the students' package and in whatever walls stand around it.
+"""The program that runs a submission's notebooks, beside the students' package and in whatever sandbox it is run.
 
 It stands alone: what it is started next to is the course as students have it, which has no room for grading. One warm
 process imports what notebooks use, and forks for each notebook; the child runs the cells in its own process, through
