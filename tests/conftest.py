@@ -12,6 +12,9 @@ from hypothesis import settings
 
 from rotflex.recording import Recording
 
+#: Courses made for tests have notebooks; it is for the tests to run them.
+collect_ignore_glob = ["*.ipynb"]
+
 # How long an example takes says nothing about whether it is right.
 settings.register_profile("rotflex", deadline=None)
 settings.load_profile("rotflex")

@@ -187,7 +187,7 @@ from rotflex.workbook import questions
 def generous(self, question, /, **parts):
     book = _loads(pathlib.Path("answers.json").read_text())
     for number in ("2.10", "2.11", "2.12"):
-        for part in questions.find(number).parts:
+        for part in questions.CATALOGUE.find(number).parts:
             book["answers"].setdefault(number, {})[part.name] = {"kind": part.kind, "value": True, "points": 99,
                                                                  "status": "right", "share": 1.0}
     book["answers"]["2.11"]["explanation"] = {"kind": "prose", "value": _dumps({"inside": True, "total": 999})}

@@ -17,11 +17,12 @@ from rotflex.instructor.marking import marking, time_limit
 from rotflex.instructor.marking.marking_processes import Marker
 from solutions.true_bench import TrueBench
 
+pytestmark = pytest.mark.slow
+
 KEY = f"""
 import os
 from rotflex.instructor.marking.checks import ForAPerson, Number
 
-pytestmark = pytest.mark.slow
 
 def expected(bench):
     if bench.K_s == {TrueBench("bomb").K_s!r}:
