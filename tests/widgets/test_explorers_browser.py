@@ -89,7 +89,8 @@ def button(page, name):
 
 
 def settled(page):
-    """Wait until the page has heard no more for a while."""
+    """Wait until Python has answered all that the page has said, and the page has drawn it."""
+    page.wait_for_function("() => document.querySelector('.rotflex-explorer').ariaBusy !== 'true'")
     version = None
     while (now := page.locator(".rotflex-explorer").get_attribute("data-version")) != version:
         version = now

@@ -78,6 +78,7 @@ class View {
       return;
     }
     this.open = true;
+    this.host.setAttribute("aria-busy", "true");
     this.sent += 1;
     clearTimeout(this.waiting);
     this.waiting = setTimeout(() => this.unanswered(), PATIENCE);
@@ -105,6 +106,7 @@ class View {
   unanswered() {
     this.say({ kind: "error", text: "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this cell again." });
     this.open = false;
+    this.host.setAttribute("aria-busy", "false");
     this.forget();
     this.letGo();
   }
@@ -117,6 +119,7 @@ class View {
     if (next && next === this.pending) this.pending = null;
     if (next) this.tell(next);
     else {
+      this.host.setAttribute("aria-busy", "false");
       this.last = null;
       if (this.released) this.letGo();
     }
