@@ -68,6 +68,7 @@ def test_one_process_has_a_file_and_one_all_notebooks(shared):
     assert {shared.group(f"solutions/0{n}.ipynb::Cell {n}") for n in range(3)} == {"solutions"}
 
 
+@pytest.mark.slow
 def test_processes_share_files_and_notebooks_as_they_should(tmp_path, shared):
     """By pytest-xdist as it is installed: its own groups have been lost with another pytest."""
     shutil.copy(ROOT / "conftest.py", tmp_path)

@@ -17,6 +17,8 @@ from rotflex.instructor.course import Stated
 from rotflex.instructor.course_check import solved
 from rotflex.instructor.marking.checks import ForAPerson, Number
 
+pytestmark = pytest.mark.slow
+
 
 def found(course, run=False):
     return [str(finding) for finding in course_check.check(course, run)]

@@ -22,6 +22,8 @@ from rotflex.instructor.running import bundle, runner
 from rotflex.instructor.running.inside import BROKEN, FINE
 from rotflex.instructor.running.inside import private_interfaces as interfaces
 
+pytestmark = pytest.mark.slow
+
 
 def named(interface):
     return f"{interface.module}.{interface.name}"
