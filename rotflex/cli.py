@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import json
 import shutil
@@ -16,12 +17,15 @@ import typer.core
 
 from rotflex import __version__
 from rotflex.courseware import files, student_id
+from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, RotflexError
 
-COURSE_FILE = "course.json"
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 _PATIENCE = 15  # s for JupyterLab to end its kernels and go
+
+
+_INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's commands come with
 
 
 class _Commands(typer.core.TyperGroup):
@@ -33,6 +37,23 @@ class _Commands(typer.core.TyperGroup):
         except RotflexError as error:
             typer.secho(f"rotflex: {error}", err=True, fg="red")
             raise typer.Exit(2) from error
+        except ModuleNotFoundError as error:
+            if _is_installed(_INSTRUCTORS):
+                raise
+            needed = _(
+                "rotflex: this command needs {library}, which comes with the instructor's distribution: pip install "
+                "{distribution} (in a checkout: pip install -e distributions/instructor)."
+            ).format(library=error.name, distribution=_INSTRUCTORS)
+            typer.secho(needed, err=True, fg="red")
+            raise typer.Exit(2) from error
+
+
+def _is_installed(distribution: str) -> bool:
+    try:
+        importlib.metadata.distribution(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return False
+    return True
 
 
 app = typer.Typer(

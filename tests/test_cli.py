@@ -241,6 +241,16 @@ def test_notebooks_are_derived_anew(tmp_path):
     assert "# Your code here." in (tmp_path / "notebooks" / "00_start.ipynb").read_text()
 
 
+def test_without_the_instructors_libraries_a_command_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nbformat", None)
+    monkeypatch.delitem(sys.modules, "rotflex.instructor.release.student_notebooks", raising=False)
+    monkeypatch.delitem(sys.modules, "rotflex.instructor.release.student_course", raising=False)
+    monkeypatch.setattr(cli, "_is_installed", lambda distribution: False)
+    done = rotflex("notebooks", "--course", ROOT)
+    assert done.exit_code == 2
+    assert "pip install rotflex-instructor" in " ".join(done.output.split())
+
+
 # --- grade ------------------------------------------------------------------------------------------------------------
 
 

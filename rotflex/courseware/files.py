@@ -8,6 +8,9 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
+COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
+
 Content = str | bytes | Callable[[Path], object]
 
 _count = itertools.count()  # two threads may write the same file

@@ -14,6 +14,7 @@ from typing import Any
 from rotflex.courseware import forms, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
@@ -21,8 +22,6 @@ from rotflex.courseware.probes import check_seed
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
-ANSWERS_FILE = "answers.json"
-COURSE_FILE = "course.json"  #: in the notebooks' folder: {"student": "..."}
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = "demo"  #: the student of whoever gives no name
 _RAISE = object()

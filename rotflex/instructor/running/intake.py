@@ -22,6 +22,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from rotflex.courseware import student_id
+from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError, StudentIDError
 
@@ -31,7 +32,6 @@ MAX_DIRECTORY = 2_000_000  #: bytes of a zip's table of contents
 MAX_ENTRIES = 5_000  #: files and folders of a submission
 MAX_DEPTH = 8  #: folders within folders
 MAX_SOURCE = 200_000  #: characters of a cell
-COURSE_FILE = "course.json"
 
 
 @dataclass(frozen=True)

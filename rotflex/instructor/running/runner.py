@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware.files import ANSWERS_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.isolation import sandbox, unisolated
@@ -23,7 +24,6 @@ from rotflex.instructor.running import inside
 from rotflex.instructor.running.bundle import FONTS, INSIDE, unpacked
 
 MAX_ANSWERS = 2_000_000  #: bytes
-ANSWERS_FILE = "answers.json"
 _GIB = 1024**3
 _PARTLY = {
     inside.FINE: "",
