@@ -87,11 +87,8 @@ def submissions(folder: Path) -> tuple[list[Submission], list[str]]:
         except _Unreadable as error:
             ignored.append(_("{name!r} is not read: {why}").format(name=path.name, why=error))
     if not found:
-        raise GradingError(
-            _("There are no submissions in {folder}: it should hold a folder or a zip for each student.").format(
-                folder=folder
-            )
-        )
+        nothing = _("There are no submissions in {folder}: it should hold a folder or a zip for each student.")
+        raise GradingError(" ".join([nothing.format(folder=folder), *ignored]))
     return [found[student] for student in sorted(found)], ignored
 
 

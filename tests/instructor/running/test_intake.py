@@ -307,3 +307,10 @@ def test_no_folder_and_an_empty_folder_are_errors(tmp_path):
         intake.submissions(tmp_path / "nowhere")
     with pytest.raises(GradingError, match="no submissions"):
         intake.submissions(tmp_path)
+
+
+def test_where_nothing_can_be_read_each_reason_is_told(tmp_path):
+    (tmp_path / "notes.txt").write_text("x")
+    (tmp_path / "ada.").mkdir()
+    with pytest.raises(GradingError, match=r"There are no submissions in .*'ada\.' is not read: .*'notes\.txt'"):
+        intake.submissions(tmp_path)
