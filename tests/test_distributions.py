@@ -70,6 +70,22 @@ def test_together_they_hold_every_module_once_and_the_students_none_of_the_instr
     assert {f"rotflex/_course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= students
 
 
+def test_a_source_distribution_for_students_has_no_solution_no_key_and_builds_the_same_wheel(wheels, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", BUILD.replace("wheel", "sdist"), str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    shutil.unpack_archive(tmp_path / done.stdout.strip().splitlines()[-1], tmp_path)
+    (folder,) = (path for path in tmp_path.iterdir() if path.is_dir())
+    assert {path.name for path in folder.iterdir() if path.is_dir()} == {"rotflex", "notebooks"}
+    assert not (folder / "rotflex" / "instructor").exists()
+    assert names(built(folder, tmp_path)) == names(wheels[0])
+
+
 def test_the_instructors_distribution_needs_the_students_of_its_version(installed):
     from rotflex import __version__
 
