@@ -66,6 +66,22 @@ def test_a_new_module_counts_though_nobody_has_named_it(tree):
     assert of(tree) != before
 
 
+def test_a_table_that_the_key_reads_counts(tree):
+    before = of(tree)
+    (tree / "solutions" / "expected.csv").write_text("1.4\n")
+    with_table = of(tree)
+    (tree / "solutions" / "expected.csv").write_text("1.5\n")
+    assert len({before, with_table, of(tree)}) == 3
+
+
+@pytest.mark.parametrize("name", ["02_finding_stiffness.ipynb", "answers.json", "__pycache__/key.pyc"])
+def test_what_a_run_leaves_beside_the_key_marks_nothing_again(tree, name):
+    before = of(tree)
+    (tree / "solutions" / name).parent.mkdir(exist_ok=True)
+    (tree / "solutions" / name).write_text("{}")
+    assert of(tree) == before
+
+
 @pytest.mark.parametrize("name", ["reports/feedback.py", "isolation/sandbox.py", "gradebook/store.py"])
 def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
     before = of(tree)
