@@ -1,0 +1,116 @@
+"""What a student handed in, as a run takes it: the source of cells, their own files, what they recorded at home.
+
+It is read from untrusted files, by grading, and from the student's own folder, by the check at home. Outputs are never
+needed, and are left behind.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rotflex.courseware.messages import _
+
+MAX_CELLS = 1_000  #: of a notebook
+MAX_SOURCE = 200_000  #: characters of a cell
+CODE, TEXT = "code", "markdown"  #: kinds of cells that count; there are others
+
+
+class NotebookError(Exception):
+    """A notebook that cannot be read; the message says why."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a student's notebook.
+
+    Attributes
+    ----------
+    id : its id; "" where the file has none
+    grade_id : as its grading metadata say, which an editor that gives new ids keeps; "" where there are none
+    kind : "code", "markdown" or "raw"
+    source : its text
+    attachments : of a text cell: file name → media type → base64
+    """
+
+    id: str
+    grade_id: str
+    kind: str
+    source: str
+    attachments: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """All that counts of what a student handed in.
+
+    Attributes
+    ----------
+    notebooks : notebook's file name → its cells
+    files : the student's own files beside the notebooks: relative path, with "/" → content
+    claim : their own answers.json, to be compared with what a run records, and for nothing else
+    course : what their course.json says
+    """
+
+    notebooks: Mapping[str, tuple[Cell, ...]] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    claim: bytes | None = None
+    course: Mapping[str, Any] = field(default_factory=dict)
+
+
+def cells_of(data: bytes) -> tuple[Cell, ...]:
+    """The cells of a notebook's file. What is no cell is passed over.
+
+    Raises
+    ------
+    NotebookError
+        If it is not a notebook with cells.
+    """
+    try:
+        notebook = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise NotebookError(_("it is not JSON ({error_type}).").format(error_type=type(error).__name__)) from None
+    cells = notebook.get("cells") if isinstance(notebook, dict) else None
+    if not isinstance(cells, list):
+        raise NotebookError(_("it is JSON, but not a notebook with cells."))
+    if len(cells) > MAX_CELLS:
+        raise NotebookError(_("it has more than {max_cells} cells.").format(max_cells=MAX_CELLS))
+    return tuple(_cell(place, cell) for place, cell in enumerate(cells) if isinstance(cell, dict))
+
+
+def _cell(place: int, cell: dict[str, Any]) -> Cell:
+    source = cell.get("source")
+    if isinstance(source, list) and all(isinstance(line, str) for line in source):
+        source = "".join(source)
+    if not isinstance(source, str):
+        raise NotebookError(_("the source of its cell {place} is not text.").format(place=place + 1))
+    if len(source) > MAX_SOURCE:
+        raise NotebookError(
+            _("its cell {place} has more than {max_source} characters.").format(place=place + 1, max_source=MAX_SOURCE)
+        )
+    try:
+        source.encode()
+    except UnicodeEncodeError:
+        raise NotebookError(_("its cell {place} is not valid text.").format(place=place + 1)) from None
+    metadata = cell.get("metadata")
+    grading = metadata.get("nbgrader") if isinstance(metadata, dict) else None
+    grade_id = grading.get("grade_id") if isinstance(grading, dict) else None
+    return Cell(_text(cell.get("id")), _text(grade_id), _text(cell.get("cell_type")), source, _attachments(cell))
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else ""
+
+
+def _attachments(cell: dict[str, Any]) -> dict[str, dict[str, str]]:
+    """Of a text cell; anything of another form is left out."""
+    found = cell.get("attachments")
+    if cell.get("cell_type") != TEXT or not isinstance(found, dict):
+        return {}
+    return {
+        name: {kind: data for kind, data in content.items() if isinstance(data, str)}
+        for name, content in found.items()
+        if isinstance(name, str) and isinstance(content, dict)
+    }
