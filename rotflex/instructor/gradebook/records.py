@@ -57,7 +57,7 @@ class RunRecord:
     cells : what the cells reported while they ran, in order
     claim : question → part → id of the cell that recorded it when the student ran it
     words : question → part → ``{"text": ..., "pictures": {name: PNG in base64}}``: answers read from text cells
-    supplied : values that an instructor gave in place of missing ones: as "2.11.omega_n" → value
+    supplied : values that an instructor gave in place of missing ones: as "1.2.speed" → value
     release : identity of the release that it was run under; empty where it has none
     files : names of the student's own files that came along
 
