@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rotflex.courseware import student_id
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
@@ -69,8 +70,15 @@ class Marker:
         with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
             self._pool.submit(_warm)
 
-    def mark(self, student: str, answers: bytes | None, probe_seed: int) -> Marked:
+    def mark(self, student: str, answers: bytes | None, probe_seed: int, policy: BenchPolicy | None = None) -> Marked:
         """Mark a submission's answers.
+
+        Parameters
+        ----------
+        student : whose
+        answers : as the run left them
+        probe_seed : from which the inputs of functions were drawn
+        policy : which bench each student has, if not as the course's settings say
 
         Raises
         ------
@@ -79,7 +87,7 @@ class Marker:
         """
         pool = self._pool
         try:
-            return pool.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
+            return pool.submit(_mark, student, answers, probe_seed, policy).result(timeout=_PATIENCE)
         except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
             with self._lock:
                 if self._pool is pool:
@@ -88,7 +96,7 @@ class Marker:
         # It may have been another submission's answers that broke the pool.
         alone = self._new_pool(1)
         try:
-            return alone.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
+            return alone.submit(_mark, student, answers, probe_seed, policy).result(timeout=_PATIENCE)
         except (BrokenExecutor, TimeoutError) as error:
             raise GradingError(
                 _("The answers could not be marked ({error_type}).").format(error_type=type(error).__name__)
@@ -132,12 +140,12 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
+def _mark(student: str, answers: bytes | None, probe_seed: int, policy: BenchPolicy | None) -> Marked:
     (course,) = _courses
     claims = decoding.decode(answers, probe_seed, course.catalogue)
     if claims.student and student_id.caseless(claims.student) != student_id.caseless(student):
         claims.notes.append(
             _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
         )
-    marks = marking.mark(course, claims, course.bench(student), probe_seed)
+    marks = marking.mark(course, claims, course.true_bench(student, policy), probe_seed)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
