@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -12,8 +12,25 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, delete, insert, s
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
-from rotflex.instructor.gradebook.records import GIVEN_BY_A_PERSON, Graded, MarkRecord, MarkState, RunRecord
-from rotflex.instructor.gradebook.tables import answers, audit, decisions, marks, runs, students, submissions
+from rotflex.instructor.gradebook.records import (
+    GIVEN_BY_A_PERSON,
+    Delivery,
+    Graded,
+    MarkRecord,
+    MarkState,
+    RunRecord,
+    StudentRecord,
+)
+from rotflex.instructor.gradebook.tables import (
+    answers,
+    audit,
+    decisions,
+    deliveries,
+    marks,
+    runs,
+    students,
+    submissions,
+)
 
 NO_LONGER = "What was given, or what it is out of, is another: the mark that a person gave no longer holds."
 
@@ -58,7 +75,18 @@ def known_student(connection: Connection, student: str) -> int:
     return student_id
 
 
-def add_student(connection: Connection, student: str, details: Mapping[str, str]) -> int:
+def student_record(row: Row[Any]) -> StudentRecord:
+    """A student from their row."""
+    return StudentRecord(row.student, row.name, row.email, row.section, tuple(row.aliases or ()))
+
+
+def student_for(connection: Connection, student: str) -> int:
+    """The number of a student's row, which is made if there is none."""
+    there = find_student(connection, student)
+    return add_student(connection, student, {}) if there is None else there
+
+
+def add_student(connection: Connection, student: str, details: Mapping[str, Any]) -> int:
     """A new row for a student; its number."""
     row = {"student": student, "folded": caseless(student), "name": "", "email": "", "section": "", **details}
     return _added(connection, insert(students).values(row))
@@ -67,6 +95,31 @@ def add_student(connection: Connection, student: str, details: Mapping[str, str]
 def _added(connection: Connection, statement: Any) -> int:
     number: int = connection.execute(statement).inserted_primary_key[0]  # type: ignore[index]
     return number
+
+
+# --- what was handed in -----------------------------------------------------------------------------------------------
+
+
+def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery]) -> int:
+    """Write the files that are not there yet; how many."""
+    found = select(deliveries.c.name, deliveries.c.digest, deliveries.c.received)
+    there = {tuple(row) for row in connection.execute(found.where(deliveries.c.student_id == student_id))}
+    wanted = {(one.name, one.digest, one.received): one for one in new}
+    rows = [{"student_id": student_id, **vars(one)} for known_by, one in wanted.items() if known_by not in there]
+    if rows:
+        connection.execute(insert(deliveries), rows)
+    return len(rows)
+
+
+def newest_deliveries(connection: Connection, student_id: int) -> list[Delivery]:
+    """The newest of each file, by name; of those that came at the same time, the one that was recorded last."""
+    order = (deliveries.c.name, deliveries.c.received, deliveries.c.id)
+    found = select(deliveries.c.name, deliveries.c.id).where(deliveries.c.student_id == student_id).order_by(*order)
+    newest = {row.name: row.id for row in connection.execute(found)}
+    columns = (getattr(deliveries.c, name) for name in Delivery.__dataclass_fields__)
+    wanted = select(*columns).where(deliveries.c.id.in_(newest.values()))
+    there = (Delivery(**{**row._asdict(), "content": bytes(row.content)}) for row in connection.execute(wanted))
+    return sorted(there, key=lambda one: one.name)
 
 
 # --- reading a run ----------------------------------------------------------------------------------------------------
@@ -109,6 +162,12 @@ def _run(row: Row[Any]) -> RunRecord:
         answers=None if row.content is None else bytes(row.content),
         problems=tuple(row.problems),
         notes=tuple(row.notes),
+        cells=tuple(row.cells or ()),
+        claim=row.claim or {},
+        words=row.words or {},
+        supplied=row.supplied or {},
+        release=row.release or "",
+        files=tuple(row.files or ()),
     )
 
 
@@ -162,6 +221,12 @@ def put_run(connection: Connection, student_id: int, graded: Graded, there: Stor
         "isolation": run.isolation,
         "problems": list(run.problems),
         "notes": list(run.notes),
+        "cells": list(run.cells),
+        "claim": run.claim,
+        "words": run.words,
+        "supplied": run.supplied,
+        "release": run.release,
+        "files": list(run.files),
         "key_digest": graded.key_digest,
         "recorded": now(),
     }

@@ -19,6 +19,7 @@ from rotflex.instructor.gradebook.records import (
     GIVEN_BY_A_PERSON,
     AuditRecord,
     CommentRecord,
+    Delivery,
     Graded,
     MarkRecord,
     MarkState,
@@ -88,24 +89,52 @@ class Gradebook:
         entries, problems = roster.read(path)
         added = changed = 0
         with self._database.writing() as connection:
-            there = {row.folded: row for row in connection.execute(select(students))}
+            there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
             for entry in entries:
-                row = there.get(caseless(entry.student))
-                new = {"student": entry.student, **entry.details}
-                if row is None:
+                if caseless(entry.student) not in there:
                     rows.add_student(connection, entry.student, entry.details)
                     added += 1
-                elif any(getattr(row, column) != value for column, value in new.items()):
-                    connection.execute(update(students).where(students.c.id == row.id).values(new))
+                    continue
+                student_id, record = there[caseless(entry.student)]
+                new = {"student": entry.student, **entry.details}
+                if replace(record, **new) != record:
+                    connection.execute(update(students).where(students.c.id == student_id).values(new))
                     changed += 1
         return RosterReport(added, changed, len(entries) - added - changed, tuple(problems))
 
     def students(self) -> list[StudentRecord]:
         """All students, by ID."""
-        columns = (students.c.student, students.c.name, students.c.email, students.c.section)
         with self._database.reading() as connection:
-            found = [StudentRecord(*row) for row in connection.execute(select(*columns))]
+            found = [rows.student_record(row) for row in connection.execute(select(students))]
         return sorted(found, key=lambda one: caseless(one.student))
+
+    # --- what was handed in -------------------------------------------------------------------------------------------
+
+    def deliver(self, student: str, deliveries: Sequence[Delivery]) -> int:
+        """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
+
+        What has the name, the digest and the time of one that is there is the same.
+
+        Returns
+        -------
+        int
+            How many are new.
+
+        Raises
+        ------
+        GradebookError
+            If the student's ID cannot be one, or a file is too large.
+        """
+        student = storable.student(student)
+        new = list(map(storable.delivery, deliveries))
+        with self._database.writing() as connection:
+            return rows.put_deliveries(connection, rows.student_for(connection, student), new)
+
+    def delivered(self, student: str) -> list[Delivery]:
+        """The newest of each file that a student handed in, by name: received last, of equals recorded last."""
+        with self._database.reading() as connection:
+            student_id = rows.find_student(connection, storable.text(student))
+            return [] if student_id is None else rows.newest_deliveries(connection, student_id)
 
     # --- runs and marks -----------------------------------------------------------------------------------------------
 
@@ -134,9 +163,7 @@ class Gradebook:
         graded = storable.graded(graded)
         change = _change(actor, reason)
         with self._database.writing() as connection:
-            student_id = rows.find_student(connection, graded.run.student)
-            if student_id is None:
-                student_id = rows.add_student(connection, graded.run.student, {})
+            student_id = rows.student_for(connection, graded.run.student)
             before = rows.current_run(connection, student_id)
             there = rows.find_run(connection, graded.run.key)
             run_id = rows.put_run(connection, student_id, graded, there)
