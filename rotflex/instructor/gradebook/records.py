@@ -83,12 +83,31 @@ class RunRecord:
 
 
 @dataclass(frozen=True)
+class GivenMark:
+    """A mark that a person gave, who, and when (UTC)."""
+
+    mark: MarkRecord
+    actor: str
+    when: datetime
+
+
+@dataclass(frozen=True)
 class Graded:
-    """A run with its marks, in the order of the key, and the digest of the key that they were made with."""
+    """A run with its marks.
+
+    Attributes
+    ----------
+    run : the run
+    marks : in the order of the key; a person's mark in place of the software's, where it holds
+    key_digest : of the key that they were made with
+    lapsed : marks by persons that do not hold for this run: another answer was given, or it is out of other points. The
+        gradebook tells them, and takes none
+    """
 
     run: RunRecord
     marks: tuple[MarkRecord, ...]
     key_digest: str
+    lapsed: tuple[GivenMark, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,6 +16,7 @@ from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook.records import (
     GIVEN_BY_A_PERSON,
     Delivery,
+    GivenMark,
     Graded,
     MarkRecord,
     MarkState,
@@ -145,9 +147,11 @@ def _stored(connection: Connection, which: ColumnElement[bool]) -> Stored | None
     row = connection.execute(found).one_or_none()
     if row is None:
         return None
-    given = manual_marks(connection, row.student_id)
-    shown = tuple(with_decision(mark, given) for mark in _marks(connection, row.id))
-    return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest))
+    given = given_marks(connection, row.student_id)
+    made = _marks(connection, row.id)
+    shown = tuple(with_decision(mark, given) for mark in made)
+    lapsed = tuple(given[mark.where] for mark in made if mark.where in given and not holds(given[mark.where], mark))
+    return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest, lapsed))
 
 
 def _run(row: Row[Any]) -> RunRecord:
@@ -178,21 +182,35 @@ def _marks(connection: Connection, run_id: int) -> list[MarkRecord]:
     return [MarkRecord(*row) for row in connection.execute(found)]
 
 
-def manual_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
+def given_marks(connection: Connection, student_id: int) -> dict[Where, GivenMark]:
     """The marks that persons set for a student."""
     found = connection.execute(select(decisions).where(decisions.c.student_id == student_id))
-    return {
-        (row.question, row.part): MarkRecord(
-            row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given
+    given = (
+        GivenMark(
+            MarkRecord(row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given),
+            row.actor,
+            row.decided,
         )
         for row in found
-    }
+    )
+    return {one.mark.where: one for one in given}
 
 
-def with_decision(mark: MarkRecord, decided: Mapping[Where, MarkRecord]) -> MarkRecord:
+def with_decision(mark: MarkRecord, given: Mapping[Where, GivenMark]) -> MarkRecord:
     """A person's mark in place of the software's, if it was for the same thing."""
-    manual = decided.get(mark.where)
-    return manual if manual and (manual.given, manual.out_of) == (mark.given, mark.out_of) else mark
+    decided = given.get(mark.where)
+    return replace(decided.mark, given=mark.given) if decided and holds(decided, mark) else mark
+
+
+def holds(decided: GivenMark, mark: MarkRecord) -> bool:
+    """Whether a person's mark was for what is given now, white space aside, and for as many points."""
+    return decided.mark.out_of == mark.out_of and same_answer(decided.mark.given, mark.given)
+
+
+def same_answer(one: str, other: str) -> bool:
+    """Whether two answers differ in white space, or in how accents are put together, at most."""
+    first, second = (" ".join(unicodedata.normalize("NFC", text).split()) for text in (one, other))
+    return first == second
 
 
 # --- writing a run ----------------------------------------------------------------------------------------------------
@@ -314,6 +332,28 @@ def put_audit(connection: Connection, student_id: int, before: Stored | None, ch
 def state(mark: MarkRecord | None) -> MarkState | None:
     """What of a mark is audited."""
     return None if mark is None else MarkState(mark.status, mark.points, mark.out_of, mark.reason)
+
+
+def taken(connection: Connection, stored: Stored, mark: MarkRecord) -> GradebookError:
+    """The error for whoever would replace a mark that is another than they have seen: who made it so, when, and why."""
+    which = (audit.c.student_id == stored.student_id, audit.c.question == mark.question, audit.c.part == mark.part)
+    last = connection.execute(select(audit).where(*which).order_by(audit.c.id.desc()).limit(1)).one()
+    return GradebookError(
+        _(
+            "Question {question}, {part}: {student!r} has {points:g} points ({status}) by now, from {actor}, "
+            "{when:%Y-%m-%d %H:%M} UTC: {why!r}. Nothing was changed. If that is to be replaced, say that you expect "
+            "{points:g} (rotflex mark --expect {points:g})."
+        ).format(
+            question=mark.question,
+            part=mark.part,
+            student=stored.graded.run.student,
+            points=mark.points,
+            status=mark.status,
+            actor=last.actor,
+            when=last.changed,
+            why=mark.reason,
+        )
+    )
 
 
 def _side(side: str, mark: MarkRecord | None) -> dict[str, Any]:

@@ -141,9 +141,10 @@ class Gradebook:
     def record(self, graded: Graded, actor: str, reason: str) -> int:
         """Record a run, and let its marks be the student's. Recording the same again changes nothing.
 
-        A run with a key that is there replaces that run. A mark that a person set holds on, as long as what was given,
-        and the points that there are for it, stay the same; where they do not, the new mark counts, and the audit trail
-        says so. Should the same be given again, the person's mark counts again.
+        A run with a key that is there replaces that run. A mark that a person set holds on, as long as what was given
+        (white space aside), and the points that there are for it, stay the same; where they do not, the new mark
+        counts, and the audit trail and ``lapsed`` say so. Should the same be given again, the person's mark counts
+        again.
 
         Parameters
         ----------
@@ -182,13 +183,30 @@ class Gradebook:
             rows.put_marks(connection, before.run_id, new)
             return rows.put_audit(connection, before.student_id, before, change)
 
-    def set_mark(self, student: str, question: str, part: str, points: float, reason: str, actor: str) -> int:
+    def set_mark(
+        self,
+        student: str,
+        question: str,
+        part: str,
+        points: float,
+        reason: str,
+        actor: str,
+        expected: MarkRecord | None = None,
+    ) -> int:
         """A person's mark for an answer, in place of the software's; see :meth:`record` for how long it holds.
+
+        Parameters
+        ----------
+        student, question, part : whose, and which
+        points : to give
+        reason, actor : for the student, and for the audit trail
+        expected : the mark that this one is to replace, as it was seen last; None for whatever is there
 
         Raises
         ------
         GradebookError
-            If there is no such mark, or the points are not among those that there are for it.
+            If there is no such mark, the points are not among those that there are for it, or status, points or answer
+            are others by now than expected; the message says who gave what, and when.
         """
         change = _change(actor, reason)
         with self._database.writing() as connection:
@@ -209,6 +227,8 @@ class Gradebook:
             new = replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=change.reason)
             if new == mark:
                 return 0
+            if expected is not None and not _as_expected(mark, expected):
+                raise rows.taken(connection, before, mark)
             rows.put_decision(connection, before.student_id, new, change)
             return rows.put_audit(connection, before.student_id, before, change)
 
@@ -279,6 +299,12 @@ class Gradebook:
         if found is None:
             raise GradebookError(_("Nothing of {student!r} has been graded.").format(student=student))
         return found
+
+
+def _as_expected(mark: MarkRecord, expected: MarkRecord) -> bool:
+    """Whether a mark is as it was seen last."""
+    same = (mark.status, mark.points) == (storable.text(expected.status), expected.points)
+    return same and rows.same_answer(mark.given, storable.text(expected.given))
 
 
 def _change(actor: str, reason: str) -> rows.Change:

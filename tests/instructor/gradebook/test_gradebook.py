@@ -450,6 +450,93 @@ def test_another_answer_waits_again_and_the_trail_says_so(book):
     assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))
 
 
+@pytest.mark.parametrize("given", ["Because it\n\n  bends. ", "\tBecause\u00a0it bends.\r\n"])
+def test_a_persons_mark_holds_when_only_white_space_changes(book, given):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose(given)))
+    kept = book.current("ada").marks[1]
+    assert (kept.points, kept.status) == (2.5, GIVEN_BY_A_PERSON)
+    assert kept.given == storable.text(given)  # as it was handed in last
+    assert book.current("ada").lapsed == ()
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof") == 0
+
+
+def test_an_accent_put_together_otherwise_is_the_same_answer(book):
+    record(book, graded("ada", "first", prose("F\u00fcr immer.")))
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", prose("Fu\u0308r immer.")))
+    assert book.current("ada").marks[0].points == 2.5
+
+
+def test_a_mark_that_no_longer_holds_is_told_with_who_gave_it(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose("It does not.")))
+    (lapsed,) = book.current("ada").lapsed
+    assert lapsed.mark == prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    assert lapsed.actor == "prof" and abs(datetime.now(UTC) - lapsed.when) < timedelta(minutes=1)
+    read, before = book.current("ada"), book.dump()
+    assert record(book, read) == 0 and book.dump() == before
+    book.set_mark("ada", "2.12", "why", 1.0, "Hm.", "prof")
+    assert book.current("ada").lapsed == ()
+
+
+# --- two persons, one mark --------------------------------------------------------------------------------------------
+
+
+def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 1
+    before = book.dump()
+    said = (
+        r"2\.12, why: 'ada' has 2\.5 points \(given by a person\) by now, from anna, .* UTC: 'Nearly\.'.*--expect 2\.5"
+    )
+    with pytest.raises(GradebookError, match=said):
+        book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=seen)
+    assert book.dump() == before
+    assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
+
+
+def test_who_has_read_another_answer_than_there_is_by_now_is_told(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    record(book, graded("ada", "second", mark(), prose("It does not.")), actor="rotflex grade")
+    with pytest.raises(GradebookError, match=r"has 0 points \(for a person\) by now"):
+        book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
+    assert book.current("ada").marks[1].points == 0
+
+
+def test_the_same_mark_twice_is_no_contradiction(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 0
+
+
+def test_of_two_who_mark_at_once_one_is_told(url):
+    with Gradebook(url) as book:
+        record(book, graded())
+        seen = book.current("ada").marks[1]
+    together = threading.Barrier(2)
+
+    def give(points):
+        with Gradebook(url) as own:
+            together.wait(30)
+            try:
+                return own.set_mark("ada", "2.12", "why", points, "Read.", f"tutor {points}", expected=seen)
+            except GradebookError as error:
+                return str(error)
+
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(give, (1.0, 2.0)))
+    (told,) = [one for one in outcomes if one != 1]
+    with Gradebook(url) as book:
+        kept = book.current("ada").marks[1].points
+    assert f"has {kept:g} points (given by a person) by now, from tutor {kept}" in told
+
+
 def test_a_persons_mark_outlives_a_failed_run(book):
     record(book, graded())
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
