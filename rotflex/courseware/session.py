@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,14 @@ from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
+from rotflex.courseware.run import cell_reports
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = "demo"  #: the student of whoever gives no name
 _RAISE = object()
+_LONGEST_ID = 64  # characters of a cell's
 
 
 def student_of(given: str, folder: Path) -> str:
@@ -54,6 +57,19 @@ def student_of(given: str, folder: Path) -> str:
         if given:
             raise
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
+
+
+def cell_now() -> str:
+    """The id of the notebook's cell that is being run; "" where there is none, as when a button was pressed.
+
+    Editors that do not tell a kernel which cell they send have none, either.
+    """
+    ipython = sys.modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    header = getattr(shell, "parent_header", None)
+    about = header.get("metadata") if isinstance(header, dict) else None
+    cell = about.get("cellId") if isinstance(about, dict) else None
+    return cell[:_LONGEST_ID] if isinstance(cell, str) else ""
 
 
 class Session:
@@ -105,7 +121,10 @@ class Session:
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
         """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""
-        replies = self.book.answer(self.catalogue.find(question), parts)
+        replies = self.book.answer(self.catalogue.find(question), parts, cell_now())
+        for reply in replies:
+            if reply.refused:
+                cell_reports.refused(reply.question, reply.part, reply.refused)
         self.print_notices()
         return [str(reply) for reply in replies]
 
@@ -140,6 +159,7 @@ class Session:
                         question=question, part=part, error=error
                     )
                 ) from None
+        cell_reports.lacked(question, part)
         missing = _("{question}  {part}  not answered yet: notebook {notebook} asks for it").format(
             question=question, part=part, notebook=asked.notebook
         )
