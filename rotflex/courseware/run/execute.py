@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import queue
+import subprocess
 import sys
 import tempfile
 import time
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.run.marked import CHECK, RUN
+from rotflex.courseware.run import RUNNING
 from rotflex.errors import CheckError
 
 DIED, EXITED, TIMED_OUT = "died", "exited", "timed out"
@@ -193,7 +194,10 @@ class _Kernel:
 
     def start(self) -> None:
         """Start it, and let it import what notebooks use. Nothing is waited for."""
-        nowhere: dict[str, Any] = {"stdout": -3, "stderr": -3}  # subprocess.DEVNULL: what C code and daemons write
+        nowhere: dict[str, Any] = {
+            "stdout": subprocess.DEVNULL,
+            "stderr": subprocess.DEVNULL,
+        }  # what C code and daemons write
         self._manager.start_kernel(cwd=str(self._folder), env=self._environment(), **nowhere)
         self._client = self._manager.blocking_client()
         self._client.start_channels(shell=True, iopub=False, stdin=False, hb=False, control=False)
@@ -203,7 +207,7 @@ class _Kernel:
         return {
             **os.environ,
             "IPYTHONDIR": str(self._settings),
-            RUN: CHECK,
+            RUNNING: "check",
             "ROTFLEX_PROGRESS": "off",
             "ROTFLEX_PICTURES": "off",
             # As where it is graded; and two kernels share the processors.
