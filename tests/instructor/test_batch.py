@@ -11,10 +11,10 @@ import pytest
 from made_courses import loaded
 
 from rotflex.courseware import student_id
+from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import batch
 from rotflex.instructor.batch import Batch, Settings
-from rotflex.instructor.commands import GRADEBOOK_FILE
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.marking import decoding
 from rotflex.instructor.marking import marking_processes as marker

@@ -13,6 +13,7 @@ from rotflex.instructor.gradebook.tables import (
     audit,
     comments,
     decisions,
+    deliveries,
     marks,
     runs,
     students,
@@ -21,17 +22,28 @@ from rotflex.instructor.gradebook.tables import (
 
 #: Numbers of rows, times, and what the order in the dump says already.
 _LEFT_OUT = {"id", "student_id", "submission_id", "run_id", "folded", "position"}
-_TIMES = {"first_seen", "recorded", "decided", "written", "changed"}
+_TIMES = {"first_seen", "recorded", "decided", "written", "changed", "received"}
+#: What is the same where it is NULL.
+_NOTHING: dict[str, Any] = {
+    "aliases": [],
+    "cells": [],
+    "claim": {},
+    "words": {},
+    "supplied": {},
+    "release": "",
+    "files": [],
+}
 
 
 def content(connection: Connection) -> dict[str, Any]:
-    """All students and what is known of them; of answers, size and SHA-256.
+    """All students and what is known of them; of answers and of files that were handed in, size and SHA-256.
 
-    Submissions are in the order of their digests, runs of their keys, marks as recorded, comments by their text; the
-    audit trail of each student in the order in which it grew.
+    Submissions are in the order of their digests, runs of their keys, marks as recorded, files by name and time,
+    comments by their text; the audit trail of each student in the order in which it grew.
     """
     of_student = {
-        table: _grouped(connection, table, "student_id") for table in (submissions, decisions, comments, audit)
+        table: _grouped(connection, table, "student_id")
+        for table in (submissions, deliveries, decisions, comments, audit)
     }
     of_submission = _grouped(connection, runs, "submission_id")
     of_run = {table: _grouped(connection, table, "run_id") for table in (marks, answers)}
@@ -51,6 +63,7 @@ def content(connection: Connection) -> dict[str, Any]:
 
         return {
             **_plain(row),
+            "deliveries": [_file(one) for one in own(deliveries, "name", "received", "id")],
             "submissions": list(map(submission, own(submissions, "digest"))),
             "decisions": list(map(_plain, own(decisions, "question", "part"))),
             "comments": list(map(_plain, own(comments, "question", "actor", "text"))),
@@ -73,7 +86,12 @@ def _grouped(connection: Connection, table: Table, column: str) -> dict[int, lis
 
 
 def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in row.items() if name not in _LEFT_OUT | _TIMES}
+    shown = {name: value for name, value in row.items() if name not in _LEFT_OUT | _TIMES}
+    return {name: _NOTHING.get(name) if value is None else value for name, value in shown.items()}
+
+
+def _file(row: dict[str, Any]) -> dict[str, Any]:
+    return {**_plain(row), "content": _summary(row["content"])}
 
 
 def _summary(data: bytes) -> dict[str, Any]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Any
 
 #: The status of a mark that a person set.
 GIVEN_BY_A_PERSON = "given by a person"
@@ -52,6 +54,14 @@ class RunRecord:
     answers : what it left; None if nothing
     problems : what went wrong
     notes : what else is worth knowing
+    cells : what the cells reported while they ran, in order
+    claim : question → part → id of the cell that recorded it when the student ran it
+    words : question → part → ``{"text": ..., "pictures": {name: PNG in base64}}``: answers read from text cells
+    supplied : values that an instructor gave in place of missing ones: as "1.2.speed" → value
+    release : identity of the release that it was run under; empty where it has none
+    files : names of the student's own files that came along
+
+    The last six are plain data as JSON has it: lists, and no tuples; finite numbers.
     """
 
     key: str
@@ -64,25 +74,71 @@ class RunRecord:
     answers: bytes | None = None
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    cells: tuple[Mapping[str, Any], ...] = ()
+    claim: Mapping[str, Any] = field(default_factory=dict)
+    words: Mapping[str, Any] = field(default_factory=dict)
+    supplied: Mapping[str, Any] = field(default_factory=dict)
+    release: str = ""
+    files: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class GivenMark:
+    """A mark that a person gave, who, and when (UTC)."""
+
+    mark: MarkRecord
+    actor: str
+    when: datetime
 
 
 @dataclass(frozen=True)
 class Graded:
-    """A run with its marks, in the order of the key, and the digest of the key that they were made with."""
+    """A run with its marks.
+
+    Attributes
+    ----------
+    run : the run
+    marks : in the order of the key; a person's mark in place of the software's, where it holds
+    key_digest : of the key that they were made with
+    lapsed : marks by persons that do not hold for this run: another answer was given, or it is out of other points. The
+        gradebook tells them, and takes none
+    """
 
     run: RunRecord
     marks: tuple[MarkRecord, ...]
     key_digest: str
+    lapsed: tuple[GivenMark, ...] = ()
 
 
 @dataclass(frozen=True)
 class StudentRecord:
-    """A student; all but the ID may be empty."""
+    """A student; all but the ID may be empty. ``aliases`` are other names by which platforms know them."""
 
     student: str
     name: str = ""
     email: str = ""
     section: str = ""
+    aliases: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """A file that a student handed in.
+
+    Attributes
+    ----------
+    name : a notebook's file name, an own file's path relative to the folder, "answers.json" or "course.json"
+    digest : by which equal content is known
+    content : as it was handed in, or what is kept of it
+    received : when
+    source : what it came in, for people, as the name of a zip
+    """
+
+    name: str
+    digest: str
+    content: bytes
+    received: datetime
+    source: str = ""
 
 
 @dataclass(frozen=True)

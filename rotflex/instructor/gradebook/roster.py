@@ -24,6 +24,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rotflex.courseware import student_id
 from rotflex.courseware.messages import _
@@ -45,10 +46,10 @@ _KEPT_ZEROS = re.compile(r'="([^"]*)"')
 
 @dataclass(frozen=True)
 class Entry:
-    """A student as the roster has them; ``details`` holds name, email and section, as far as it has such columns."""
+    """A student as the roster has them; ``details`` holds what it has a column for: fields of StudentRecord."""
 
     student: str
-    details: dict[str, str]
+    details: dict[str, Any]
 
 
 def read(path: Path) -> tuple[list[Entry], list[str]]:
@@ -140,7 +141,7 @@ class _Columns:
         def cell(place: int) -> str:
             return row[place] if place < len(row) else ""
 
-        details = {}
+        details: dict[str, Any] = {}
         for what, places in self._columns.items():
             there = [place for place in places if place is not None]
             if there:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -12,8 +13,26 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, delete, insert, s
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
-from rotflex.instructor.gradebook.records import GIVEN_BY_A_PERSON, Graded, MarkRecord, MarkState, RunRecord
-from rotflex.instructor.gradebook.tables import answers, audit, decisions, marks, runs, students, submissions
+from rotflex.instructor.gradebook.records import (
+    GIVEN_BY_A_PERSON,
+    Delivery,
+    GivenMark,
+    Graded,
+    MarkRecord,
+    MarkState,
+    RunRecord,
+    StudentRecord,
+)
+from rotflex.instructor.gradebook.tables import (
+    answers,
+    audit,
+    decisions,
+    deliveries,
+    marks,
+    runs,
+    students,
+    submissions,
+)
 
 NO_LONGER = "What was given, or what it is out of, is another: the mark that a person gave no longer holds."
 
@@ -58,7 +77,18 @@ def known_student(connection: Connection, student: str) -> int:
     return student_id
 
 
-def add_student(connection: Connection, student: str, details: Mapping[str, str]) -> int:
+def student_record(row: Row[Any]) -> StudentRecord:
+    """A student from their row."""
+    return StudentRecord(row.student, row.name, row.email, row.section, tuple(row.aliases or ()))
+
+
+def student_for(connection: Connection, student: str) -> int:
+    """The number of a student's row, which is made if there is none."""
+    there = find_student(connection, student)
+    return add_student(connection, student, {}) if there is None else there
+
+
+def add_student(connection: Connection, student: str, details: Mapping[str, Any]) -> int:
     """A new row for a student; its number."""
     row = {"student": student, "folded": caseless(student), "name": "", "email": "", "section": "", **details}
     return _added(connection, insert(students).values(row))
@@ -67,6 +97,31 @@ def add_student(connection: Connection, student: str, details: Mapping[str, str]
 def _added(connection: Connection, statement: Any) -> int:
     number: int = connection.execute(statement).inserted_primary_key[0]  # type: ignore[index]
     return number
+
+
+# --- what was handed in -----------------------------------------------------------------------------------------------
+
+
+def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery]) -> int:
+    """Write the files that are not there yet; how many."""
+    found = select(deliveries.c.name, deliveries.c.digest, deliveries.c.received)
+    there = {tuple(row) for row in connection.execute(found.where(deliveries.c.student_id == student_id))}
+    wanted = {(one.name, one.digest, one.received): one for one in new}
+    rows = [{"student_id": student_id, **vars(one)} for known_by, one in wanted.items() if known_by not in there]
+    if rows:
+        connection.execute(insert(deliveries), rows)
+    return len(rows)
+
+
+def newest_deliveries(connection: Connection, student_id: int) -> list[Delivery]:
+    """The newest of each file, by name; of those that came at the same time, the one that was recorded last."""
+    order = (deliveries.c.name, deliveries.c.received, deliveries.c.id)
+    found = select(deliveries.c.name, deliveries.c.id).where(deliveries.c.student_id == student_id).order_by(*order)
+    newest = {row.name: row.id for row in connection.execute(found)}
+    columns = (getattr(deliveries.c, name) for name in Delivery.__dataclass_fields__)
+    wanted = select(*columns).where(deliveries.c.id.in_(newest.values()))
+    there = (Delivery(**{**row._asdict(), "content": bytes(row.content)}) for row in connection.execute(wanted))
+    return sorted(there, key=lambda one: one.name)
 
 
 # --- reading a run ----------------------------------------------------------------------------------------------------
@@ -92,9 +147,11 @@ def _stored(connection: Connection, which: ColumnElement[bool]) -> Stored | None
     row = connection.execute(found).one_or_none()
     if row is None:
         return None
-    given = manual_marks(connection, row.student_id)
-    shown = tuple(with_decision(mark, given) for mark in _marks(connection, row.id))
-    return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest))
+    given = given_marks(connection, row.student_id)
+    made = _marks(connection, row.id)
+    shown = tuple(with_decision(mark, given) for mark in made)
+    lapsed = tuple(given[mark.where] for mark in made if mark.where in given and not holds(given[mark.where], mark))
+    return Stored(row.id, row.student_id, Graded(_run(row), shown, row.key_digest, lapsed))
 
 
 def _run(row: Row[Any]) -> RunRecord:
@@ -109,6 +166,12 @@ def _run(row: Row[Any]) -> RunRecord:
         answers=None if row.content is None else bytes(row.content),
         problems=tuple(row.problems),
         notes=tuple(row.notes),
+        cells=tuple(row.cells or ()),
+        claim=row.claim or {},
+        words=row.words or {},
+        supplied=row.supplied or {},
+        release=row.release or "",
+        files=tuple(row.files or ()),
     )
 
 
@@ -119,21 +182,35 @@ def _marks(connection: Connection, run_id: int) -> list[MarkRecord]:
     return [MarkRecord(*row) for row in connection.execute(found)]
 
 
-def manual_marks(connection: Connection, student_id: int) -> dict[Where, MarkRecord]:
+def given_marks(connection: Connection, student_id: int) -> dict[Where, GivenMark]:
     """The marks that persons set for a student."""
     found = connection.execute(select(decisions).where(decisions.c.student_id == student_id))
-    return {
-        (row.question, row.part): MarkRecord(
-            row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given
+    given = (
+        GivenMark(
+            MarkRecord(row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given),
+            row.actor,
+            row.decided,
         )
         for row in found
-    }
+    )
+    return {one.mark.where: one for one in given}
 
 
-def with_decision(mark: MarkRecord, decided: Mapping[Where, MarkRecord]) -> MarkRecord:
+def with_decision(mark: MarkRecord, given: Mapping[Where, GivenMark]) -> MarkRecord:
     """A person's mark in place of the software's, if it was for the same thing."""
-    manual = decided.get(mark.where)
-    return manual if manual and (manual.given, manual.out_of) == (mark.given, mark.out_of) else mark
+    decided = given.get(mark.where)
+    return replace(decided.mark, given=mark.given) if decided and holds(decided, mark) else mark
+
+
+def holds(decided: GivenMark, mark: MarkRecord) -> bool:
+    """Whether a person's mark was for what is given now, white space aside, and for as many points."""
+    return decided.mark.out_of == mark.out_of and same_answer(decided.mark.given, mark.given)
+
+
+def same_answer(one: str, other: str) -> bool:
+    """Whether two answers differ in white space, or in how accents are put together, at most."""
+    first, second = (" ".join(unicodedata.normalize("NFC", text).split()) for text in (one, other))
+    return first == second
 
 
 # --- writing a run ----------------------------------------------------------------------------------------------------
@@ -162,6 +239,12 @@ def put_run(connection: Connection, student_id: int, graded: Graded, there: Stor
         "isolation": run.isolation,
         "problems": list(run.problems),
         "notes": list(run.notes),
+        "cells": list(run.cells),
+        "claim": run.claim,
+        "words": run.words,
+        "supplied": run.supplied,
+        "release": run.release,
+        "files": list(run.files),
         "key_digest": graded.key_digest,
         "recorded": now(),
     }
@@ -249,6 +332,28 @@ def put_audit(connection: Connection, student_id: int, before: Stored | None, ch
 def state(mark: MarkRecord | None) -> MarkState | None:
     """What of a mark is audited."""
     return None if mark is None else MarkState(mark.status, mark.points, mark.out_of, mark.reason)
+
+
+def taken(connection: Connection, stored: Stored, mark: MarkRecord) -> GradebookError:
+    """The error for whoever would replace a mark that is another than they have seen: who made it so, when, and why."""
+    which = (audit.c.student_id == stored.student_id, audit.c.question == mark.question, audit.c.part == mark.part)
+    last = connection.execute(select(audit).where(*which).order_by(audit.c.id.desc()).limit(1)).one()
+    return GradebookError(
+        _(
+            "Question {question}, {part}: {student!r} has {points:g} points ({status}) by now, from {actor}, "
+            "{when:%Y-%m-%d %H:%M} UTC: {why!r}. Nothing was changed. If that is to be replaced, say that you expect "
+            "{points:g} (rotflex mark --expect {points:g})."
+        ).format(
+            question=mark.question,
+            part=mark.part,
+            student=stored.graded.run.student,
+            points=mark.points,
+            status=mark.status,
+            actor=last.actor,
+            when=last.changed,
+            why=mark.reason,
+        )
+    )
 
 
 def _side(side: str, mark: MarkRecord | None) -> dict[str, Any]:

@@ -7,15 +7,22 @@ so that what was read can be recorded again.
 
 from __future__ import annotations
 
+import json
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC
+from typing import Any
 
 from rotflex.courseware import student_id
 from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, StudentIDError
-from rotflex.instructor.gradebook.records import Graded, MarkRecord, RunRecord
+from rotflex.instructor.gradebook.records import Delivery, Graded, MarkRecord, RunRecord
 
+MOST_CHARACTERS = 2**26  #: of a run's words, claim, reports of cells, ... each, as JSON
+MOST_BYTES = 2**28  #: of a file that was handed in
+_DEEPEST = 30  # levels of plain data
 _INTEGERS = range(-(2**63), 2**63)
 _LINE_END = re.compile(r"\r\n?")
 _UNFIT = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
@@ -52,7 +59,8 @@ def graded(given: Graded) -> Graded:
     Raises
     ------
     GradebookError
-        If a number is not finite, the probe seed does not fit into 64 bits, or a part is marked twice.
+        If a number is not finite, the probe seed does not fit into 64 bits, a part is marked twice, or what came with
+        the run is not plain data of a bounded size.
     """
     return Graded(_run(given.run), marks(given.marks), text(given.key_digest))
 
@@ -74,6 +82,60 @@ def _run(given: RunRecord) -> RunRecord:
         isolation=text(given.isolation),
         problems=tuple(map(text, given.problems)),
         notes=tuple(map(text, given.notes)),
+        cells=tuple(_bounded("cells", list(given.cells))),
+        claim=_bounded("claim", given.claim),
+        words=_bounded("words", given.words),
+        supplied=_bounded("supplied", given.supplied),
+        release=text(given.release),
+        files=tuple(_bounded("files", list(given.files))),
+    )
+
+
+def _bounded(name: str, given: Any) -> Any:
+    kept = _plain(name, given, _DEEPEST)
+    size = len(json.dumps(kept))
+    if size > MOST_CHARACTERS:
+        raise GradebookError(
+            _(
+                "What is to be recorded of a run as {name} takes {size} characters, of which there may be {most}."
+            ).format(name=name, size=size, most=MOST_CHARACTERS)
+        )
+    return kept
+
+
+def _plain(name: str, given: Any, levels: int) -> Any:
+    """Data as JSON has it, its text as :func:`text` keeps it."""
+    if isinstance(given, str):
+        return text(given)
+    if isinstance(given, Mapping) and levels and all(isinstance(key, str) for key in given):
+        return {text(key): _plain(name, value, levels - 1) for key, value in given.items()}
+    if isinstance(given, list | tuple) and levels:
+        return [_plain(name, value, levels - 1) for value in given]
+    if given is None or (isinstance(given, int) and given in _INTEGERS):
+        return given
+    if isinstance(given, float) and math.isfinite(given):
+        return given
+    raise GradebookError(
+        _("What is to be recorded of a run as {name} holds what is not plain data, or too deep in it: {what}.").format(
+            name=name, what=type(given).__name__
+        )
+    )
+
+
+def delivery(given: Delivery) -> Delivery:
+    """A file that was handed in as it is kept, its time in UTC. Raises GradebookError if it is too large."""
+    if len(given.content) > MOST_BYTES:
+        raise GradebookError(
+            _("{name} has {count} bytes, of which there may be {most}.").format(
+                name=given.name, count=len(given.content), most=MOST_BYTES
+            )
+        )
+    return Delivery(
+        name=text(given.name),
+        digest=text(given.digest),
+        content=bytes(given.content),
+        received=given.received.astimezone(UTC),
+        source=text(given.source),
     )
 
 

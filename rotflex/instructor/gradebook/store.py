@@ -19,6 +19,7 @@ from rotflex.instructor.gradebook.records import (
     GIVEN_BY_A_PERSON,
     AuditRecord,
     CommentRecord,
+    Delivery,
     Graded,
     MarkRecord,
     MarkState,
@@ -88,33 +89,62 @@ class Gradebook:
         entries, problems = roster.read(path)
         added = changed = 0
         with self._database.writing() as connection:
-            there = {row.folded: row for row in connection.execute(select(students))}
+            there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
             for entry in entries:
-                row = there.get(caseless(entry.student))
-                new = {"student": entry.student, **entry.details}
-                if row is None:
+                if caseless(entry.student) not in there:
                     rows.add_student(connection, entry.student, entry.details)
                     added += 1
-                elif any(getattr(row, column) != value for column, value in new.items()):
-                    connection.execute(update(students).where(students.c.id == row.id).values(new))
+                    continue
+                student_id, record = there[caseless(entry.student)]
+                new = {"student": entry.student, **entry.details}
+                if replace(record, **new) != record:
+                    connection.execute(update(students).where(students.c.id == student_id).values(new))
                     changed += 1
         return RosterReport(added, changed, len(entries) - added - changed, tuple(problems))
 
     def students(self) -> list[StudentRecord]:
         """All students, by ID."""
-        columns = (students.c.student, students.c.name, students.c.email, students.c.section)
         with self._database.reading() as connection:
-            found = [StudentRecord(*row) for row in connection.execute(select(*columns))]
+            found = [rows.student_record(row) for row in connection.execute(select(students))]
         return sorted(found, key=lambda one: caseless(one.student))
+
+    # --- what was handed in -------------------------------------------------------------------------------------------
+
+    def deliver(self, student: str, deliveries: Sequence[Delivery]) -> int:
+        """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
+
+        What has the name, the digest and the time of one that is there is the same.
+
+        Returns
+        -------
+        int
+            How many are new.
+
+        Raises
+        ------
+        GradebookError
+            If the student's ID cannot be one, or a file is too large.
+        """
+        student = storable.student(student)
+        new = list(map(storable.delivery, deliveries))
+        with self._database.writing() as connection:
+            return rows.put_deliveries(connection, rows.student_for(connection, student), new)
+
+    def delivered(self, student: str) -> list[Delivery]:
+        """The newest of each file that a student handed in, by name: received last, of equals recorded last."""
+        with self._database.reading() as connection:
+            student_id = rows.find_student(connection, storable.text(student))
+            return [] if student_id is None else rows.newest_deliveries(connection, student_id)
 
     # --- runs and marks -----------------------------------------------------------------------------------------------
 
     def record(self, graded: Graded, actor: str, reason: str) -> int:
         """Record a run, and let its marks be the student's. Recording the same again changes nothing.
 
-        A run with a key that is there replaces that run. A mark that a person set holds on, as long as what was given,
-        and the points that there are for it, stay the same; where they do not, the new mark counts, and the audit trail
-        says so. Should the same be given again, the person's mark counts again.
+        A run with a key that is there replaces that run. A mark that a person set holds on, as long as what was given
+        (white space aside), and the points that there are for it, stay the same; where they do not, the new mark
+        counts, and the audit trail and ``lapsed`` say so. Should the same be given again, the person's mark counts
+        again.
 
         Parameters
         ----------
@@ -134,9 +164,7 @@ class Gradebook:
         graded = storable.graded(graded)
         change = _change(actor, reason)
         with self._database.writing() as connection:
-            student_id = rows.find_student(connection, graded.run.student)
-            if student_id is None:
-                student_id = rows.add_student(connection, graded.run.student, {})
+            student_id = rows.student_for(connection, graded.run.student)
             before = rows.current_run(connection, student_id)
             there = rows.find_run(connection, graded.run.key)
             run_id = rows.put_run(connection, student_id, graded, there)
@@ -155,13 +183,30 @@ class Gradebook:
             rows.put_marks(connection, before.run_id, new)
             return rows.put_audit(connection, before.student_id, before, change)
 
-    def set_mark(self, student: str, question: str, part: str, points: float, reason: str, actor: str) -> int:
+    def set_mark(
+        self,
+        student: str,
+        question: str,
+        part: str,
+        points: float,
+        reason: str,
+        actor: str,
+        expected: MarkRecord | None = None,
+    ) -> int:
         """A person's mark for an answer, in place of the software's; see :meth:`record` for how long it holds.
+
+        Parameters
+        ----------
+        student, question, part : whose, and which
+        points : to give
+        reason, actor : for the student, and for the audit trail
+        expected : the mark that this one is to replace, as it was seen last; None for whatever is there
 
         Raises
         ------
         GradebookError
-            If there is no such mark, or the points are not among those that there are for it.
+            If there is no such mark, the points are not among those that there are for it, or status, points or answer
+            are others by now than expected; the message says who gave what, and when.
         """
         change = _change(actor, reason)
         with self._database.writing() as connection:
@@ -182,6 +227,8 @@ class Gradebook:
             new = replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=change.reason)
             if new == mark:
                 return 0
+            if expected is not None and not _as_expected(mark, expected):
+                raise rows.taken(connection, before, mark)
             rows.put_decision(connection, before.student_id, new, change)
             return rows.put_audit(connection, before.student_id, before, change)
 
@@ -252,6 +299,12 @@ class Gradebook:
         if found is None:
             raise GradebookError(_("Nothing of {student!r} has been graded.").format(student=student))
         return found
+
+
+def _as_expected(mark: MarkRecord, expected: MarkRecord) -> bool:
+    """Whether a mark is as it was seen last."""
+    same = (mark.status, mark.points) == (storable.text(expected.status), expected.points)
+    return same and rows.same_answer(mark.given, storable.text(expected.given))
 
 
 def _change(actor: str, reason: str) -> rows.Change:

@@ -72,6 +72,21 @@ students = Table(
     _must("name", Text),
     _must("email", Text),
     _must("section", Text),
+    Column("aliases", JSON),  # NULL: none
+)
+
+#: The files that students handed in, each version of them.
+deliveries = Table(
+    "deliveries",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id"),
+    _must("name", Text),
+    _must("digest", Text),
+    _must("received", Instant),
+    _must("content", LargeBinary),
+    _must("source", Text),
+    UniqueConstraint("student_id", "name", "digest", "received"),
 )
 
 submissions = Table(
@@ -101,6 +116,13 @@ runs = Table(
     _must("key_digest", Text),
     _must("current", Boolean),
     _must("recorded", Instant),
+    # These came with revision 0002; they are NULL in runs that were there before.
+    Column("cells", JSON),
+    Column("claim", JSON),
+    Column("words", JSON),
+    Column("supplied", JSON),
+    Column("release", Text),
+    Column("files", JSON),
 )
 Index(
     "uq_runs_one_current",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import hashlib
 import itertools
 import json
 import multiprocessing
@@ -22,13 +23,15 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import astuple, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 from enum import StrEnum
 from pathlib import Path
 
 import alembic.autogenerate
 import psycopg
 import pytest
+from alembic import command
+from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -37,13 +40,16 @@ from sqlalchemy import inspect, text
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import (
     GIVEN_BY_A_PERSON,
+    Delivery,
     Gradebook,
     Graded,
     MarkRecord,
     MarkState,
     RunRecord,
+    StudentRecord,
     rows,
     schema,
+    storable,
     tables,
 )
 from rotflex.instructor.gradebook import database as database_module
@@ -196,6 +202,26 @@ def test_what_was_recorded_is_read_again(book, url):
         assert list(again.all_current()) == [one]
 
 
+CAME_WITH = {
+    "cells": ({"notebook": "02.ipynb", "cell": "q2-11", "ended": "error", "error": {"type": "NameError", "line": 3}},),
+    "claim": {"2.11": {"K_s": "q2-11-answer", "omega_n": ""}},
+    "words": {"2.12": {"why": {"text": "Because $k$ bends.\n\n![a](a.png)", "pictures": {"a.png": "iVBORw0KGgo="}}}},
+    "supplied": {"2.11.omega_n": 19.5, "5.1.K": [1, [-2.0, 0.0]], "3.1.which": "yes"},
+    "release": "autumn",
+    "files": ("helpers.py", "data/mine.csv"),
+}
+
+
+def test_what_came_with_a_run_is_read_again(book, url):
+    one = graded(**CAME_WITH)
+    record(book, one)
+    assert record(book, one) == 0
+    with Gradebook(url) as again:
+        assert again.current("ada") == again.find("ada first") == one
+    (run,) = book.dump()["students"][0]["submissions"][0]["runs"]
+    assert {name: run[name] for name in CAME_WITH} == json.loads(json.dumps(CAME_WITH))
+
+
 def test_a_run_may_leave_nothing(book):
     record(book, graded(answers=None))
     assert book.current("ada").run.answers is None
@@ -275,6 +301,13 @@ def test_a_key_belongs_to_one_student(book):
     assert book.dump() == before
 
 
+def nested(inner, levels):
+    """Plain data in so many lists."""
+    for _ in range(levels):
+        inner = [inner]
+    return inner
+
+
 @pytest.mark.parametrize(
     "unfit",
     [
@@ -289,6 +322,12 @@ def test_a_key_belongs_to_one_student(book):
         graded("ada", "first", mark(), mark()),
         graded("ada", "first", prose(status=GIVEN_BY_A_PERSON)),
         graded(probe_seed=2**63),
+        graded(supplied={"2.11.omega_n": float("nan")}),
+        graded(supplied={"2.11.omega_n": 10**5000}),
+        graded(claim={"2.11": {"K_s": object()}}),
+        graded(claim={"2.11": {1: "q2-11"}}),
+        graded(cells=tuple(nested({}, 10**5))),
+        graded(words={"2.12": {"why": {"text": "x" * storable.MOST_CHARACTERS}}}),
     ],
 )
 @pytest.mark.parametrize("kind", ["sqlite"])
@@ -319,6 +358,72 @@ def test_new_marks_for_the_same_answers(book):
     assert book.remark("ada", new, "key 2", "prof", "Again.") == 0
 
 
+# --- what was handed in -----------------------------------------------------------------------------------------------
+
+MONDAY, TUESDAY = (datetime(2026, 3, day, 12, 0, 0, 250000, tzinfo=UTC) for day in (2, 3))
+
+
+def handed_in(name="02.ipynb", content=b"{}", received=MONDAY, source="ada.zip"):
+    return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source)
+
+
+def test_the_newest_of_each_file_counts_and_all_are_kept(book, url):
+    first = [handed_in(), handed_in("answers.json", bytes(range(256)) * 64), handed_in("own/helper.py", b"")]
+    later = handed_in(content=b"{ }", received=TUESDAY, source="ada (1).zip")
+    assert book.deliver("ada", first) == 3
+    assert book.deliver("ADA ", [later]) == 1
+    with Gradebook(url) as again:
+        assert again.delivered("Ada") == [later, *first[1:]]
+    kept = book.dump()["students"][0]["deliveries"]
+    assert [(one["name"], one["source"]) for one in kept] == [
+        ("02.ipynb", "ada.zip"),
+        ("02.ipynb", "ada (1).zip"),
+        ("answers.json", "ada.zip"),
+        ("own/helper.py", "ada.zip"),
+    ]
+
+
+def test_what_was_handed_in_earlier_and_comes_to_us_later_is_not_the_newest(book):
+    late = handed_in(content=b"late", received=TUESDAY)
+    book.deliver("ada", [late])
+    book.deliver("ada", [handed_in(content=b"early")])
+    assert book.delivered("ada") == [late]
+
+
+def test_of_files_of_one_time_the_one_recorded_last_is_the_newest(book):
+    book.deliver("ada", [handed_in(content=b"one"), handed_in(content=b"other")])
+    assert book.delivered("ada") == [handed_in(content=b"other")]
+
+
+def test_the_same_file_of_the_same_time_is_kept_once(book):
+    book.deliver("ada", [handed_in()])
+    before = book.dump()
+    east = timezone(timedelta(hours=5))
+    assert book.deliver("ada", [handed_in(), handed_in(received=MONDAY.astimezone(east), source="again.zip")]) == 0
+    assert book.dump() == before
+    assert book.deliver("ada", [handed_in(received=TUESDAY)]) == 1  # the same again, at another time
+    assert book.deliver("bob", [handed_in()]) == 1
+
+
+def test_who_has_handed_in_nothing_has_no_files(book):
+    assert book.delivered("ada") == []
+    record(book, graded())
+    assert book.delivered("ada") == []
+
+
+def test_hostile_names_of_files_are_kept_as_any_text(book):
+    book.deliver("ada", [Delivery(HOSTILE, HOSTILE, b"\0", MONDAY, HOSTILE)])
+    assert book.delivered("ada") == [Delivery(KEPT, KEPT, b"\0", MONDAY, KEPT)]
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+def test_a_file_that_is_too_large_is_refused_by_name(book, monkeypatch):
+    monkeypatch.setattr(storable, "MOST_BYTES", 10)
+    with pytest.raises(GradebookError, match=r"02\.ipynb has 11 bytes, of which there may be 10"):
+        book.deliver("ada", [handed_in("a", b""), handed_in(content=b"x" * 11)])
+    assert book.students() == []
+
+
 # --- a person's marks -------------------------------------------------------------------------------------------------
 
 
@@ -343,6 +448,93 @@ def test_another_answer_waits_again_and_the_trail_says_so(book):
     record(book, graded())  # what the person read
     assert book.current("ada").marks[1].points == 2.5
     assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))
+
+
+@pytest.mark.parametrize("given", ["Because it\n\n  bends. ", "\tBecause\u00a0it bends.\r\n"])
+def test_a_persons_mark_holds_when_only_white_space_changes(book, given):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose(given)))
+    kept = book.current("ada").marks[1]
+    assert (kept.points, kept.status) == (2.5, GIVEN_BY_A_PERSON)
+    assert kept.given == storable.text(given)  # as it was handed in last
+    assert book.current("ada").lapsed == ()
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof") == 0
+
+
+def test_an_accent_put_together_otherwise_is_the_same_answer(book):
+    record(book, graded("ada", "first", prose("F\u00fcr immer.")))
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", prose("Fu\u0308r immer.")))
+    assert book.current("ada").marks[0].points == 2.5
+
+
+def test_a_mark_that_no_longer_holds_is_told_with_who_gave_it(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose("It does not.")))
+    (lapsed,) = book.current("ada").lapsed
+    assert lapsed.mark == prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    assert lapsed.actor == "prof" and abs(datetime.now(UTC) - lapsed.when) < timedelta(minutes=1)
+    read, before = book.current("ada"), book.dump()
+    assert record(book, read) == 0 and book.dump() == before
+    book.set_mark("ada", "2.12", "why", 1.0, "Hm.", "prof")
+    assert book.current("ada").lapsed == ()
+
+
+# --- two persons, one mark --------------------------------------------------------------------------------------------
+
+
+def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 1
+    before = book.dump()
+    said = (
+        r"2\.12, why: 'ada' has 2\.5 points \(given by a person\) by now, from anna, .* UTC: 'Nearly\.'.*--expect 2\.5"
+    )
+    with pytest.raises(GradebookError, match=said):
+        book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=seen)
+    assert book.dump() == before
+    assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
+
+
+def test_who_has_read_another_answer_than_there_is_by_now_is_told(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    record(book, graded("ada", "second", mark(), prose("It does not.")), actor="rotflex grade")
+    with pytest.raises(GradebookError, match=r"has 0 points \(for a person\) by now"):
+        book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
+    assert book.current("ada").marks[1].points == 0
+
+
+def test_the_same_mark_twice_is_no_contradiction(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 0
+
+
+def test_of_two_who_mark_at_once_one_is_told(url):
+    with Gradebook(url) as book:
+        record(book, graded())
+        seen = book.current("ada").marks[1]
+    together = threading.Barrier(2)
+
+    def give(points):
+        with Gradebook(url) as own:
+            together.wait(30)
+            try:
+                return own.set_mark("ada", "2.12", "why", points, "Read.", f"tutor {points}", expected=seen)
+            except GradebookError as error:
+                return str(error)
+
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(give, (1.0, 2.0)))
+    (told,) = [one for one in outcomes if one != 1]
+    with Gradebook(url) as book:
+        kept = book.current("ada").marks[1].points
+    assert f"has {kept:g} points (given by a person) by now, from tutor {kept}" in told
 
 
 def test_a_persons_mark_outlives_a_failed_run(book):
@@ -419,11 +611,13 @@ KEPT = (
 
 
 def test_hostile_text_is_kept_so_that_databases_and_terminals_can_take_it(book):
-    run = dict.fromkeys(("master", "software", "isolation", "key_digest"), HOSTILE) | {"notes": (HOSTILE,)}
+    texts = ("master", "software", "isolation", "key_digest", "release")
+    run = dict.fromkeys(texts, HOSTILE) | {"notes": (HOSTILE,), "claim": {HOSTILE: [HOSTILE]}, "files": (HOSTILE,)}
     record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
     kept = book.current("ada")
     book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, HOSTILE, HOSTILE)
     book.comment("ada", HOSTILE, HOSTILE, HOSTILE)
+    assert kept.run.claim == {KEPT: [KEPT]} and kept.run.files == (KEPT,) and kept.run.release == KEPT
     assert kept.marks[0].given == kept.run.notes[0] == book.comments("ada")[0].text == KEPT
     assert book.audit()[-1].reason == book.audit(question=HOSTILE)[-1].actor == KEPT
     assert book.find(f"ada {HOSTILE}").run == kept.run
@@ -448,11 +642,16 @@ def any_marks(words):
 
 
 def any_runs(words):
+    leaves = st.none() | st.booleans() | st.integers(-(2**63), 2**63 - 1) | points | words
+    plain = st.recursive(leaves, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(words, inner, max_size=3))
     values = {
+        **dict.fromkeys(("claim", "words", "supplied"), st.dictionaries(words, plain, max_size=2)),
+        "cells": st.lists(st.dictionaries(words, plain, max_size=2), max_size=2).map(tuple),
+        "files": st.lists(words, max_size=2).map(tuple),
         "probe_seed": st.integers(-(2**63), 2**63 - 1),
         "answers": st.none() | st.binary(max_size=200),
         "problems": st.lists(words, max_size=3).map(tuple),
-        **dict.fromkeys(("submission", "master", "software", "isolation"), words),
+        **dict.fromkeys(("submission", "master", "software", "isolation", "release"), words),
     }
     numbered = st.integers(0, 2**64).map(lambda number: f"{number} {next(_numbers)}")
     return st.builds(RunRecord, key=numbered, student=numbered, **values)
@@ -544,6 +743,8 @@ def test_a_batch_that_is_begun_again_ends_in_the_same_gradebook(url, done, undis
         graded(answers=b"{ }"),
         graded(answers=None),
         graded(key_digest="key 2"),
+        graded(claim={"2.11": {"K_s": "q2-11"}}),
+        graded(words={"2.12": {"why": {"text": "So.", "pictures": {}}}}),
         graded("ada", "first", mark(given="1.4"), prose()),
         graded("Ada"),
     ],
@@ -710,6 +911,38 @@ def test_the_migrations_make_the_tables_that_the_software_knows(book, url):
         options = {"version_table": tables.VERSION_TABLE, "compare_type": True, "compare_server_default": True}
         context = MigrationContext.configure(connection, opts=options)
         assert alembic.autogenerate.compare_metadata(context, tables.metadata) == []
+
+
+FIRST_ROWS = """
+INSERT INTO students (student, folded, name, email, section) VALUES ('Ada', 'ada', 'Ada L.', '', 'A');
+INSERT INTO submissions (student_id, digest, first_seen) VALUES (1, 'first', '2025-10-01 12:00:00+00:00');
+INSERT INTO runs (student_id, submission_id, key, spelled, master, software, probe_seed, isolation, problems, notes,
+  key_digest, current, recorded) VALUES (1, 1, 'ada first', 'Ada', 'm', 'rotflex 0', 7, 'isolated', '["p"]', '[]',
+  'key 1', true, '2025-10-01 12:00:00+00:00');
+INSERT INTO marks (run_id, question, part, position, status, points, out_of, reason, given)
+  VALUES (1, '2.11', 'K_s', 0, 'right', 2.0, 2.0, 'Well.', '1.3')
+"""
+
+
+def test_a_gradebook_of_the_first_revision_reads_as_before(url):
+    config = Config()
+    config.set_main_option("script_location", "rotflex.instructor.gradebook:migrations")
+    with closing(Database(url)) as database, database.writing() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0001")
+        connection.execute(text("INSERT INTO meta (name, value) VALUES ('secret', :value)"), {"value": b"s" * 32})
+        for statement in FIRST_ROWS.split(";"):
+            connection.exec_driver_sql(statement)
+    one = graded("Ada", "first", mark(), key="ada first", answers=None, problems=("p",))
+    with Gradebook(url) as book:
+        assert book.secret() == b"s" * 32
+        assert book.current("ada") == one
+        assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A")]
+        assert book.delivered("ada") == []
+        before = book.dump()
+        assert record(book, one) == 0
+        assert book.dump() == before
+        assert record(book, graded("ada", "second", **CAME_WITH)) == 1
 
 
 NEXT_REVISION = """

@@ -134,6 +134,14 @@ def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeyp
     assert book.students() == []
 
 
+def test_other_names_of_a_student_are_kept(book, imported, monkeypatch):
+    imported("student,name\nada,Ada\n")
+    monkeypatch.setattr(roster, "read", lambda _: ([roster.Entry("ada", {"aliases": ("A. L.", "17")})], []))
+    assert imported("") == (RosterReport(0, 1, 0), [StudentRecord("ada", "Ada", aliases=("A. L.", "17"))])
+    assert imported("")[0] == RosterReport(0, 0, 1)
+    assert book.dump()["students"][0]["aliases"] == ["A. L.", "17"]
+
+
 words = st.text(st.characters(categories=("L", "N", "P", "S")), min_size=1, max_size=12)
 good_ids = words.filter(lambda word: kept(word) == word)
 

@@ -1,0 +1,64 @@
+"""Commands about a course: release, notebooks, check-course."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rotflex.courseware.messages import _
+from rotflex.instructor import course as courses
+from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder
+
+
+def release(
+    out: Annotated[Path, typer.Argument(help="Folder for the release; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+    with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,
+) -> None:
+    """Make the students' folder and zip: no solutions, no key, none of the instructor's modules."""
+    from rotflex.instructor.release.student_course import release as make
+
+    made = make(courses.find(course), out, with_data, replace)
+    typer.echo(
+        _("{count} notebooks: {notebooks}").format(count=len(made.notebooks), notebooks=", ".join(made.notebooks))
+    )
+    typer.echo(f"{made.folder}\n{made.archive}")
+
+
+def notebooks(course: CourseFolder = None) -> None:
+    """Derive the student notebooks in notebooks/ from the course's anew."""
+    from rotflex.instructor.release.student_course import write_notebooks
+
+    for path in write_notebooks(courses.find(course)):
+        typer.echo(str(path))
+
+
+def check_course(
+    course: CourseFolder = None,
+    run: Annotated[
+        bool, typer.Option("--run/--no-run", help="Run the notebooks with solutions, and mark what they answer.")
+    ] = True,
+) -> None:
+    """Say what is missing in a course, or contradicts itself: questions, key, cells, numbers in texts.
+
+    Exit code: 0 everything fits, 1 something does not.
+    """
+    from rotflex.instructor.course_check import check
+
+    found = courses.find(course)
+    count = 0
+    for finding in check(found, run):
+        count += 1
+        typer.echo(str(finding))
+    asked = len(found.catalogue.everything)
+    if count:
+        typer.echo(_("{count} found.").format(count=count), err=True)
+        raise typer.Exit(SOME_TROUBLE)
+    typer.echo(
+        _("{asked} questions, tables and reports in {notebooks} notebooks: everything fits.").format(
+            asked=asked, notebooks=len(found.notebooks)
+        )
+    )

@@ -1,0 +1,118 @@
+"""Commands that run students' code, and show whether it can be run in isolation: doctor, grade."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import GRADEBOOK_FILE
+from rotflex.errors import GradingError, IsolationError
+from rotflex.instructor import course as courses
+from rotflex.instructor.commands.options import (
+    ALL_WELL,
+    NOT_ISOLATED,
+    SOME_TROUBLE,
+    CourseFolder,
+    Json,
+    open_gradebook,
+)
+
+if TYPE_CHECKING:
+    from rotflex.instructor.batch import Settings
+
+
+def doctor(as_json: Json = False) -> None:
+    """Show, layer by layer, whether students' code can be run in isolation here, by trying to break out.
+
+    Exit code: 0 it can, 3 it cannot.
+    """
+    from rotflex.instructor.running import isolation_report
+
+    examined = isolation_report.examine()
+    if as_json:
+        typer.echo(json.dumps(examined.as_data()))
+    else:
+        isolation_report.show(examined)
+    raise typer.Exit(ALL_WELL if examined.good else NOT_ISOLATED)
+
+
+def grade(
+    submissions: Annotated[
+        Path, typer.Argument(help="Holds a folder or a zip for each student, named by their ID.", file_okay=False)
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+    gradebook: Annotated[
+        str | None, typer.Option(help="A file, or the URL of a database.", show_default=f"OUT/{GRADEBOOK_FILE}")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Submissions to run at a time.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Run on the workers of this dask.distributed scheduler, as tcp://host:8786.")
+    ] = None,
+    cell_timeout: Annotated[int, typer.Option(min=1, help="Seconds that a cell may take.")] = 60,
+    deadline: Annotated[float, typer.Option(min=1, help="Seconds that a submission may take.")] = 600,
+    memory: Annotated[int, typer.Option(min=256, help="Megabytes that a submission may take.")] = 2048,
+    processes: Annotated[int, typer.Option(min=8, help="Processes that a submission may have.")] = 100,
+    probe_seed: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=2**53, help="For the inputs of students' functions.", show_default="by the gradebook's secret"
+        ),
+    ] = None,
+    every_cell: Annotated[
+        bool, typer.Option("--every-cell", help="Run the cells that only show something, too: slower, same marks.")
+    ] = False,
+    as_json: Json = False,
+    unsafe_no_isolation: Annotated[
+        bool, typer.Option("--unsafe-no-isolation", help="Run students' code with your own rights.")
+    ] = False,
+) -> None:
+    """Run and mark a class. What is in the gradebook already and has not changed is not run again.
+
+    Exit code: 0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing graded,
+    3 nothing graded, as students' code cannot be isolated here.
+    """
+    from rotflex.instructor.batch import Batch, Settings
+    from rotflex.instructor.reports.grades import Reports
+    from rotflex.instructor.reports.live_report import JsonLines, Screen
+    from rotflex.instructor.running import intake, isolation_report
+    from rotflex.instructor.running.runner import Limits
+
+    if not math.isfinite(deadline):
+        raise typer.BadParameter(_("It should be a number of seconds."), param_hint="--deadline")
+    if out.resolve().is_relative_to(submissions.resolve()):
+        raise GradingError(
+            _("{out} lies among the submissions: choose another folder for the results.").format(out=out)
+        )
+    limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
+    settings = Settings(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell)
+    try:
+        intake.submissions(submissions)  # or nothing is made
+        found = courses.find(course)
+        _check_isolation(settings)
+        reports = Reports(out, found.catalogue)
+        with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
+            batch = Batch(submissions, found, book, settings)
+            progress = (JsonLines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
+            with reports, progress:
+                for step in batch.grade():
+                    progress.add(step.ran, reports.write(step.graded))
+    except IsolationError as error:
+        isolation_report.refuse(error)
+        raise typer.Exit(NOT_ISOLATED) from None
+    raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
+
+
+def _check_isolation(settings: Settings) -> None:
+    """Try to break out before any submission can. (On a cluster it is the workers' isolation that counts.)"""
+    from rotflex.instructor.running import isolation_report
+
+    if settings.isolated and settings.scheduler is None:
+        isolation_report.check()
+    elif not settings.isolated:
+        isolation_report.check_unisolated()
