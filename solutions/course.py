@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from rotflex.hil.student_benches import DRAW, PRESETS
 from rotflex.instructor.course import Course
 from rotflex.workbook.questions import CATALOGUE
 
@@ -18,10 +19,11 @@ def on_virtual_bench(parameters: Mapping[str, Any]) -> bool:
 
 COURSE = Course(
     name="rotflex-course",
-    title="The rotary flexible joint laboratory",
     catalogue=CATALOGUE,
     key=KEY,
     bench=TrueBench,
+    presets=tuple(PRESETS),
+    draw=DRAW,
     knows_bench=on_virtual_bench,
     parameters={"bench": "virtual"},
     imports=(

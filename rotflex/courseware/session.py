@@ -5,14 +5,13 @@ A course's own ``lab`` builds on it, and adds the bench.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import forms, student_id
+from rotflex.courseware import course_file, forms, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
@@ -41,17 +40,7 @@ def student_of(given: str, folder: Path) -> str:
     """
     student: Any = given
     if not given:
-        try:
-            course = json.loads((folder / COURSE_FILE).read_text(encoding="utf-8"))
-            student = course["student"] or DEMO
-        except FileNotFoundError:
-            student = DEMO
-        except (ValueError, TypeError, KeyError) as error:
-            raise ConfigurationError(
-                _('{course_file} should be {{"student": "your id"}}; it is not: {error!r}.').format(
-                    course_file=COURSE_FILE, error=error
-                )
-            ) from None
+        student = (course_file.read(folder) or {}).get("student") or DEMO
     try:
         return student_id.normalised(student)
     except StudentIDError as error:

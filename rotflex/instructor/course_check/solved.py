@@ -40,7 +40,7 @@ def check(course: Course) -> Iterator[Finding]:
 
 def judged(course: Course, claims: Claims) -> Iterator[Finding]:
     """What the key makes of the solutions' answers, and of wrong ones made of them."""
-    case = marking.case_of(course, claims, course.bench(STUDENT), _SEED)
+    case = marking.case_of(course, claims, course.true_bench(STUDENT), _SEED)
     for number, checks in course.key.items():
         question = course.catalogue.find(number)
         for part in question.parts:

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import student_id
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.messages import _
 from rotflex.courseware.words import Words
 from rotflex.errors import GradingError
@@ -54,6 +55,7 @@ class Asked:
     probe_seed : from which the inputs of functions were drawn
     words : the answers in words, from the saved notebooks
     about : what else is known of the run
+    policy : which bench each student has, if not as the course's settings say
     """
 
     student: str
@@ -61,6 +63,7 @@ class Asked:
     probe_seed: int
     words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
     about: About = field(default_factory=About)
+    policy: BenchPolicy | None = None
 
 
 class Marker:
@@ -165,7 +168,7 @@ def _mark(asked: Asked) -> Marked:
         claims.notes.append(
             _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
         )
-    bench = course.bench(asked.student)
+    bench = course.true_bench(asked.student, asked.policy)
     claims.problems.extend(_other_bench(course, bench, claims))
     claims = decoding.with_words(claims, asked.words, course.catalogue)
     marks = marking.mark(course, claims, bench, asked.probe_seed, asked.about)

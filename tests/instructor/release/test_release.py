@@ -129,7 +129,9 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
         ".js",
         ".css",
         ".ipynb",
+        ".json",
     }
+    assert [path.name for path in released.folder.rglob("*.json")] == ["course.json"]
 
 
 def test_a_release_has_none_of_the_instructors_modules(released):
