@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from rotflex.courseware import answers
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
 from rotflex.courseware.words import Where, Words
 from rotflex.errors import AnswerError
@@ -30,6 +31,7 @@ class Facts:
     missing : (question, part) → why there is no answer
     asked : (question, part) that the student's release asks; None if it is the course's
     bench_of : whose bench it was run on
+    policy : which bench each student had; None if it is not known
     """
 
     reports: Reports = field(default_factory=Reports)
@@ -39,6 +41,7 @@ class Facts:
     missing: Mapping[Where, str] | None = None
     asked: Sequence[Where] | None = None
     bench_of: str = ""
+    policy: BenchPolicy | None = None
 
     def plain(self) -> tuple[dict[str, Any], ...]:
         """As the gradebook keeps it."""
@@ -49,6 +52,7 @@ class Facts:
             "missing": [[*where, why] for where, why in (self.missing or {}).items()],
             "asked": None if self.asked is None else [list(where) for where in self.asked],
             "bench_of": self.bench_of,
+            "policy": None if self.policy is None else asdict(self.policy),
             "refusals": [asdict(one) for one in self.reports.refusals],
         }
         return (about, *(_plain(report) for report in self.reports.cells))
@@ -88,6 +92,7 @@ def facts_of(record: RunRecord) -> Facts:
         {(question, part): why for question, part, why in about["missing"]},
         None if asked is None else [(question, part) for question, part in asked],
         about["bench_of"],
+        None if about["policy"] is None else BenchPolicy(**about["policy"]),
     )
 
 
@@ -122,7 +127,8 @@ def to_be_marked(record: RunRecord) -> Asked:
     facts = facts_of(record)
     supplied = [(question, part) for question, _dot, part in (name.rpartition(".") for name in record.supplied)]
     about = About(facts.missing or {}, supplied, facts.asked)
-    return Asked(facts.bench_of or record.student, record.answers, record.probe_seed, words_of(record), about)
+    student = facts.bench_of or record.student
+    return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy)
 
 
 def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
@@ -131,4 +137,3 @@ def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
     return replace(record, problems=tuple(problems), notes=tuple(notes))
-

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
-from rotflex.instructor.batch import mark_records, with_messages
+from rotflex.instructor.batch import mark_records
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
+from rotflex.instructor.graded_run import to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
 
@@ -65,7 +66,7 @@ def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: 
     run = graded.run
     if run.answers is None:  # nothing was read of it, or it could not be run: there is nothing to mark
         return graded
-    marked = marker.mark(run.student, run.answers, run.probe_seed)
+    marked = marker.mark(to_be_marked(run))
     if not questions:
         return Graded(with_messages(run, marked), mark_records(marked.marks), digest)
     new = {(one.question, one.part): one for one in mark_records(marked.marks) if one.question in questions}
