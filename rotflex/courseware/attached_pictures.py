@@ -137,6 +137,10 @@ def _too_large() -> str:
     return _("it has more than {most} million bytes").format(most=MAX_BYTES // 1_000_000)
 
 
+def _too_many_pixels() -> str:
+    return _("it has more than {most} million pixels").format(most=MAX_PIXELS // 1_000_000)
+
+
 def as_png(data: bytes, budget: Budget | None = None) -> bytes:
     """A picture as a PNG of bounded size, of the pixels alone.
 
@@ -155,9 +159,11 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
             return _packed(ImageOps.exif_transpose(image))
     except PictureError:
         raise
-    except Exception as error:  # pillow raises all sorts of errors on what is damaged
-        if isinstance(error, Image.UnidentifiedImageError):
-            raise PictureError(_("it is none of {formats}").format(formats=", ".join(_FORMATS))) from None
+    except Image.DecompressionBombError:
+        raise PictureError(_too_many_pixels()) from None
+    except Image.UnidentifiedImageError:
+        raise PictureError(_("it is none of {formats}").format(formats=", ".join(_FORMATS))) from None
+    except Exception:  # pillow raises all sorts of errors on what is damaged
         raise PictureError(_("it is damaged")) from None
 
 
@@ -165,11 +171,7 @@ def _spend(image: Image.Image, budget: Budget) -> None:
     """Look at the size that a picture's head states, before anything is decoded."""
     pixels = image.width * image.height
     if pixels > MAX_PIXELS:
-        raise PictureError(
-            _("it has {width} × {height} pixels, more than {most} million").format(
-                width=image.width, height=image.height, most=MAX_PIXELS // 1_000_000
-            )
-        )
+        raise PictureError(_too_many_pixels())
     if pixels > budget.left:
         raise PictureError(_("all pictures of the notebook together have too many pixels; paste smaller ones"))
     budget.left -= pixels

@@ -24,6 +24,7 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
     AnswerError
         If there is no such report.
     """
+    lab.refresh()
     rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
     for item in _items(catalogue, report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
@@ -39,6 +40,7 @@ def assembled(catalogue: Catalogue, report: str, lab: Session) -> str:
     AnswerError
         If there is no such report.
     """
+    lab.refresh()
     pieces = []
     for item in _items(catalogue, report):
         if item.part:

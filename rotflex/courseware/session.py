@@ -141,7 +141,7 @@ class Session:
         """
         asked = self.catalogue.find(question)
         wanted = asked.part(part)
-        self._refresh()
+        self.refresh()
         content = self.content(question, part)
         if content is not None:
             try:
@@ -172,7 +172,7 @@ class Session:
             If there is no such question or part.
         """
         self.catalogue.find(question).part(part)
-        self._refresh()
+        self.refresh()
         return self.content(question, part) is not None
 
     def content(self, question: str, part: str) -> dict[str, Any] | None:
@@ -193,7 +193,7 @@ class Session:
                     number=number, tables=", ".join(self.catalogue.tables)
                 )
             )
-        self._refresh()
+        self.refresh()
         return ResultsTable(self.catalogue.tables[number], self.book)
 
     # --- progress ------------------------------------------------------------------------------------------------
@@ -214,7 +214,7 @@ class Session:
                     notebook=notebook, notebooks=", ".join(self.catalogue.notebooks)
                 )
             )
-        self._refresh()
+        self.refresh()
         for question in self.questions.values():
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
@@ -224,7 +224,7 @@ class Session:
 
     def summary(self) -> None:
         """Print how much of each notebook is answered, a line for each. Words count as they are saved."""
-        self._refresh()
+        self.refresh()
         for notebook in self.catalogue.notebooks:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
@@ -239,7 +239,8 @@ class Session:
         if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
             print(_("Answers in words are read from the saved notebooks: save, and run this cell again."))
 
-    def _refresh(self) -> None:
+    def refresh(self) -> None:
+        """Read answers and saved notebooks again, where they have changed."""
         self.book.refresh()
         self.saved_words.refresh()
         self.print_notices()
