@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import rotflex
 from rotflex.courseware.messages import _
@@ -26,7 +27,15 @@ from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
-from rotflex.instructor.graded_run import Facts, facts_of, plain_words, recorded_in, to_be_marked, with_messages
+from rotflex.instructor.graded_run import (
+    Facts,
+    facts_of,
+    plain_words,
+    recorded_in,
+    supplied_parts,
+    to_be_marked,
+    with_messages,
+)
 from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import Mark
@@ -40,7 +49,7 @@ from rotflex.instructor.running.intake.delivered import Item, newest
 from rotflex.instructor.running.intake.hand_ins import Submission
 from rotflex.instructor.running.prepared import Prepared, prepare
 from rotflex.instructor.running.runner import Job, Limits
-from rotflex.instructor.running.supplied import Supplied
+from rotflex.instructor.running.supplied import Supplied, together
 from rotflex.instructor.verdicts import Status
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
@@ -134,6 +143,11 @@ class Batch:
         there = {caseless(one.student) for one in self._submissions}
         self.absent = [one.student for one in gradebook.students() if caseless(one.student) not in there]
 
+    @property
+    def students(self) -> list[str]:
+        """IDs of those whose hand-ins are there."""
+        return [one.student for one in self._submissions]
+
     def __len__(self) -> int:
         return len(self._submissions)
 
@@ -204,18 +218,29 @@ class Batch:
         hand_in, said = newest(self._gradebook.delivered(submission.student), self._bundles.names)
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
+        current = self._gradebook.current(submission.student)
+        supplied = together(
+            submission.student,
+            current.run.supplied if current else {},
+            self._settings.supplied,
+            self._course.catalogue,
+        )
         prepared = prepare(
             hand_in,
             chosen.bundle,
             self._course.catalogue,
             student,
             self._settings.every_cell,
-            [one for one in self._settings.supplied if caseless(one.student) == caseless(submission.student)],
+            supplied,
         )
+        said += [
+            _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied
+        ]
         return _Taken(
             submission,
             prepared,
             chosen.bundle,
+            {one.name: one.value for one in supplied},
             (*problems, *chosen.problems, *prepared.problems),
             (*notes, *said, *chosen.notes, *prepared.notes),
         )
@@ -240,7 +265,7 @@ class Batch:
             isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
             claim={} if taken.prepared.claim is None else dict(taken.prepared.claim.cells),
             words=plain_words(taken.prepared.words),
-            supplied={one.name: one.value for one in settings.supplied if caseless(one.student) == caseless(student)},
+            supplied=taken.supplied,
             release=taken.bundle.release,
             files=tuple(taken.prepared.files),
         )
@@ -272,7 +297,7 @@ class Batch:
             bundle_.pristine,
             prepared.merged,
             ran.reports,
-            recorded_in(ran.answers) | set(prepared.words),
+            (recorded_in(ran.answers) | set(prepared.words)) - supplied_parts(record),
             self._course.catalogue,
             handed_in=prepared.handed_in,
             claim=prepared.claim,
@@ -331,6 +356,7 @@ class _Taken:
     submission: Submission
     prepared: Prepared
     bundle: Bundle
+    supplied: Mapping[str, Any]
     problems: tuple[str, ...]
     notes: tuple[str, ...]
 
