@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
-from rotflex.courseware.run import cell_reports
+from rotflex.courseware.run import by_program, cell_reports
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
@@ -96,7 +97,11 @@ class Session:
         self.questions = catalogue.everything
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
-            folder / ANSWERS_FILE, student, bench, seed if given_seed is None else check_seed(given_seed)
+            folder / ANSWERS_FILE,
+            student,
+            bench,
+            seed if given_seed is None else check_seed(given_seed),
+            None if by_program() else time.time,
         )
 
     def print_notices(self) -> None:
