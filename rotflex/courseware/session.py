@@ -21,7 +21,7 @@ from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
-from rotflex.courseware.run import by_program, cell_reports
+from rotflex.courseware.run import by_program, cell_reports, from_notebook
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
@@ -95,6 +95,7 @@ class Session:
         self.student = student
         self.catalogue = catalogue
         self.questions = catalogue.everything
+        self._folder = folder
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
             folder / ANSWERS_FILE,
@@ -236,6 +237,34 @@ class Session:
                     notebook=notebook, done=done, questions=plural(len(asked), "question")
                 )
             )
+
+    # --- before it is handed in ------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Print what is recorded of the saved notebooks when they are run for marking, what is not, and why.
+
+        They are run in a copy of the folder. Nothing is marked, and nothing is changed.
+        """
+        from_notebook.run("check", ["--student", self.student], self._folder, cell_now())
+
+    def submit(self, *partners: str) -> None:
+        """Check the saved notebooks, and pack them into one zip to be handed in, with a receipt.
+
+        Parameters
+        ----------
+        partners : IDs of those who hand in the same work
+        """
+        words = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
+        from_notebook.run("submit", words, self._folder, cell_now(), needs_saving=True)
+
+    def restore(self, *notebooks: str) -> None:
+        """Give back cells and text of the course's that were changed, moved or deleted. No answer is touched.
+
+        Parameters
+        ----------
+        notebooks : by their numbers, as in ``lab.restore("02")``; all unless given
+        """
+        from_notebook.run("restore", ["--", *notebooks], self._folder, cell_now(), needs_saving=True)
 
     def _refresh(self) -> None:
         self.book.refresh()

@@ -138,12 +138,10 @@ def check(
         If the ID cannot be one, or nothing can be run here.
     """
     begun = time.monotonic()
-    imports = released.imports_of(masters)
-    modules = sorted({name for statement in imports for name in foreign_modules.imported(statement)})
-    work = student_folder.read(folder, list(masters), modules)
+    work = student_folder.read(folder, list(masters), released.packages_of(masters))
     student = student_folder.student_of(work, student)
     merged = merge.merged(masters, work.hand_in.notebooks)
-    data, reports, broken = _run(work, merged, student, imports, cell_timeout, report)
+    data, reports, broken = _run(work, merged, student, released.imports_of(masters), cell_timeout, report)
     found, unreadable = _answers(data)
     home = _home(work, student)
     written = {
@@ -300,7 +298,9 @@ def _part(
         return Part(notebook, question, name, State.WRITTEN if where in written else State.EMPTY)
     now, before = found.get(question, {}).get(name), home.answers.get(question, {}).get(name)
     if now is None:
-        return Part(notebook, question, name, State.MISSING if where in missing else State.EMPTY, missing.get(where, ""))
+        return Part(
+            notebook, question, name, State.MISSING if where in missing else State.EMPTY, missing.get(where, "")
+        )
     if before is None or alike(now, before) or (now.get("kind") == "function" and seed != home.seed):
         return Part(notebook, question, name, State.RECORDED)
     return Part(notebook, question, name, State.DIFFERENT)
@@ -314,9 +314,9 @@ def _unsaved(parts: Sequence[Part], saved: Mapping[str, float], home: _Home) -> 
         if when is not None and when > latest.get(part.notebook, (0.0, part))[0]:
             latest[part.notebook] = when, part
     return {
-        name: _("was saved at {saved}, and {question} was recorded at {recorded}: save it (Ctrl+S), and check again").format(
-            saved=_clock(saved[name]), question=part.question, recorded=_clock(when)
-        )
+        name: _(
+            "was saved at {saved}, and {question} was recorded at {recorded}: save it (Ctrl+S), and check again"
+        ).format(saved=_clock(saved[name]), question=part.question, recorded=_clock(when))
         for name, (when, part) in latest.items()
         if name in saved and when > saved[name] + _ROUGHLY
     }

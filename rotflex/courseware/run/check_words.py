@@ -49,7 +49,9 @@ def brief(checked: Checked) -> str:
         _("{count} answered in part").format(count=len(open_) - empty - wrong),
         _("{count} empty").format(count=empty),
     ]
-    told = ", ".join(text for text, count in zip(rest, (wrong, len(open_) - empty - wrong, empty), strict=True) if count)
+    told = ", ".join(
+        text for text, count in zip(rest, (wrong, len(open_) - empty - wrong, empty), strict=True) if count
+    )
     return _("{done} of {questions} are all there; {rest}.").format(
         done=done, questions=plural(len(questions), _("question")), rest=told
     )
