@@ -20,6 +20,7 @@ from rotflex.courseware import files, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.released import course_folder
+from rotflex.courseware.run import commands as students_commands
 from rotflex.errors import ConfigurationError, RotflexError
 
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
@@ -192,6 +193,8 @@ def _stop(child: subprocess.Popen[bytes]) -> None:
     finally:
         signal.signal(signal.SIGINT, previous)
 
+
+students_commands.register(app)
 
 if importlib.util.find_spec("rotflex.instructor") is not None:
     from rotflex.instructor import commands

@@ -66,6 +66,12 @@ def imports_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
+def packages_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
+    """Top-level names of the modules that masters import, the course's packages among them."""
+    names = {name.partition(".")[0] for notebook in notebooks.values() for name in _modules(notebook)}
+    return tuple(sorted(names))
+
+
 def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:
     """The catalogue of the course that masters belong to: the ``CATALOGUE`` of a module that they import.
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
-from rotflex.courseware.run import cell_reports
+from rotflex.courseware.run import by_program, cell_reports, from_notebook
 from rotflex.courseware.saved_words import SavedWords
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
@@ -85,9 +86,14 @@ class Session:
         self.student = student
         self.catalogue = catalogue
         self.questions = catalogue.everything
+        self._folder = folder
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
-            folder / ANSWERS_FILE, student, bench, seed if given_seed is None else check_seed(given_seed)
+            folder / ANSWERS_FILE,
+            student,
+            bench,
+            seed if given_seed is None else check_seed(given_seed),
+            None if by_program() else time.time,
         )
         self.saved_words = SavedWords(folder, catalogue)
 
@@ -234,6 +240,34 @@ class Session:
                 )
             )
         self._say_what_is_read()
+
+    # --- before it is handed in ------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Print what is recorded of the saved notebooks when they are run for marking, what is not, and why.
+
+        They are run in a copy of the folder. Nothing is marked, and nothing is changed.
+        """
+        from_notebook.run("check", ["--student", self.student], self._folder, cell_now())
+
+    def submit(self, *partners: str) -> None:
+        """Check the saved notebooks, and pack them into one zip to be handed in, with a receipt.
+
+        Parameters
+        ----------
+        partners : IDs of those who hand in the same work
+        """
+        words = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
+        from_notebook.run("submit", words, self._folder, cell_now(), needs_saving=True)
+
+    def restore(self, *notebooks: str) -> None:
+        """Give back cells and text of the course's that were changed, moved or deleted. No answer is touched.
+
+        Parameters
+        ----------
+        notebooks : by their numbers, as in ``lab.restore("02")``; all unless given
+        """
+        from_notebook.run("restore", ["--", *notebooks], self._folder, cell_now(), needs_saving=True)
 
     def _say_what_is_read(self) -> None:
         if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
