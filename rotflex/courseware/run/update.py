@@ -55,9 +55,9 @@ class Changes:
                 notebook=notebook, changed=self.changed, new=self.new, gone=self.gone
             )
         for cell in self.aside:
-            yield _(
-                "{notebook}: {cell} is another kind of cell now. What you wrote stands below: copy it up."
-            ).format(notebook=notebook, cell=cell)
+            yield _("{notebook}: {cell} is another kind of cell now. What you wrote stands below: copy it up.").format(
+                notebook=notebook, cell=cell
+            )
         if self.dropped:
             yield _("{notebook}: no longer asked for, but still there as your own: {cells}.").format(
                 notebook=notebook, cells=", ".join(self.dropped)
