@@ -12,9 +12,9 @@ from .stated import STATED
 from .true_bench import TrueBench
 
 
-def on_virtual_bench(bench: Mapping[str, Any]) -> bool:
-    """Whether answers are said to come from a virtual bench: of a real one, nothing is known."""
-    return str(bench.get("uri", "virtual")).partition(":")[0] == "virtual"
+def on_virtual_bench(parameters: Mapping[str, Any]) -> bool:
+    """Whether notebooks are run on a virtual bench: of a real one, nothing is known."""
+    return str(parameters.get("bench", "virtual")).partition(":")[0] == "virtual"
 
 
 COURSE = Course(

@@ -64,7 +64,8 @@ class Course:
     title : of the course, for people; that of its settings counts, where they have one
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
-    knows_bench : whether the truth is known of the bench that answers say they come from (``answers.json``'s ``bench``)
+    knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
+        say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
     packages : import names of the packages that students get; of each, everything but its folder ``instructor``
     requires : packages that these need besides what rotflex needs, as pip takes them
     parameters : what notebooks are run with when they are graded, besides ``student``

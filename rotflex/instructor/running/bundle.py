@@ -18,11 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware import course_file
+from rotflex.courseware import course_file, words
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
+from rotflex.courseware.run import cell_reports
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.release import student_course, student_notebooks
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
+_REPORTS = Path(cell_reports.__file__)  # goes along with them: the packages of an early release do not have it
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # every file bears it, so that the same course gives the same bytes
 
 
@@ -108,7 +110,7 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
         place = folder / student_course.DISTRIBUTION / course_file.RELEASED
         place.mkdir(parents=True)
         shutil.copyfile(about, place / COURSE_FILE)
-    packed = _pack([*(folder / name for name in packages), _PROGRAMS])
+    packed = _pack([*(folder / name for name in packages), _PROGRAMS], {f"{INSIDE}/{_REPORTS.name}": _REPORTS})
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
     imports = tuple(name for name in course.imports if _is_there(name, folder, packages))
     depends = [texts, dict(course.parameters), imports]
@@ -136,16 +138,19 @@ def _is_there(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
 
 def _asked(notebooks: Mapping[str, NotebookNode], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
     for notebook in notebooks.values():
+        yield from filter(None, (words.where_of(cell) for cell in notebook.cells))
         for one in student_notebooks.recorded(notebook):
             question = catalogue.everything.get(one.question)
             if question is not None:
                 yield from ((one.question, part) for part in one.of(question) if part in question.names)
 
 
-def _pack(folders: Iterable[Path]) -> bytes:
-    """A zip of some folders, side by side."""
+def _pack(folders: Iterable[Path], more: Mapping[str, Path]) -> bytes:
+    """A zip of some folders, side by side, and of more files: name → where it is."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, path in more.items():
+            archive.writestr(zipfile.ZipInfo(name, _EPOCH), path.read_bytes(), zipfile.ZIP_DEFLATED)
         for folder in folders:
             for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
                 entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", _EPOCH)
