@@ -104,6 +104,8 @@ def grade(
             with Reports(out, found, book, [one.student for one in handed_in]) as reports, progress:
                 for step in batch.grade():
                     progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
+        if reports.closed:
+            typer.echo(reports.closed, err=True)
     except IsolationError as error:
         isolation_report.refuse(error)
         raise typer.Exit(NOT_ISOLATED) from None
