@@ -56,6 +56,10 @@ those cells is taken over, and nothing else. Before you hand in, choose *Kernel 
 each notebook and see that it runs to its end.
 
 Hand in the folder `notebooks`, or a zip of it.
+
+If your instructor hands out a newer release: unpack it somewhere else, not over this folder. Then, in this folder, say
+`.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
+become the new ones, and copies of your notebooks as they were are kept.
 """
 
 
