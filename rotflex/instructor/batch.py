@@ -128,7 +128,8 @@ class Batch:
         self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
     ) -> None:
         self._settings = settings or Settings()
-        found = finding.find(submissions, gradebook.students(), self._settings.times, self._settings.zone)
+        roster = [one for one in gradebook.students() if one.enrolled]
+        found = finding.find(submissions, roster, self._settings.times, self._settings.zone)
         self._submissions, self.ignored = found.submissions, found.ignored
         self._course = course
         self._key_digest = marking_digest(course)
@@ -141,7 +142,8 @@ class Batch:
         self._gradebook = gradebook
         self._secret = gradebook.secret()
         there = {caseless(one.student) for one in self._submissions}
-        self.absent = [one.student for one in gradebook.students() if caseless(one.student) not in there]
+        there |= {caseless(one) for one in gradebook.handed_in()}
+        self.absent = [one.student for one in roster if caseless(one.student) not in there]
 
     @property
     def students(self) -> list[str]:
