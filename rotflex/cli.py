@@ -19,6 +19,7 @@ from rotflex import __version__
 from rotflex.courseware import files, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
+from rotflex.courseware.released import course_folder
 from rotflex.errors import ConfigurationError, RotflexError
 
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
@@ -103,23 +104,6 @@ def lab(
     for line in fill(folder, student):
         typer.echo(line)
     raise typer.Exit(open_jupyterlab(folder, given))
-
-
-def course_folder() -> Path:
-    """Where the notebooks as handed out are: in the installed package, or in the folder that it is run from.
-
-    Raises
-    ------
-    ConfigurationError
-        If there are none.
-    """
-    package = Path(__file__).resolve().parent
-    for place in (package / "_course", package.parent):
-        if any((place / "notebooks").glob("*.ipynb")):
-            return place
-    raise ConfigurationError(
-        _("This installation of rotflex comes without notebooks: install it from the course's folder.")
-    )
 
 
 def fill(folder: Path, student: str | None = None) -> list[str]:

@@ -8,8 +8,7 @@ their place or deleted; and what records an answer comes after it.
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -230,8 +229,8 @@ class _Aligner:
 
     def _ordered(self) -> list[Placed]:
         firsts = {places[0]: master for master, places in self.pieces.items()}
-        in_order = _longest_rise([firsts[number] for number in sorted(firsts)])
-        stays = {master for master in self.pieces if master in in_order or self.roles[master] is Role.ANSWER}
+        self._settled = _longest_rise([firsts[number] for number in sorted(firsts)], self._goes_along)
+        stays = {master for master in self.pieces if master in self._settled or self._goes_along(master)}
         moved = [master for master in sorted(self.pieces) if master not in stays]
         for master in moved:
             if self.roles[master] is Role.LOCKED:
@@ -245,6 +244,19 @@ class _Aligner:
             order.insert(self._place_of(master, order), self._back(master))
         return self._recorders_last(order)
 
+    def _goes_along(self, master: int) -> bool:
+        """Whether a cell may stand anywhere: an answer, and what records it, behind it and the student's own cells."""
+        if self.roles[master] is Role.ANSWER:
+            return True
+        recorded = self.pieces.get(master - 1) if self._records(master) else None
+        if not recorded:
+            return False
+        here = self.pieces[master][0]
+        return recorded[-1] < here and not self._parted(recorded[-1], here)
+
+    def _records(self, master: int) -> bool:
+        return master > 0 and self.roles[master] is Role.LOCKED and self.roles[master - 1] is Role.ANSWER
+
     def _placed(self, number: int) -> Placed:
         master = self.of_cell.get(number)
         return Placed(Role.ADDED if master is None else self.roles[master], master, number)
@@ -253,16 +265,20 @@ class _Aligner:
         return Placed(self.roles[master], master, self.pieces.get(master, [None])[0])
 
     def _place_of(self, master: int, order: Sequence[Placed]) -> int:
-        """Where a cell of the course's belongs: after the one before it; what records answers, after all of its answer.
+        """Where a cell of the course's belongs: after the last one before it that is in its place; what records answers,
+        after all of its answer, wherever that is.
 
         A cell that the student added below an answer belongs to it.
         """
-        if master == 0:
+        records = self._records(master)
+        before = master - 1 if records else max((one for one in self._settled if one < master), default=None)
+        if before in (None, *self._settled):
+            self._settled.add(master)
+        if before is None:
             return 0
-        place = next(i for i in reversed(range(len(order))) if order[i].master == master - 1) + 1
-        if self.roles[master] is Role.LOCKED and self.roles[master - 1] is Role.ANSWER:
-            while place < len(order) and order[place].master is None:
-                place += 1
+        place = next(i for i in reversed(range(len(order))) if order[i].master == before) + 1
+        while records and place < len(order) and order[place].master is None:
+            place += 1
         return place
 
     def _recorders_last(self, order: list[Placed]) -> list[Placed]:
@@ -282,20 +298,19 @@ def _plain(source: str) -> list[str]:
     return [line.rstrip() for line in source.strip().splitlines()]
 
 
-def _longest_rise(numbers: Iterable[int]) -> set[int]:
-    """The longest selection of different numbers that rises, as they come."""
-    ends: list[int] = []
-    last: list[int] = []  # positions of the selections' ends
+def _longest_rise(numbers: Sequence[int], light: Callable[[int], bool]) -> set[int]:
+    """The longest selection of different numbers that rises, as they come; of equally long ones, one with few light."""
+    best: list[tuple[int, int]] = []  # length and number of heavy ones of the best selection that ends here
     before: list[int | None] = []
-    sequence = list(numbers)
-    for position, number in enumerate(sequence):
-        length = bisect_left(ends, number)
-        before.append(last[length - 1] if length else None)
-        ends[length : length + 1] = [number]
-        last[length : length + 1] = [position]
+    for number in numbers:
+        earlier = [place for place in range(len(best)) if numbers[place] < number]
+        last = max(earlier, key=lambda place: best[place], default=None)
+        length, heavy = best[last] if last is not None else (0, 0)
+        best.append((length + 1, heavy + (not light(number))))
+        before.append(last)
     found = set()
-    position_now = last[-1] if last else None
-    while position_now is not None:
-        found.add(sequence[position_now])
-        position_now = before[position_now]
+    place = max(range(len(best)), key=lambda place: best[place], default=None)
+    while place is not None:
+        found.add(numbers[place])
+        place = before[place]
     return found

@@ -212,3 +212,15 @@ def test_nothing_is_lost_and_nothing_comes_twice(data):
         answers = [i for i, one in enumerate(order) if one == recorder - 1]
         if all(found.placed[i].student is not None for i in answers):
             assert max(answers) < order.index(recorder)
+
+
+def test_an_answer_that_was_moved_with_what_records_it_stays_there_and_draws_no_other_cell_along():
+    cells = handed_in()
+    pair = [cells.pop(at("q2")), cells.pop(at("q2"))]
+    moved = [*cells[: at("q1-text")], *pair, *cells[at("q1-text") :]]
+    found = align(MASTER, moved)
+    assert found.changes == ()
+    assert [one.student for one in found.placed] == list(range(len(moved)))
+    # And the cell after the pair, where it is missing, comes back where the others before it are.
+    without_end = moved[:-1]
+    assert align(MASTER, without_end).placed[-1].master == at("end")
