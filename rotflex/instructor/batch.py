@@ -29,7 +29,8 @@ from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.marking.marking_processes import Marked, Marker
 from rotflex.instructor.running import bundle, executors, intake, runner
 from rotflex.instructor.running.executors import Pool
-from rotflex.instructor.running.intake import Intake, Submission
+from rotflex.instructor.running.intake import Delivered as Intake
+from rotflex.instructor.running.intake import Submission
 from rotflex.instructor.running.runner import Job, Limits
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."

@@ -92,7 +92,7 @@ def grade(
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     settings = Settings(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell)
     try:
-        intake.submissions(submissions)  # or nothing is made
+        intake.find(submissions)  # or nothing is made
         found = courses.find(course)
         _check_isolation(settings)
         reports = Reports(out, found.catalogue)
