@@ -22,7 +22,6 @@ from rotflex.instructor.regrade import regrade
 from rotflex.instructor.reports.grades import GRADES_FILE, Reports
 from rotflex.instructor.running import runner
 from rotflex.instructor.running.bundle import Bundle
-from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
 
 KEY = """
@@ -286,10 +285,10 @@ def test_regrade_changes_the_marks_of_the_questions_that_are_named(fake_class):
     fake_class.grade()
     fake_class.key(2.0)
     with fake_class.book() as book:
-        assert next(after for _, after in regrade(book, fake_class.course, ["0.1"])).marks == book.current("ada").marks
+        assert next(regrade(book, fake_class.course, ["0.1"])).after.marks == book.current("ada").marks
         assert sum(mark.points for mark in book.current("ada").marks) == 2
-        ((before, after),) = regrade(book, fake_class.course, ["2.11"])
-        assert [sum(mark.points for mark in one.marks) for one in (before, after)] == [2, 0]
+        (done,) = regrade(book, fake_class.course, ["2.11"])
+        assert [sum(mark.points for mark in one.marks) for one in (done.before, done.after)] == [2, 0]
     assert fake_class.runs == ["ada"]
 
 
@@ -298,8 +297,8 @@ def test_regrade_keeps_what_a_person_gave(fake_class):
     fake_class.grade()
     with fake_class.book() as book:
         book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
-        ((_, after),) = regrade(book, fake_class.course)
-        (mark,) = [mark for mark in after.marks if mark.part == "explanation"]
+        (done,) = regrade(book, fake_class.course)
+        (mark,) = [mark for mark in done.after.marks if mark.part == "explanation"]
         assert (mark.status, mark.points) == ("given by a person", 1.0)
 
 
@@ -309,6 +308,24 @@ def test_regrade_refuses_a_question_that_is_not_there(fake_class, question, word
     fake_class.grade()
     with fake_class.book() as book, pytest.raises(GradingError, match=words):
         list(regrade(book, fake_class.course, [question]))
+
+
+def test_where_one_cannot_be_marked_again_their_marks_stay_and_the_others_are_marked(fake_class, monkeypatch):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade()
+    fake_class.key(2.0)
+    honest = InlineMarker.mark
+
+    def mark(self, student, answers, probe_seed):
+        if student == "ada":
+            raise GradingError("The answers could not be marked (BrokenProcessPool).")
+        return honest(self, student, answers, probe_seed)
+
+    monkeypatch.setattr(InlineMarker, "mark", mark)
+    with fake_class.book() as book:
+        ada, bob = regrade(book, fake_class.course)
+        assert "could not be marked" in ada.problem and ada.after == book.current("ada") == ada.before
+        assert bob.problem == "" and sum(mark.points for mark in book.current("bob").marks) == 0
 
 
 def test_regrade_of_an_empty_gradebook_is_refused(fake_class):
@@ -331,7 +348,7 @@ def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp
     (fake_class.folder / "class.csv").write_text(f"id\n{composed}\n", encoding="utf-8")
     seed = 7
     fake_class.leaves[composed] = runner.Run(perfect(apart, seed))
-    with fake_class.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+    with fake_class.book() as book, Reports(tmp_path / "out", fake_class.course, book) as reports:
         book.import_roster(fake_class.folder / "class.csv")
         a_class = Batch(fake_class.folder / "in", fake_class.course, book, Settings(probe_seed=seed))
         assert a_class.absent == []
@@ -348,7 +365,7 @@ def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp
 def test_reports_are_written_for_each_and_for_all(fake_class, tmp_path):
     fake_class.hand_in("ada", "bob")
     fake_class.leaves["bob"] = runner.Run(None, ("The run was stopped.",))
-    with fake_class.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+    with fake_class.book() as book, Reports(tmp_path / "out", fake_class.course, book) as reports:
         for step in Batch(fake_class.folder / "in", fake_class.course, book).grade():
             reports.write(step.graded)
     with (tmp_path / "out" / GRADES_FILE).open(newline="", encoding="utf-8") as file:
