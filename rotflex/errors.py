@@ -7,6 +7,7 @@ RotflexError
 ├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
 ├── DesignError          a control design that cannot be done (also a ValueError)
 ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
+├── CheckError           work that cannot be checked, packed or restored as asked
 ├── BenchError           anything between us and the bench
 │   ├── HILError         the board refused or failed a call
 │   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
@@ -45,6 +46,10 @@ class DesignError(RotflexError, ValueError):
 
 class AnswerError(RotflexError, ValueError):
     """An answer to a question or a part that does not exist."""
+
+
+class CheckError(RotflexError):
+    """A student's work that cannot be checked, packed or restored as asked."""
 
 
 class BenchError(RotflexError):

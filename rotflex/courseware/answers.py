@@ -1,8 +1,11 @@
 """The book in which a student's answers are kept: ``answers.json``, plain data, never lost.
 
-The file is ``{"format": 1, "student", "bench", "software", "probe_seed", "answers": {question: {part: answer}}}``, an
-answer being the plain data of :mod:`rotflex.courseware.forms`. It is read anew before each change, so that two
-notebooks may be open at once, and is written under a temporary name and renamed, so that a crash leaves the old one.
+The file is ``{"format": 2, "student", "bench", "software", "probe_seed", "answers": {question: {part: answer}},
+"cells": {question: {part: id}}, "when": {question: {part: s since 1970}}}``, an answer being the plain data of
+:mod:`rotflex.courseware.forms`, and the id that of the cell which recorded it, "" if none did (an explorer's button).
+Runs by programs leave no times, so that they repeat to the byte. Format 1 had no cells. It is read anew before each
+change, so that two notebooks may be open at once, and is written under a temporary name and renamed, so that a crash
+leaves the old one.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,20 +26,26 @@ from rotflex.courseware.parts import Question
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
 
-FORMAT = 1
+FORMAT = 2
 MAX_BYTES = 1_000_000  #: of the whole file
-_KEYS = {"format", "student", "bench", "software", "probe_seed", "answers"}
+_KEYS_1 = {"format", "student", "bench", "software", "probe_seed", "answers"}
+_KEYS = {1: _KEYS_1, FORMAT: {*_KEYS_1, "cells"}}
+_WHEN = "when"  # of format 2, too, where a person ran the notebooks
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What became of the answer to one part. ``str()`` of it is the acknowledgement."""
+    """What became of the answer to one part. ``str()`` of it is the acknowledgement.
+
+    ``refused`` says why an answer that was given is not recorded; it is empty where none was given.
+    """
 
     question: str
     part: str
     recorded: bool
     text: str
     hints: tuple[str, ...] = ()
+    refused: str = ""
 
     def __str__(self) -> str:
         return "\n".join(
@@ -60,14 +69,15 @@ def parse(data: bytes) -> dict[str, Any]:
         content = json.loads(data, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         raise AnswerError(_("It is not JSON: {error}").format(error=error)) from None
-    if not isinstance(content, dict) or content.keys() != _KEYS:
-        raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS))))
-    if content["format"] != FORMAT:
+    number = content.get("format") if isinstance(content, dict) else None
+    if not isinstance(number, int | None) or isinstance(number, bool) or number not in (None, *_KEYS):
         raise AnswerError(
-            _("Its format is {found}; this version of rotflex reads format {format}.").format(
-                found=repr(content["format"])[:20], format=FORMAT
+            _("Its format is {found}; this version of rotflex reads up to format {format}.").format(
+                found=repr(number)[:20], format=FORMAT
             )
         )
+    if not isinstance(content, dict) or content.keys() - {_WHEN} != _KEYS[number or FORMAT]:
+        raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS[FORMAT]))))
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise AnswerError(_("Its probe_seed should be a non-negative integer."))
@@ -79,6 +89,17 @@ def parse(data: bytes) -> dict[str, Any]:
         for parts in answers.values()
     ):
         raise AnswerError(_("Its answers should be objects by question and part."))
+    cells = content.setdefault("cells", {})
+    if not isinstance(cells, dict) or not all(
+        isinstance(parts, dict) and all(isinstance(cell, str) for cell in parts.values()) for parts in cells.values()
+    ):
+        raise AnswerError(_("Its cells should be ids by question and part."))
+    times = content.get(_WHEN, {})
+    if not isinstance(times, dict) or not all(
+        isinstance(parts, dict) and all(type(time) is int and time >= 0 for time in parts.values())
+        for parts in times.values()
+    ):
+        raise AnswerError(_("Its times should be seconds by question and part."))
     return content
 
 
@@ -100,17 +121,26 @@ class AnswerBook:
     student : whose answers these are
     bench : identity of the bench, plain data
     probe_seed : from which the inputs of functions are drawn
+    clock : tells when an answer is recorded, s since 1970; None where that is not to be kept
 
     Attributes
     ----------
     notices : what happened that the student should know, such as a broken file that was put aside
     """
 
-    def __init__(self, path: str | os.PathLike[str], student: str, bench: Mapping[str, Any], probe_seed: int) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        student: str,
+        bench: Mapping[str, Any],
+        probe_seed: int,
+        clock: Callable[[], float] | None = None,
+    ) -> None:
         self.path = Path(path)
         self.student = student
         self.bench = dict(bench)
         self.probe_seed = probe_seed
+        self._clock = clock
         self.notices: list[str] = []
         self._known: tuple[int, ...] | None = None  # the file as it was read or written last
         self.refresh()
@@ -122,19 +152,32 @@ class AnswerBook:
         except OSError:
             found = None
         if found is None or found != self._known:
-            self._most_bytes = len(self._text({}))  # that the file has with these answers
-            self._answers = self._load()
+            self._most_bytes = len(self._text({}, {}, {}))  # that the file has with these answers
+            content = self._load()
+            self._answers: dict[str, dict[str, Any]] = content.get("answers", {})
+            self._cells: dict[str, dict[str, str]] = content.get("cells", {})
+            self._when: dict[str, dict[str, int]] = content.get(_WHEN, {})
             self._known = found
+
+    def cell(self, question: str, part: str) -> str:
+        """The id of the cell that recorded the answer to a part; "" if none did, or if it is not known."""
+        return self._cells.get(question, {}).get(part, "")
 
     def get(self, question: str, part: str) -> dict[str, Any] | None:
         """The stored answer to a part as plain data, or None."""
         answer: dict[str, Any] | None = self._answers.get(question, {}).get(part)
         return answer
 
-    def answer(self, question: Question, values: Mapping[str, Any]) -> list[Reply]:
+    def answer(self, question: Question, values: Mapping[str, Any], cell: str = "") -> list[Reply]:
         """Check the form of answers to some parts of a question and record those that have it.
 
         An earlier answer is kept where there is nothing yet, or something of another form.
+
+        Parameters
+        ----------
+        question : which
+        values : part's name → what is given
+        cell : id of the notebook's cell that gives it; "" if none does
 
         Raises
         ------
@@ -155,13 +198,13 @@ class AnswerBook:
             kept = " (the earlier answer is kept)" if stored else ""
             try:
                 encoded = forms.encode(part, values[part.name], self.probe_seed)
-                self._record(question.number, part.name, encoded.content)
+                self._record(question.number, part.name, encoded.content, cell)
             except NotAnswered:
                 text = _("{name}  not answered yet{kept}").format(name=part.name, kept=kept)
                 replies.append(Reply(question.number, part.name, False, text))
             except FormError as error:
                 text = _("{name}  not recorded: {error}{kept}").format(name=part.name, error=error, kept=kept)
-                replies.append(Reply(question.number, part.name, False, text))
+                replies.append(Reply(question.number, part.name, False, text, refused=str(error)))
             else:
                 text = _("{answer}  recorded").format(answer=forms.show(part, encoded.content))
                 replies.append(Reply(question.number, part.name, True, text, encoded.hints))
@@ -169,24 +212,29 @@ class AnswerBook:
             self._save()
         return replies
 
-    def _record(self, question: str, part: str, content: dict[str, Any]) -> None:
+    def _record(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
         """Put an answer in its place, unless the file would grow too large with it."""
+        cells = {**self._cells, question: {**self._cells.get(question, {}), part: cell}}
         changed = {**self._answers, question: {**self._answers.get(question, {}), part: content}}
+        times = self._when
+        if self._clock is not None:
+            times = {**times, question: {**times.get(question, {}), part: int(self._clock())}}
         # Mostly the size of the answer by itself shows that it fits, and the whole need not be serialised to see it.
-        self._most_bytes += len(json.dumps({question: {part: content}})) + 2
+        new = [{question: {part: value}} for value in (content, cell, times.get(question, {}).get(part))]
+        self._most_bytes += len(json.dumps(new)) + 2
         if self._most_bytes > MAX_BYTES:
-            self._most_bytes = len(self._text(changed))
+            self._most_bytes = len(self._text(changed, cells, times))
             if self._most_bytes > MAX_BYTES:
                 raise FormError(
                     _("with it, {name} would be larger than {max_bytes} bytes: give smaller figures").format(
                         name=self.path.name, max_bytes=MAX_BYTES
                     )
                 )
-        self._answers = changed
+        self._answers, self._cells, self._when = changed, cells, times
 
     # --- the file ------------------------------------------------------------------------------------------------
 
-    def _text(self, answers: dict[str, dict[str, Any]]) -> bytes:
+    def _text(self, answers: Mapping[str, Any], cells: Mapping[str, Any], times: Mapping[str, Any]) -> bytes:
         content = {
             "format": FORMAT,
             "student": self.student,
@@ -194,11 +242,13 @@ class AnswerBook:
             "software": f"rotflex {rotflex.__version__}",
             "probe_seed": self.probe_seed,
             "answers": answers,
+            "cells": cells,
+            **({_WHEN: times} if times else {}),
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
     def _save(self) -> None:
-        text = self._text(self._answers)
+        text = self._text(self._answers, self._cells, self._when)
         if len(text) > MAX_BYTES:  # else it could not be read again
             raise AnswerError(
                 _("{name} would be larger than {max_bytes} bytes. The answer is not kept.").format(
@@ -214,8 +264,8 @@ class AnswerBook:
                 )
             ) from error
 
-    def _load(self) -> dict[str, dict[str, Any]]:
-        """The answers in the file. One that is broken, or another student's, is put aside under another name."""
+    def _load(self) -> dict[str, Any]:
+        """What the file holds. One that is broken, or another student's, is put aside under another name."""
         try:
             data = self.path.read_bytes()
         except FileNotFoundError:
@@ -244,14 +294,13 @@ class AnswerBook:
                 )
             )
             return {}
-        answers: dict[str, dict[str, Any]] = content["answers"]
-        if content["probe_seed"] == self.probe_seed:
-            return answers
-        # Outputs of functions belong to the inputs that another seed gave.
-        return {
-            question: {name: answer for name, answer in parts.items() if answer.get("kind") != "function"}
-            for question, parts in answers.items()
-        }
+        if content["probe_seed"] != self.probe_seed:
+            # Outputs of functions belong to the inputs that another seed gave.
+            content["answers"] = {
+                question: {name: answer for name, answer in parts.items() if answer.get("kind") != "function"}
+                for question, parts in content["answers"].items()
+            }
+        return content
 
     def _put_aside(self, why: str) -> str:
         """Rename the file to a name that is not taken, and return that name."""

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError, RotflexError
-from rotflex.instructor.batch import mark_records, with_messages
+from rotflex.instructor.batch import mark_records
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
+from rotflex.instructor.graded_run import to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
 
@@ -73,7 +74,7 @@ def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: 
     if run.answers is None:  # nothing was read of it, or it could not be run: there is nothing to mark
         return Regraded(graded, graded)
     try:
-        marked = marker.mark(run.student, run.answers, run.probe_seed)
+        marked = marker.mark(to_be_marked(run))
     except RotflexError as error:
         return Regraded(graded, graded, str(error))
     if not questions:

@@ -32,17 +32,46 @@ def lines(replies):
 
 
 def test_the_file_is_the_documented_plain_data(path):
-    book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9}, "q2-11-answer")
     text = path.read_text()
     assert json.loads(text) == {
-        "format": 1,
+        "format": 2,
         "student": "ada",
         "bench": BENCH,
         "software": f"rotflex {rotflex.__version__}",
         "probe_seed": 12,
         "answers": {"2.11": {"omega_n": {"kind": "number", "value": 19.9}}},
+        "cells": {"2.11": {"omega_n": "q2-11-answer"}},
     }
     assert text == json.dumps(json.loads(text), sort_keys=True) + "\n"
+
+
+def test_when_an_answer_was_recorded_is_kept_where_a_clock_is_given_and_nowhere_else(path):
+    timed = AnswerBook(path, "ada", BENCH, 12, clock=lambda: 1234.9)
+    timed.answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    assert parse(path.read_bytes())["when"] == {"2.11": {"omega_n": 1234}}
+    book_at(path).answer(CATALOGUE.find("2.12"), {"K_s": 1.5})
+    assert parse(path.read_bytes())["when"] == {"2.11": {"omega_n": 1234}}
+    path.unlink()
+    book_at(path).answer(CATALOGUE.find("2.12"), {"K_s": 1.5})
+    assert "when" not in parse(path.read_bytes())
+
+
+def test_a_file_of_the_format_before_is_read_and_knows_no_cells(path):
+    book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    content = json.loads(path.read_text())
+    del content["cells"]
+    path.write_text(json.dumps({**content, "format": 1}))
+    book = book_at(path)
+    assert book.get("2.11", "omega_n") == {"kind": "number", "value": 19.9}
+    assert (book.cell("2.11", "omega_n"), book.notices) == ("", [])
+
+
+def test_the_latest_cell_to_record_an_answer_is_known(path):
+    for cell in ("q2-11-answer", "", "mine"):
+        book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9}, cell)
+        assert book_at(path).cell("2.11", "omega_n") == cell
+    assert book_at(path).cell("2.12", "K_s") == ""
 
 
 def test_nothing_is_written_before_the_first_answer(path):
@@ -193,7 +222,9 @@ def test_an_answer_with_which_the_file_would_grow_too_large_is_refused_and_the_o
 @pytest.mark.parametrize(
     "change",
     [
-        {"format": 2},
+        {"format": 3},
+        {"format": "2"},
+        {"format": [2]},
         {"student": 3},
         {"bench": []},
         {"probe_seed": -1},
@@ -203,6 +234,12 @@ def test_an_answer_with_which_the_file_would_grow_too_large_is_refused_and_the_o
         {"answers": {"2.11": []}},
         {"answers": {"2.11": {"omega_n": 19.9}}},
         {"more": 1},
+        {"cells": []},
+        {"cells": {"2.11": {"omega_n": 1}}},
+        {"when": []},
+        {"when": {"2.11": {"omega_n": -1}}},
+        {"when": {"2.11": {"omega_n": 1.5}}},
+        {"when": {"2.11": {"omega_n": True}}},
     ],
 )
 def test_an_untrusted_file_of_another_form_is_not_read(path, change):

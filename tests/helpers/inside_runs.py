@@ -39,9 +39,10 @@ def specification(
 ) -> dict[str, Any]:
     """What the program is told."""
     return {
-        "notebooks": list(notebooks.values()),
+        "notebooks": dict(notebooks),
         "parameters": {"student": student, "bench": "virtual"},
         "imports": list(OURS.imports),
+        "files": {},
         "cell_timeout": cell_timeout,
     }
 

@@ -1,1 +1,14 @@
-"""Running a course's notebooks with a student's answers in them: which cells are run, and in what frame."""
+"""Running a course's notebooks with a student's work in them: what is run, in what frame, and what became of it."""
+
+from __future__ import annotations
+
+import os
+
+#: Environment variable, set while notebooks are run by a program: "grade" or "check".
+RUNNING = "ROTFLEX_RUNNING"
+_NBVAL = ".ipynb::"  # in the name of a test that is a notebook's cell
+
+
+def by_program() -> bool:
+    """Whether notebooks are run by a check, by grading, or by nbval, and not by a person."""
+    return bool(os.environ.get(RUNNING)) or _NBVAL in os.environ.get("PYTEST_CURRENT_TEST", "")

@@ -7,8 +7,8 @@ needed, and are left behind.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rotflex.courseware.messages import _
@@ -60,6 +60,18 @@ class HandIn:
     course: Mapping[str, Any] = field(default_factory=dict)
 
 
+def as_released(notebook: Mapping[str, Any], answers: Mapping[str, str] | None = None) -> tuple[Cell, ...]:
+    """The cells of a course's notebook as a student has them who wrote these answers, and changed nothing else.
+
+    Parameters
+    ----------
+    notebook : as released
+    answers : cell's id → what was written there
+    """
+    found = _cells(notebook["cells"])
+    return tuple(replace(cell, source=(answers or {}).get(cell.id, cell.source)) for cell in found)
+
+
 def cells_of(data: bytes) -> tuple[Cell, ...]:
     """The cells of a notebook's file. What is no cell is passed over.
 
@@ -77,6 +89,10 @@ def cells_of(data: bytes) -> tuple[Cell, ...]:
         raise NotebookError(_("it is JSON, but not a notebook with cells."))
     if len(cells) > MAX_CELLS:
         raise NotebookError(_("it has more than {max_cells} cells.").format(max_cells=MAX_CELLS))
+    return _cells(cells)
+
+
+def _cells(cells: Sequence[Any]) -> tuple[Cell, ...]:
     return tuple(_cell(place, cell) for place, cell in enumerate(cells) if isinstance(cell, dict))
 
 

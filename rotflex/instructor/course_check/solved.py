@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
+from rotflex.courseware.run.handed_in import Cell, as_released, cells_of
 from rotflex.courseware.run.merge import merged
 from rotflex.errors import AnswerError
 from rotflex.instructor.course import Course
@@ -38,7 +40,7 @@ def check(course: Course) -> Iterator[Finding]:
 
 def judged(course: Course, claims: Claims) -> Iterator[Finding]:
     """What the key makes of the solutions' answers, and of wrong ones made of them."""
-    case = marking.case_of(course, claims, course.bench(STUDENT), _SEED)
+    case = marking.case_of(course, claims, course.true_bench(STUDENT), _SEED)
     for number, checks in course.key.items():
         question = course.catalogue.find(number)
         for part in question.parts:
@@ -65,6 +67,23 @@ class _Own:
         return self._own(question, part)
 
 
+def handed_in(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
+    """The cells of a student who answered as the solutions do, and changed nothing else.
+
+    Parameters
+    ----------
+    course : with the solutions
+    pristine : file name → notebook as released
+    """
+    return {
+        path.name: as_released(
+            pristine[path.name],
+            {cell.id: cell.source for cell in student_notebooks.read(path).cells if student_notebooks.is_answer(cell)},
+        )
+        for path in course.notebooks
+    }
+
+
 def answers_of_solutions(course: Course) -> Claims:
     """What the notebooks with solutions answer. They are our own: where there is no sandbox, they are run without.
 
@@ -74,15 +93,9 @@ def answers_of_solutions(course: Course) -> Claims:
         If the course cannot be released or imported.
     """
     made = bundle.build(course)
-    solved = {
-        path.name: {
-            cell.id: cell.source for cell in student_notebooks.read(path).cells if student_notebooks.is_answer(cell)
-        }
-        for path in course.notebooks
-    }
     job = Job(
         student=STUDENT,
-        notebooks=merged(made.pristine, solved),
+        notebooks=merged(made.pristine, handed_in(course, made.pristine)).notebooks,
         probe_seed=_SEED,
         parameters=made.parameters,
         imports=made.imports,
@@ -92,6 +105,10 @@ def answers_of_solutions(course: Course) -> Claims:
     run = runner.run(made.packed, job)
     claims = decoding.decode(run.answers, _SEED, course.catalogue)
     claims.problems.extend(run.problems)
+    for path in course.notebooks:
+        written = words.written(made.pristine[path.name]["cells"], cells_of(path.read_bytes()))
+        claims = decoding.with_words(claims, written.words, course.catalogue)
+        claims.problems.extend(f"{path.name}: {told}" for told in [*written.problems, *written.notes])
     return claims
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 
 MIB = 2**20
@@ -56,6 +57,7 @@ class Outcome:
     output : standard output and standard error, as far as they were read; untrusted bytes
     seconds : that it took
     layers : the optional layers that were active
+    others : further files that were asked for, as far as they are there and could be read
     """
 
     ending: Ending
@@ -65,6 +67,13 @@ class Outcome:
     output: bytes
     seconds: float
     layers: tuple[str, ...] = ()
+    others: Mapping[str, bytes] = field(default_factory=dict)
+
+
+def read_others(folder: int, also: Mapping[str, int]) -> dict[str, bytes]:
+    """Further files of an open folder: name → bytes, of those that :func:`read_wanted` reads without trouble."""
+    found = {name: read_wanted(folder, name, largest)[0] for name, largest in also.items()}
+    return {name: data for name, data in found.items() if data is not None}
 
 
 def read_wanted(folder: int, name: str, largest: int) -> tuple[bytes | None, str]:

@@ -31,12 +31,13 @@ from types import MappingProxyType
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import bubblewrap, cgroups, remedies, seccomp
 from rotflex.instructor.isolation.bubblewrap import HOME, WORK, python
-from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
+from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_others, read_wanted
 from rotflex.instructor.isolation.pipes import ProcessPipes
 
 __all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
 NO_VARIABLES: Mapping[str, str] = MappingProxyType({})
+NO_FILES: Mapping[str, int] = MappingProxyType({})
 _READY, _GO = b"ready\n", b"go\n"
 # The first shell stays, as the namespace's first process: it reaps orphans, and its end is everybody's.
 _WAIT = 'echo ready; read -r word && [ "$word" = go ] || exit 1; '
@@ -57,12 +58,13 @@ def run(
     visible: Sequence[Path],
     wanted: str,
     largest: int,
+    also: Mapping[str, int] = NO_FILES,
     stdin: bytes = b"",
     environment: Mapping[str, str] = NO_VARIABLES,
     limits: Limits = Limits(),  # noqa: B008 (it cannot be changed)
     cancelled: threading.Event | None = None,
 ) -> Outcome:
-    """Run a command isolated, and get a file that it leaves.
+    """Run a command isolated, and get a file that it leaves, or several.
 
     It starts in an empty working folder (:data:`WORK`), with a home (:data:`HOME`) that is empty, too. When it ends,
     all that it has started is ended.
@@ -74,6 +76,7 @@ def run(
         may be a socket or a pipe of the outside: these can be used through a read-only view.
     wanted : name of the file in the working folder
     largest : bytes that it may have
+    also : further such files, which may be missing: name → bytes that it may have
     stdin : standard input
     environment : variables, besides PATH, HOME, TMPDIR, LANG and USER
     limits : on what it uses
@@ -92,8 +95,9 @@ def run(
         raise IsolationError(
             f"Isolation needs Linux; this is {sys.platform}.", "operating system", remedies.of_platform()
         )
-    if not wanted or os.sep in wanted or wanted in (".", ".."):
-        raise IsolationError(f"The wanted file's name must be a plain one, not {wanted!r}.", "files")
+    for name in (wanted, *also):
+        if not name or os.sep in name or name in (".", ".."):
+            raise IsolationError(f"The wanted file's name must be a plain one, not {name!r}.", "files")
     if any("\0" in word for word in [*command, *map(str, visible), *environment, *environment.values()]):
         raise IsolationError("A variable, a path or the command has a NUL character in it.", "files")
     user = bubblewrap.sandbox_user()
@@ -118,8 +122,10 @@ def run(
         seconds = time.monotonic() - started
         code = box.end()
         file, trouble = read_wanted(box.folder, wanted, largest)
+        others = read_others(box.folder, also)
         output = bytes(box.pipes.output[: limits.output])
-    return Outcome(ending, code if ending is Ending.FINISHED else None, file, trouble, output, seconds, active_layers)
+    code_then = code if ending is Ending.FINISHED else None
+    return Outcome(ending, code_then, file, trouble, output, seconds, active_layers, others)
 
 
 class _Sandbox:

@@ -23,9 +23,9 @@ import psutil  # type: ignore[import-untyped]
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import remedies
 from rotflex.instructor.isolation.bubblewrap import python
-from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_wanted
+from rotflex.instructor.isolation.outcome import Ending, Limits, Outcome, read_others, read_wanted
 from rotflex.instructor.isolation.pipes import ProcessPipes
-from rotflex.instructor.isolation.sandbox import NO_VARIABLES
+from rotflex.instructor.isolation.sandbox import NO_FILES, NO_VARIABLES
 
 _TOKEN = "ROTFLEX_RUN"  # environment variable by which a run's processes are known
 _ROUNDS = 100  # a process that forks faster than this is for the sandbox
@@ -37,6 +37,7 @@ def run(
     visible: Sequence[Path],
     wanted: str,
     largest: int,
+    also: Mapping[str, int] = NO_FILES,
     stdin: bytes = b"",
     environment: Mapping[str, str] = NO_VARIABLES,
     limits: Limits = Limits(),  # noqa: B008 (it cannot be changed)
@@ -82,11 +83,12 @@ def run(
                 _end_all(process, token)
                 pipes.close()
             file, trouble = read_wanted(opened, wanted, largest)
+            others = read_others(opened, also)
         finally:
             os.close(opened)
     assert ending is not None
     code = process.returncode if ending is Ending.FINISHED else None
-    return Outcome(ending, code, file, trouble, bytes(pipes.output[: limits.output]), seconds)
+    return Outcome(ending, code, file, trouble, bytes(pipes.output[: limits.output]), seconds, (), others)
 
 
 def _refuse_root() -> None:

@@ -17,6 +17,8 @@ from typing import Any
 import rotflex
 from rotflex.courseware.files import ANSWERS_FILE
 from rotflex.courseware.messages import _
+from rotflex.courseware.run import RUNNING
+from rotflex.courseware.run.cell_reports import MAX_BYTES, REPORTS_FILE
 from rotflex.errors import GradingError
 from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.sandbox import Ending, Outcome
@@ -70,6 +72,7 @@ class Job:
     probe_seed : from which the inputs of functions are drawn
     parameters : of the notebooks, besides the student
     imports : modules that the notebooks use
+    files : the student's own, beside the notebooks: relative path → content
     limits : on time and size
     isolated : in a sandbox, or with the rights of whoever grades
     """
@@ -79,6 +82,7 @@ class Job:
     probe_seed: int
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
+    files: Mapping[str, bytes] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)
     isolated: bool = True
 
@@ -92,11 +96,13 @@ class Run:
     answers : an untrusted claim
     problems : what went wrong
     complete : whether it ended by itself or by a limit, and so need not be run again
+    reports : on its cells, as :func:`rotflex.courseware.run.cell_reports.read` takes them; an untrusted claim, too
     """
 
     answers: bytes | None
     problems: tuple[str, ...] = ()
     complete: bool = True
+    reports: bytes = b""
 
 
 # --- here -------------------------------------------------------------------------------------------------------------
@@ -121,7 +127,8 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     outcome = _run(packed, job, cancelled)
     if outcome.code == inside.BROKEN:  # or so it claims: the submission may have caused it
         _check_course(packed, job)
-    return Run(outcome.file, _problems(outcome, job.limits), outcome.ending is not Ending.CANCELLED)
+    complete = outcome.ending is not Ending.CANCELLED
+    return Run(outcome.file, _problems(outcome, job.limits), complete, outcome.others.get(REPORTS_FILE, b""))
 
 
 def _check_course(packed: bytes, job: Job) -> None:
@@ -136,9 +143,10 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
     run_command = sandbox.run if job.isolated else unisolated.run
     spec = {
-        "notebooks": list(job.notebooks.values()),
+        "notebooks": dict(job.notebooks),
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
+        "files": {name: b64encode(content).decode("ascii") for name, content in job.files.items()},
         "cell_timeout": job.limits.cell,
     }
     return run_command(
@@ -146,6 +154,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
+        also={REPORTS_FILE: MAX_BYTES},
         stdin=json.dumps(spec).encode(),
         environment=_environment(folder, job.probe_seed),
         limits=job.limits.of_sandbox(),
@@ -161,6 +170,7 @@ def _environment(folder: Path, probe_seed: int) -> dict[str, str]:
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
         "ROTFLEX_PROGRESS": "off",
+        RUNNING: "grade",
         "ROTFLEX_PROBE_SEED": str(probe_seed),
         # Submissions share the processors; each calculates on one.
         "OMP_NUM_THREADS": "1",
@@ -192,22 +202,26 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
         If the worker has another version of this package.
     """
     asked = json.loads(job)
+    asked["files"] = {name: b64decode(content) for name, content in asked["files"].items()}
     if asked.pop("software") != rotflex.__version__:
         raise GradingError(
             _("This worker has rotflex {version}; install the version that grades.").format(version=rotflex.__version__)
         )
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
-    return json.dumps({"answers": answers, "problems": done.problems, "complete": done.complete}).encode()
+    reports = b64encode(done.reports).decode("ascii")
+    found = {"answers": answers, "problems": done.problems, "complete": done.complete, "reports": reports}
+    return json.dumps(found).encode()
 
 
 def job_bytes(job: Job) -> bytes:
     """A job as :func:`work` takes it."""
-    return json.dumps({**asdict(job), "software": rotflex.__version__}).encode()
+    files = {name: b64encode(content).decode("ascii") for name, content in job.files.items()}
+    return json.dumps({**asdict(job), "files": files, "software": rotflex.__version__}).encode()
 
 
 def run_from(data: bytes) -> Run:
     """What :func:`work` returned."""
     found = json.loads(data)
     answers = None if found["answers"] is None else b64decode(found["answers"])
-    return Run(answers, tuple(found["problems"]), found["complete"])
+    return Run(answers, tuple(found["problems"]), found["complete"], b64decode(found["reports"]))

@@ -9,6 +9,8 @@ from made_courses import OURS
 
 from rotflex.courseware.run import skippable_cells
 from rotflex.courseware.run.merge import merged
+from rotflex.courseware.words import where_of
+from rotflex.instructor.course_check.solved import handed_in
 from rotflex.instructor.release import student_notebooks
 from rotflex.instructor.running import bundle, runner
 
@@ -94,28 +96,31 @@ def test_no_answer_cell_and_no_call_of_the_laboratory_is_an_illustration():
 def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(sandbox):
     """The whole course, solved. What an illustration draws, or runs on a bench, must leave no trace."""
     made = bundle.build(OURS)
-    solved = {
-        path.name: {
-            one.id: one.source for one in student_notebooks.read(path).cells if student_notebooks.is_answer(one)
-        }
-        for path in OURS.notebooks
-    }
+    solved = handed_in(OURS, made.pristine)
     runs = [
         runner.run(
             made.packed,
             runner.Job(
-                "ada", merged(made.pristine, solved, every_cell), 5, parameters=made.parameters, imports=made.imports
+                "ada",
+                merged(made.pristine, solved, every_cell).notebooks,
+                5,
+                parameters=made.parameters,
+                imports=made.imports,
             ),
         )
         for every_cell in (True, False)
     ]
     assert runs[0].problems == runs[1].problems == ()
-    assert len(json.loads(runs[0].answers)["answers"]) >= 39
+    in_words = {
+        where[0] for notebook in made.pristine.values() for one in notebook["cells"] if (where := where_of(one))
+    }
+    recorded = json.loads(runs[0].answers)["answers"].keys()
+    assert recorded | in_words == OURS.catalogue.everything.keys()
     assert runs[0].answers == runs[1].answers
 
 
 def test_a_good_part_of_the_course_is_left_out():
     made = bundle.build(OURS)
     cells = [one for notebook in made.pristine.values() for one in notebook["cells"] if one["cell_type"] == "code"]
-    kept = [one for notebook in merged(made.pristine, {}).values() for one in notebook["cells"]]
+    kept = [one for notebook in merged(made.pristine, {}).notebooks.values() for one in notebook["cells"]]
     assert len(kept) < 0.65 * len(cells)

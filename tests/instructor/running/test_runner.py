@@ -16,6 +16,7 @@ import pytest
 from checkout import ROOT
 
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.run.handed_in import as_released
 from rotflex.courseware.run.merge import merged
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -63,10 +64,16 @@ def course(tmp_path_factory):
     return bundle.build(replace(COURSE, folder=folder))
 
 
+def notebooks_of(course, sources):
+    """What is run of a hand-in with these answers, and nothing else in it that is the student's."""
+    handed_in = {name: as_released(course.pristine[name], answers) for name, answers in sources.items()}
+    return merged(course.pristine, handed_in).notebooks
+
+
 def run(course, q1, q2="pass", then="answers = {}", limits=QUICK, student="ada", cancelled=None):
     """Run with q1 and q2 in the first notebook and ``then`` in the second; the answers, and the problems."""
     sources = {"0a.ipynb": {"q1": q1, "q2": q2}, "0b.ipynb": {"q1": then}}
-    job = runner.Job(student, merged(course.pristine, sources), 123, course.parameters, course.imports, limits=limits)
+    job = runner.Job(student, notebooks_of(course, sources), 123, course.parameters, course.imports, limits=limits)
     done = runner.run(course.packed, job, cancelled)
     return (None if done.answers is None else json.loads(done.answers)), done.problems
 
@@ -173,7 +180,7 @@ def test_what_runs_in_the_sandbox_is_known_by_its_content(course, tmp_path, monk
 
 def test_a_run_can_be_sent_to_a_worker_as_bytes(course):
     sources = {"0a.ipynb": {"q1": "answers = {'x': '\\u00e9'}"}}
-    job = runner.Job(STUDENT, merged(course.pristine, sources), 5, QUICK)
+    job = runner.Job(STUDENT, notebooks_of(course, sources), 5, QUICK)
     done = runner.run_from(runner.work(runner.job_bytes(job), course.packed))
     assert json.loads(done.answers) == {"x": "\u00e9"}
     assert done.complete and done.problems == ()

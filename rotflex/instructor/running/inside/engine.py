@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 import random
 from collections.abc import Coroutine, Mapping
 from contextlib import suppress
@@ -17,6 +18,11 @@ from papermill.exceptions import PapermillExecutionError
 from . import private_interfaces
 from .kernel import Kernel
 from .watch import ReportStep
+
+try:
+    from rotflex.courseware.run import cell_reports
+except ImportError:  # of an early release; the bundle brings it along
+    cell_reports = importlib.import_module(f"{__package__}.cell_reports")
 
 ENGINE = "inside"
 _EMPTY = {
@@ -48,14 +54,18 @@ class InsideEngine(Engine):
         kernel_name: str,
         *,
         kernel: Kernel,
+        name: str,
         report_step: ReportStep,
         **_: Any,
     ) -> None:
-        _run_with(kernel, _run_cells(nb_man, kernel, report_step))
+        _run_with(kernel, _run_cells(nb_man, kernel, report_step), name)
 
 
-def _run_with(kernel: Kernel, cells: Coroutine[Any, Any, None]) -> None:
+def _run_with(kernel: Kernel, cells: Coroutine[Any, Any, None], name: str = "") -> None:
+    """Run cells; those of a notebook that has a name are reported on."""
     kernel.start()
+    if name:
+        cell_reports.begin(cell_reports.REPORTS_FILE, name)
     # It is not closed in the end: what a cell has left running in it need not be waited for.
     loop = asyncio.new_event_loop()
     asyncio.set_event_loop(loop)
@@ -69,7 +79,7 @@ async def _run_cells(nb_man: NotebookExecutionManager, kernel: Kernel, report_st
             continue
         nb_man.cell_start(cell, index)
         report_step()
-        await kernel.execute(cell.source)
+        await kernel.execute(cell.source, cell.id)
         report_step()
         nb_man.cell_complete(cell, index)
         if not kernel.running:
@@ -99,12 +109,12 @@ class Job:
         if self.kernel.names.get("ran") != 42:
             raise RuntimeError("Cells do not run.")
 
-    def run(self, notebook: Mapping[str, Any], report_step: ReportStep) -> None:
+    def run(self, name: str, notebook: Mapping[str, Any], report_step: ReportStep) -> None:
         """Run one notebook, in a process of its own. Errors in cells are no errors of the run."""
         _reseed()
         notebook = {**notebook, "cells": [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]}
         with suppress(PapermillExecutionError):
-            self._execute(notebook, kernel=self.kernel, report_step=report_step)
+            self._execute(notebook, kernel=self.kernel, name=name, report_step=report_step)
 
     def _execute(self, notebook: Mapping[str, Any], **options: Any) -> None:
         papermill.execute_notebook(

@@ -55,10 +55,11 @@ class Kernel:
         """Whether no cell has called ``exit()``."""
         return not self._shell.exit_now
 
-    async def execute(self, code: str) -> None:
-        """Run a cell, in the loop that runs now. What goes wrong in it is the cell's affair."""
+    async def execute(self, code: str, cell: str = "") -> None:
+        """Run a cell, by its id, in the loop that runs now. What goes wrong in it is the cell's affair."""
         content = {"code": code, "silent": False, "store_history": True, "stop_on_error": False}
-        request = self._session.msg("execute_request", content)
+        # As JupyterLab does it: what a cell records, and its errors, are known by the cell's id.
+        request = self._session.msg("execute_request", content, metadata={"cellId": cell} if cell else None)
         self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]
         self._kernel.set_parent([], request, "shell")
         with suppress(KeyboardInterrupt):  # just when the cell had ended

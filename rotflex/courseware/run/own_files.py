@@ -1,0 +1,197 @@
+"""Files that students put beside their notebooks, which come along to a run: modules, tables, measurements.
+
+The same rules hold where work is graded and where it is checked at home. What programs leave behind (caches, hidden
+folders, virtual environments) stays behind without a word; what else is not taken is told.
+"""
+
+from __future__ import annotations
+
+import functools
+import pkgutil
+import site
+import sys
+import sysconfig
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
+from rotflex.courseware.json_values import plural
+from rotflex.courseware.messages import _
+from rotflex.courseware.run.cell_reports import REPORTS_FILE
+from rotflex.courseware.student_id import caseless
+
+MAX_FILES = 200  #: that come along
+MAX_FILE = 10_000_000  #: bytes of one
+MAX_TOTAL = 30_000_000  #: bytes of all
+MAX_DEPTH = 8  #: folders within folders
+LONGEST_PATH = 240  #: characters; Windows has few more
+KEPT_COPY = ".before-restore"  #: in the name of a notebook's copy, which restoring it leaves behind
+RECEIPTS = "-receipts.txt"  #: at the end of the name of a student's receipts
+
+_ENVIRONMENT = "pyvenv.cfg"  # lies in a virtual environment
+_CACHES = {"__pycache__", "__macosx", "node_modules"}
+_LEAVINGS = {"thumbs.db", "desktop.ini", ANSWERS_FILE, COURSE_FILE}  # those of the course are made anew for each run
+_SETTINGS = {
+    "matplotlibrc": _("it would change matplotlib's settings"),
+    "ipython_config.py": _("it would change Python's settings"),
+    "ipython_config.json": _("it would change Python's settings"),
+    "ipython_kernel_config.py": _("it would change Python's settings"),
+    "ipython_kernel_config.json": _("it would change Python's settings"),
+    REPORTS_FILE.casefold(): _("a run writes a file of that name"),
+}
+_AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}  # Python looks for these by itself
+_MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Which files come along.
+
+    Attributes
+    ----------
+    paths : relative to the folder of the notebooks
+    notes : what does not, and why
+    """
+
+    paths: tuple[PurePosixPath, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass
+class OwnFiles:
+    """A student's own files: relative path, with "/" → content; and what is to be told of others."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def chosen(
+    found: Iterable[tuple[PurePosixPath, int]], notebooks: Collection[str], modules: Collection[str] = ()
+) -> Chosen:
+    """Which of a student's files come along to a run.
+
+    Parameters
+    ----------
+    found : all ordinary files, relative to the folder of the notebooks, with their sizes in bytes
+    notebooks : file names of the course's
+    modules : names of the course's packages; those that Python has, and that are installed here, are added
+    """
+    everything = sorted(found, key=lambda one: (len(one[0].parts), str(one[0])))
+    environments = {path.parent for path, _size in everything if path.name == _ENVIRONMENT}
+    packages = {path.parts[0] for path, _size in everything if len(path.parts) == 2 and path.stem == "__init__"}
+    never = {caseless(name) for name in notebooks}
+    taken = {name.casefold() for name in (*modules, *_AT_START)} | _importable()
+    paths: list[PurePosixPath] = []
+    notes: list[str] = []
+    total = 0
+    for path, size in everything:
+        if _left_behind(path, environments, never):
+            continue
+        why = _refusal(path, size, packages, taken)
+        if not why and total + size > MAX_TOTAL:
+            why = _("with it, your own files have more than {limit}").format(limit=megabytes(MAX_TOTAL))
+        if not why and len(paths) == MAX_FILES:
+            why = _("{limit} files at most come along").format(limit=MAX_FILES)
+        if why:
+            notes.append(_("{path} does not come along: {why}.").format(path=path, why=why))
+        else:
+            paths.append(path)
+            total += size
+    return Chosen(tuple(paths), _few(notes))
+
+
+def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()) -> OwnFiles:
+    """A student's own files in the folder that they work in. Links are not followed.
+
+    Parameters
+    ----------
+    folder : with the notebooks in it
+    notebooks, modules : as for :func:`chosen`
+    """
+    choice = chosen(_ordinary_files(folder, PurePosixPath()), notebooks, modules)
+    own = OwnFiles(notes=list(choice.notes))
+    for path in choice.paths:
+        try:
+            own.files[str(path)] = (folder / path).read_bytes()
+        except OSError as error:
+            own.notes.append(_("{path} cannot be read: {why}.").format(path=path, why=error.strerror))
+    return own
+
+
+def megabytes(size: int) -> str:
+    """As in "10 MB"."""
+    return f"{size / 1e6:.3g} MB"
+
+
+def _ordinary_files(folder: Path, within: PurePosixPath) -> Iterator[tuple[PurePosixPath, int]]:
+    """Files below a folder, but not those that would be left behind in any case, of which there may be thousands."""
+    try:
+        entries = sorted((folder / within).iterdir())
+    except OSError:
+        return
+    if within.parts and any(entry.name == _ENVIRONMENT for entry in entries):
+        return
+    for entry in entries:
+        path = within / entry.name
+        if entry.is_symlink() or _is_leaving(entry.name):
+            continue
+        if entry.is_dir() and len(path.parts) <= MAX_DEPTH + 1:
+            yield from _ordinary_files(folder, path)
+        elif entry.is_file():
+            yield path, entry.stat().st_size
+
+
+def _left_behind(path: PurePosixPath, environments: Collection[PurePosixPath], never: Collection[str]) -> bool:
+    """Whether a file stays behind without a word."""
+    name = caseless(path.name)
+    kept_for_the_student = name.endswith((RECEIPTS, f"{KEPT_COPY}.ipynb")) or _is_put_aside(name)
+    return (
+        any(map(_is_leaving, path.parts))
+        or kept_for_the_student
+        or (len(path.parts) == 1 and name in never)
+        or any(folder in path.parents for folder in environments)
+    )
+
+
+def _is_leaving(name: str) -> bool:
+    return name.startswith((".", "~$")) or name.casefold() in _CACHES | _LEAVINGS
+
+
+def _is_put_aside(name: str) -> bool:
+    """Answers that could not be read, or another student's: ``answers.broken.json``."""
+    stem, _dot, ending = ANSWERS_FILE.rpartition(".")
+    return name.startswith(f"{stem}.") and name.endswith(f".{ending}")
+
+
+def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> str:
+    """Why a file cannot come along; "" if it can."""
+    name, top = path.name.casefold(), path.parts[0]
+    if name in _SETTINGS:
+        return _SETTINGS[name]
+    module = PurePosixPath(top).name.partition(".")[0].casefold()
+    is_module = top in packages or (len(path.parts) == 1 and name.endswith(_MODULES))
+    if is_module and module in taken:
+        return _("Python has a module {module} already; give yours another name").format(module=module)
+    if size > MAX_FILE:
+        return _("it has more than {limit}").format(limit=megabytes(MAX_FILE))
+    if len(path.parts) > MAX_DEPTH + 1:
+        return _("it lies in more than {most} folders within folders").format(most=MAX_DEPTH)
+    if len(str(path)) > LONGEST_PATH or any(not part.isprintable() or "\\" in part for part in path.parts):
+        return _("its name is too long, or has characters that cannot be seen")
+    return ""
+
+
+def _few(notes: list[str], most: int = 20) -> tuple[str, ...]:
+    if len(notes) <= most:
+        return tuple(notes)
+    rest = plural(len(notes) - most, _("more file"))
+    return (*notes[:most], _("{rest} of yours do not come along, either.").format(rest=rest))
+
+
+@functools.cache
+def _importable() -> frozenset[str]:
+    """Names of modules that Python has, and of those that are installed beside it."""
+    places = {sysconfig.get_paths()[kind] for kind in ("purelib", "platlib")} | set(site.getsitepackages())
+    installed = {module.name for module in pkgutil.iter_modules(sorted(places))}
+    return frozenset(name.casefold() for name in {*sys.stdlib_module_names, *sys.builtin_module_names, *installed})

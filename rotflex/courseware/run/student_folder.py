@@ -1,0 +1,143 @@
+"""The folder that a student works in, as its files were saved: what they would hand in, read where they are at home."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware import student_id
+from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.courseware.run import own_files
+from rotflex.courseware.run.handed_in import Cell, HandIn, NotebookError, cells_of
+from rotflex.courseware.session import DEMO
+from rotflex.errors import CheckError, StudentIDError
+
+USUAL = "notebooks"  #: the folder that ``rotflex lab`` opens unless it is told another
+_MOST_BYTES = 200_000_000  # of a notebook: more would be a mistake, and fill the memory
+
+
+@dataclass(frozen=True)
+class Work:
+    """A student's work.
+
+    Attributes
+    ----------
+    folder : where it lies
+    hand_in : what counts of it
+    saved : notebook's file name → when it was saved last, s since 1970
+    problems : what cannot be read
+    notes : what is not taken, and other notebooks that look like one of the course's
+    """
+
+    folder: Path
+    hand_in: HandIn
+    saved: Mapping[str, float]
+    problems: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def find(given: Path | None, notebooks: Iterable[str]) -> Path:
+    """The folder that is meant: the given one, else this one, else the folder ``notebooks`` in it.
+
+    Parameters
+    ----------
+    given : a folder, or None
+    notebooks : file names of the course's notebooks, one of which has to be there
+
+    Raises
+    ------
+    CheckError
+        If none of the course's notebooks is there.
+    """
+    names = list(notebooks)
+    for folder in (Path(), Path(USUAL)) if given is None else (given,):
+        if any((folder / name).is_file() for name in names):
+            return folder.resolve()
+    if given is None:
+        looked = _("There is no notebook of the course in this folder ({here}).").format(here=Path().resolve())
+    else:
+        looked = _("There is no notebook of the course in {folder}.").format(folder=given)
+    raise CheckError(_("{looked} Name the folder that holds {first}.").format(looked=looked, first=names[0]))
+
+
+def read(folder: Path, notebooks: Sequence[str], modules: Sequence[str] = ()) -> Work:
+    """What lies in a student's folder.
+
+    Parameters
+    ----------
+    folder : with the notebooks in it
+    notebooks : file names of the course's
+    modules : names of the course's packages
+    """
+    cells: dict[str, tuple[Cell, ...]] = {}
+    saved: dict[str, float] = {}
+    problems = []
+    for name in notebooks:
+        path = folder / name
+        try:
+            if path.stat().st_size > _MOST_BYTES:
+                raise NotebookError(_("it has more than {most}.").format(most=own_files.megabytes(_MOST_BYTES)))
+            cells[name] = cells_of(path.read_bytes())
+            saved[name] = path.stat().st_mtime
+        except FileNotFoundError:
+            problems.append(
+                _("{name} is not there. ({similar}rotflex restore {name} gives a new one.)").format(
+                    name=name, similar=_similar(folder, name)
+                )
+            )
+        except NotebookError as error:
+            problems.append(_("{name} cannot be read: {error}").format(name=name, error=error))
+        except OSError as error:
+            problems.append(_("{name} cannot be read: {error}.").format(name=name, error=error.strerror))
+    own = own_files.read(folder, notebooks, modules)
+    hand_in = HandIn(cells, own.files, _content(folder / ANSWERS_FILE), _course(folder))
+    return Work(folder, hand_in, saved, tuple(problems), tuple(own.notes))
+
+
+def student_of(work: Work, given: str = "") -> str:
+    """Whose work it is: as given, else as ``course.json`` says, else as ``answers.json`` does; else "demo".
+
+    Raises
+    ------
+    CheckError
+        If it cannot be an ID.
+    """
+    claimed = _json(work.hand_in.claim)
+    named = (given, work.hand_in.course.get("student"), claimed.get("student"))
+    student = next((one for one in named if isinstance(one, str) and one), DEMO)
+    try:
+        return student_id.normalised(student)
+    except StudentIDError as error:
+        raise CheckError(str(error)) from None
+
+
+def _similar(folder: Path, name: str) -> str:
+    """Words on a file that may be the one that is missing."""
+    number = name.partition("_")[0]
+    found = sorted(path.name for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name)
+    if not found:
+        return ""
+    return _("Is it {found}? Then give it its name again. Else ").format(found=_(" or ").join(found))
+
+
+def _content(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return None
+
+
+def _course(folder: Path) -> dict[str, Any]:
+    return _json(_content(folder / COURSE_FILE))
+
+
+def _json(data: bytes | None) -> dict[str, Any]:
+    try:
+        found = json.loads(data or b"{}")
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,226 @@
+"""A student's notebook beside the course's own: which cell is which, whatever an editor or a student did to it."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rotflex.courseware.run.alignment import Happened, Role, align
+from rotflex.courseware.run.handed_in import CODE, TEXT, Cell
+
+
+def course_cell(name, source, kind=CODE, solution=False, tags=()):
+    grading = {"grade_id": name, "solution": solution}
+    metadata = {"nbgrader": grading} if kind == CODE and PARAMETERS not in tags else {}
+    return {"id": name, "cell_type": kind, "source": source, "metadata": {**metadata, "tags": list(tags)}}
+
+
+PARAMETERS = "parameters"
+MASTER = [
+    course_cell("title", "# Title", TEXT),
+    course_cell("parameters", 'student = ""', tags=[PARAMETERS]),
+    course_cell("setup", "lab = start()"),
+    course_cell("q1-text", "What is x?", TEXT),
+    course_cell("q1", "x = None", solution=True),
+    course_cell("q1-answer", 'lab.answer("1", x=x)'),
+    course_cell("q2-text", "What is y?", TEXT),
+    course_cell("q2", "y = None", solution=True),
+    course_cell("q2-answer", 'lab.answer("2", y=y)'),
+    course_cell("end", "That is all.", TEXT),
+]
+NAMES = [cell["id"] for cell in MASTER]
+
+
+def handed_in():
+    """What a student has who did nothing."""
+    return [
+        Cell(cell["id"], cell["metadata"].get("nbgrader", {}).get("grade_id", ""), cell["cell_type"], cell["source"])
+        for cell in MASTER
+    ]
+
+
+def at(name):
+    return NAMES.index(name)
+
+
+def own(source="own = 1", kind=CODE):
+    return Cell("mine", "", kind, source)
+
+
+def run_order(cells):
+    """The sources of code as they would be run: the course's for its own cells, the student's for all others."""
+    found = align(MASTER, cells)
+    sources = []
+    for one in found.placed:
+        if one.role is Role.LOCKED or (one.role is Role.OPEN and one.student is None):
+            sources.append(MASTER[one.master]["source"])
+        elif one.student is None:
+            continue
+        elif cells[one.student].kind == CODE:
+            sources.append(cells[one.student].source)
+    return sources
+
+
+WHOLE = [cell["source"] for cell in MASTER if cell["cell_type"] == CODE]
+
+
+def happened(cells):
+    return [(change.what, change.cell) for change in align(MASTER, cells).changes]
+
+
+def test_the_notebook_as_released_is_itself():
+    found = align(MASTER, handed_in())
+    assert [(one.master, one.student) for one in found.placed] == [(i, i) for i in range(len(MASTER))]
+    assert found.changes == ()
+
+
+def test_an_added_cell_is_run_where_it_stands():
+    cells = handed_in()
+    cells.insert(at("q1"), own())
+    assert run_order(cells) == [*WHOLE[:2], "own = 1", *WHOLE[2:]]
+    assert [one.role for one in align(MASTER, cells).placed].count(Role.ADDED) == 1
+
+
+def test_pieces_of_a_split_cell_are_taken_in_order():
+    cells = handed_in()
+    pieces = [replace(cells[at("q1")], id=f"new{i}", source=f"x{i} = {i}") for i in range(3)]
+    cells[at("q1") : at("q1") + 1] = [*pieces[:2], own(), pieces[2]]
+    assert run_order(cells) == [*WHOLE[:2], "x0 = 0", "x1 = 1", "own = 1", "x2 = 2", *WHOLE[3:]]
+    placed = align(MASTER, cells).placed
+    assert [one.role for one in placed if one.master == at("q1")] == [Role.ANSWER] * 3
+
+
+def test_a_copy_elsewhere_is_no_piece_and_does_not_take_the_recorder_along():
+    cells = handed_in()
+    copy = replace(cells[at("q1")], id="new", source="x = 7  # scratch")
+    cells.append(copy)
+    assert run_order(cells) == [*WHOLE, "x = 7  # scratch"]
+    cells[at("q1")] = replace(cells[at("q1")], id="other")  # both have new ids
+    assert run_order(cells) == [*WHOLE, "x = 7  # scratch"]
+
+
+@pytest.mark.parametrize("lost", ["id", "both"])
+def test_names_that_an_editor_lost(lost):
+    cells = [replace(cell, id="", grade_id="" if lost == "both" else cell.grade_id) for cell in handed_in()]
+    answer = at("q1")
+    cells[answer] = replace(cells[answer], source="x = 5")
+    assert run_order(cells) == [*WHOLE[:2], "x = 5", *WHOLE[3:]]
+    expected = [(Happened.RENAMED, "q1")] if lost == "both" else []
+    assert happened(cells) == expected
+
+
+def test_a_locked_cell_is_always_the_courses():
+    cells = handed_in()
+    cells[at("setup")] = replace(cells[at("setup")], source="lab = forged()")
+    assert run_order(cells) == WHOLE
+    assert happened(cells) == [(Happened.CHANGED, "setup")]
+
+
+def test_white_space_at_the_ends_of_lines_is_no_change():
+    cells = handed_in()
+    cells[at("setup")] = replace(cells[at("setup")], source="lab = start()  \r\n")
+    assert happened(cells) == []
+
+
+@pytest.mark.parametrize("name", ["setup", "q1-answer", "parameters", "q2-answer"])
+def test_a_deleted_cell_of_the_course_is_back_in_its_place(name):
+    cells = [cell for cell in handed_in() if cell.id != name]
+    assert run_order(cells) == WHOLE
+    assert happened(cells) == [(Happened.MISSING, name)]
+
+
+def test_what_records_an_answer_comes_back_after_what_was_added_to_it():
+    cells = [cell for cell in handed_in() if cell.id != "q1-answer"]
+    cells.insert(at("q1") + 1, own("x = 3"))
+    assert run_order(cells) == [*WHOLE[:3], "x = 3", *WHOLE[3:]]
+
+
+def test_deleted_text_changes_nothing():
+    cells = [cell for cell in handed_in() if cell.kind == CODE]
+    assert run_order(cells) == WHOLE
+
+
+def test_a_deleted_answer_cell_is_told_and_no_stub_overwrites_what_was_written_elsewhere():
+    cells = [cell for cell in handed_in() if cell.id != "q1"]
+    cells.insert(at("q1-text"), own("x = 5"))
+    assert run_order(cells) == [*WHOLE[:2], "x = 5", *WHOLE[3:]]
+    assert happened(cells) == [(Happened.MISSING, "q1")]
+
+
+def test_an_answer_in_a_new_cell_in_the_place_of_the_old_one():
+    cells = handed_in()
+    cells[at("q1")] = own("x = 5")
+    assert run_order(cells) == [*WHOLE[:2], "x = 5", *WHOLE[3:]]
+    assert happened(cells) == [(Happened.RENAMED, "q1")]
+
+
+def test_an_answer_moved_behind_what_records_it():
+    cells = handed_in()
+    cells.insert(at("q1-answer"), cells.pop(at("q1")))
+    assert run_order(cells) == WHOLE
+    cells = handed_in()
+    cells.append(cells.pop(at("q1")))  # to the end of the notebook
+    assert run_order(cells) == [WHOLE[0], WHOLE[1], *WHOLE[4:], WHOLE[2], WHOLE[3]]
+
+
+def test_a_question_moved_as_a_whole_is_run_where_it_stands():
+    cells = handed_in()
+    block = [cells.pop(at("q1-text")) for _ in range(3)]
+    cells += block
+    assert run_order(cells) == [WHOLE[0], WHOLE[1], *WHOLE[4:], *WHOLE[2:4]]
+
+
+def test_a_course_cell_that_was_dragged_away_is_run_in_its_place():
+    cells = handed_in()
+    cells.append(cells.pop(at("setup")))
+    assert run_order(cells) == WHOLE
+    assert happened(cells) == [(Happened.MOVED, "setup")]
+
+
+def test_an_answer_cell_that_became_text_is_told():
+    cells = handed_in()
+    cells[at("q1")] = replace(cells[at("q1")], kind=TEXT)
+    assert happened(cells) == [(Happened.OTHER_KIND, "q1")]
+    assert "no longer a code cell" in str(align(MASTER, cells).changes[0])
+
+
+def test_a_copy_of_a_locked_cell_that_was_changed_is_the_students_own():
+    cells = handed_in()
+    cells.insert(at("q1"), replace(cells[at("setup")], id="new", source="lab2 = start()"))
+    assert run_order(cells) == [*WHOLE[:2], "lab2 = start()", *WHOLE[2:]]
+    assert happened(cells) == []
+
+
+@given(st.data())
+def test_nothing_is_lost_and_nothing_comes_twice(data):
+    """However cells are mixed, dropped, doubled, renamed: each is placed once, and the course's code is all there."""
+    pool = [*handed_in(), own(), own("z = 2"), *(replace(cell, id="") for cell in handed_in())]
+    cells = data.draw(st.lists(st.sampled_from(pool), max_size=15))
+    found = align(MASTER, cells)
+    masters = {one.master for one in found.placed if one.master is not None}
+    assert masters == set(range(len(MASTER)))
+    students = [one.student for one in found.placed if one.student is not None]
+    assert len(students) == len(set(students))
+    kept = {
+        number for number, one in enumerate(cells) if one.kind == CODE and not one.grade_id and one.id != "parameters"
+    }
+    pieces = {one.student for one in found.placed if one.role in (Role.ANSWER, Role.ADDED)}
+    assert kept - pieces <= {number for number, one in enumerate(cells) if one.source == 'student = ""'}
+    order = [one.master for one in found.placed]
+    for recorder in (at("q1-answer"), at("q2-answer")):
+        answers = [i for i, one in enumerate(order) if one == recorder - 1]
+        if all(found.placed[i].student is not None for i in answers):
+            assert max(answers) < order.index(recorder)
+
+
+def test_an_answer_that_was_moved_with_what_records_it_stays_there_and_draws_no_other_cell_along():
+    cells = handed_in()
+    pair = [cells.pop(at("q2")), cells.pop(at("q2"))]
+    moved = [*cells[: at("q1-text")], *pair, *cells[at("q1-text") :]]
+    found = align(MASTER, moved)
+    assert found.changes == ()
+    assert [one.student for one in found.placed] == list(range(len(moved)))
+    # And the cell after the pair, where it is missing, comes back where the others before it are.
+    without_end = moved[:-1]
+    assert align(MASTER, without_end).placed[-1].master == at("end")
