@@ -332,6 +332,24 @@ def test_regrade_refuses_a_question_that_is_not_there(fake_class, question, word
         list(regrade(book, fake_class.course, [question]))
 
 
+def test_where_one_cannot_be_marked_again_their_marks_stay_and_the_others_are_marked(fake_class, monkeypatch):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade()
+    fake_class.key(2.0)
+    honest = InlineMarker.mark
+
+    def mark(self, student, answers, probe_seed):
+        if student == "ada":
+            raise GradingError("The answers could not be marked (BrokenProcessPool).")
+        return honest(self, student, answers, probe_seed)
+
+    monkeypatch.setattr(InlineMarker, "mark", mark)
+    with fake_class.book() as book:
+        ada, bob = regrade(book, fake_class.course)
+        assert "could not be marked" in ada.problem and ada.after == book.current("ada") == ada.before
+        assert bob.problem == "" and sum(mark.points for mark in book.current("bob").marks) == 0
+
+
 def test_regrade_of_an_empty_gradebook_is_refused(fake_class):
     with fake_class.book() as book, pytest.raises(GradingError, match="nothing in the gradebook"):
         list(regrade(book, fake_class.course))
