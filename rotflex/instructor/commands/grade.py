@@ -78,7 +78,8 @@ def grade(
     3 nothing graded, as students' code cannot be isolated here.
     """
     from rotflex.instructor.batch import Batch, Settings
-    from rotflex.instructor.reports.grades import Reports
+    from rotflex.instructor.reports.changes import Before
+    from rotflex.instructor.reports.grades import Reports, make_folder
     from rotflex.instructor.reports.live_report import JsonLines, Screen
     from rotflex.instructor.running import intake, isolation_report
     from rotflex.instructor.running.runner import Limits
@@ -92,16 +93,17 @@ def grade(
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     settings = Settings(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell)
     try:
-        intake.submissions(submissions)  # or nothing is made
+        handed_in, _ignored = intake.submissions(submissions)  # or nothing is made
         found = courses.find(course)
         _check_isolation(settings)
-        reports = Reports(out, found.catalogue)
+        make_folder(out)
         with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
             batch = Batch(submissions, found, book, settings)
+            before = Before(book)
             progress = (JsonLines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
-            with reports, progress:
+            with Reports(out, found, book, [one.student for one in handed_in]) as reports, progress:
                 for step in batch.grade():
-                    progress.add(step.ran, reports.write(step.graded))
+                    progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
     except IsolationError as error:
         isolation_report.refuse(error)
         raise typer.Exit(NOT_ISOLATED) from None
