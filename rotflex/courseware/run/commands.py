@@ -202,7 +202,7 @@ def _a_run(command: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        typer.echo(_("Stopped. Nothing of yours was changed."))
+        typer.echo(_("Stopped."))
         raise typer.Exit(STOPPED) from None
     finally:
         for number, handler in previous.items():
@@ -210,4 +210,6 @@ def _a_run(command: str) -> Iterator[None]:
 
 
 def _interrupt(*_arguments: Any) -> None:
+    for number in _ENDINGS:  # it is heard: what ends now is not to be disturbed
+        signal.signal(number, signal.SIG_IGN)
     raise KeyboardInterrupt
