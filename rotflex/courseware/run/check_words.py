@@ -19,8 +19,9 @@ _HAPPENED = {
     Happened.OTHER_KIND: _("turned into cells of another kind: {cells}"),
 }
 _DIFFERENT = _(
-    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the one "
-    "that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a seed."
+    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
+    "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
+    "seed."
 )
 
 

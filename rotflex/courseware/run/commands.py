@@ -37,8 +37,8 @@ def register(app: typer.Typer) -> None:
 def check(folder: _Folder = None, student: _Student = "") -> None:
     """See beforehand what is recorded when your work is run for marking, and what is not, and why.
 
-    Your notebooks, as you saved them, are run from the first cell to the last, in a copy of the folder. Nothing is marked,
-    and nothing of yours is changed.
+    Your notebooks, as you saved them, are run from the first cell to the last, in a copy of the folder. Nothing is
+    marked, and nothing of yours is changed.
 
     Exit codes: 0 all is recorded, 1 there is something to look at, 2 it cannot be checked.
     """
@@ -111,8 +111,8 @@ def restore(
         if changed and not dry_run:
             typer.echo(
                 _(
-                    "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook from "
-                    "Disk there, before you save it."
+                    "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
+                    "from Disk there, before you save it."
                 )
             )
 

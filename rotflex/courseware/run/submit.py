@@ -79,8 +79,8 @@ def submit(
     if student == DEMO:
         raise CheckError(
             _(
-                "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you by. "
-                "(Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
+                "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you "
+                "by. (Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
             )
         )
     partners = _partners(partners or work.hand_in.course.get("with", ()), student)

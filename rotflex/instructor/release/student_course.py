@@ -51,8 +51,8 @@ Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex
 JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID that your instructor knows you by: your
 own virtual bench is made from it.
 
-Write in the cells that say `# Your code here.` and leave the others as they are: when your work is marked, the code of
-those cells is taken over, and nothing else. Before you hand in, choose *Kernel → Restart Kernel and Run All Cells…* in
+Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells. Words
+are read from the saved notebook, so save it. Before you hand in, choose *Kernel → Restart Kernel and Run All Cells…* in
 each notebook and see that it runs to its end.
 
 Hand in the folder `notebooks`, or a zip of it.
