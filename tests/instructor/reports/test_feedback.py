@@ -190,7 +190,7 @@ def test_what_is_no_figure_is_not_drawn_and_stops_nothing(answers):
 def test_words_from_text_cells_are_rendered_in_place_of_their_source():
     drawn = io.BytesIO()
     Image.new("RGB", (4, 3), "red").save(drawn, format="PNG")
-    pictures = {"a.png": b64encode(drawn.getvalue()).decode(), "broken.png": "%%"}
+    pictures = {"attachment:a.png": b64encode(drawn.getvalue()).decode(), "attachment:broken.png": "%%"}
     written = "It **bends**, as $\\frac{1}{2}$ <b>says</b>.\n\n* much\n\n"
     written += "![drawn](attachment:a.png) ![no](attachment:broken.png)"
     words = {"2.11": {"explanation": {"text": written, "pictures": pictures}}}
