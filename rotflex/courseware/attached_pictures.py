@@ -15,14 +15,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import unquote
 
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, UnidentifiedImageError
 
 from rotflex.courseware.messages import _
 
 MOST = 6  #: pictures of one answer
 MAX_BYTES = 20_000_000  #: of a picture as it comes
 MAX_PIXELS = 60_000_000  #: of one; a telephone's largest photographs have 50 million
-MAX_PIXELS_TOGETHER = 300_000_000  #: of all that are decoded for a notebook
+MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook
 LONGEST_SIDE = 1400  #: pixels, as it is kept
 KEPT_BYTES = 700_000  #: of a picture as it is kept
 _FORMATS = ("PNG", "JPEG", "GIF", "WEBP", "BMP")
@@ -161,7 +161,7 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
         raise
     except Image.DecompressionBombError:
         raise PictureError(_too_many_pixels()) from None
-    except Image.UnidentifiedImageError:
+    except UnidentifiedImageError:
         raise PictureError(_("it is none of {formats}").format(formats=", ".join(_FORMATS))) from None
     except Exception:  # pillow raises all sorts of errors on what is damaged
         raise PictureError(_("it is damaged")) from None
@@ -179,6 +179,8 @@ def _spend(image: Image.Image, budget: Budget) -> None:
 
 def _packed(image: Image.Image) -> bytes:
     """As PNG, on white where it was transparent, and made smaller until it is small enough."""
+    if image.mode in ("RGB", "RGBA", "L", "LA"):  # the others have to be decoded before they can be made smaller
+        image.thumbnail((LONGEST_SIDE, LONGEST_SIDE), reducing_gap=2.0)
     if image.mode != "RGB":
         seen = image.convert("RGBA")
         image = Image.new("RGB", seen.size, "white")
@@ -187,7 +189,7 @@ def _packed(image: Image.Image) -> bytes:
         image.thumbnail((side, side))
         for kept in (image, image.quantize(128, Image.Quantize.FASTOCTREE)):
             packed = io.BytesIO()
-            kept.save(packed, format="PNG", optimize=True)
+            kept.save(packed, format="PNG")
             if packed.tell() <= KEPT_BYTES:
                 return packed.getvalue()
     raise PictureError(_("it cannot be made small enough"))

@@ -44,8 +44,8 @@ class BenchPolicy:
 
     def plain(self) -> dict[str, Any]:
         """What stands under "bench" in ``course.json``."""
-        more: dict[str, Any] = {SAME: {"seed": self.seed}, PRESET: {"preset": self.preset}}.get(self.which, {})
-        return {"which": self.which, **more}
+        more: dict[str, dict[str, Any]] = {SAME: {"seed": self.seed}, PRESET: {"preset": self.preset}}
+        return {"which": self.which, **more.get(self.which, {})}
 
 
 THEIR_OWN = BenchPolicy()  #: where nothing is said

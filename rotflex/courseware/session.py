@@ -269,8 +269,6 @@ class Session:
         """
         from_notebook.run("restore", ["--", *notebooks], self._folder, cell_now(), needs_saving=True)
 
-    # --- what is kept ------------------------------------------------------------------------------------------
-
     def _say_what_is_read(self) -> None:
         if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
             print(_("Answers in words are read from the saved notebooks: save, and run this cell again."))

@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import rotflex
 from rotflex.courseware.messages import _
@@ -26,21 +27,27 @@ from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
-from rotflex.instructor.graded_run import Facts, facts_of, plain_words, recorded_in, to_be_marked, with_messages
+from rotflex.instructor.graded_run import (
+    Facts,
+    facts_of,
+    plain_words,
+    recorded_in,
+    supplied_parts,
+    to_be_marked,
+    with_messages,
+)
 from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.marking.marking_processes import Marker
-from rotflex.instructor.running import executors, runner
+from rotflex.instructor.running import executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
-from rotflex.instructor.running.intake import finding, reading
-from rotflex.instructor.running.intake.delivered import Item, newest
-from rotflex.instructor.running.intake.hand_ins import Submission
+from rotflex.instructor.running.intake import Item, Submission, newest
 from rotflex.instructor.running.prepared import Prepared, prepare
 from rotflex.instructor.running.runner import Job, Limits
-from rotflex.instructor.running.supplied import Supplied
+from rotflex.instructor.running.supplied import Supplied, together
 from rotflex.instructor.verdicts import Status
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
@@ -119,7 +126,8 @@ class Batch:
         self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
     ) -> None:
         self._settings = settings or Settings()
-        found = finding.find(submissions, gradebook.students(), self._settings.times, self._settings.zone)
+        roster = [one for one in gradebook.students() if one.enrolled]
+        found = intake.find(submissions, roster, self._settings.times, self._settings.zone)
         self._submissions, self.ignored = found.submissions, found.ignored
         self._course = course
         self._key_digest = marking_digest(course)
@@ -132,7 +140,13 @@ class Batch:
         self._gradebook = gradebook
         self._secret = gradebook.secret()
         there = {caseless(one.student) for one in self._submissions}
-        self.absent = [one.student for one in gradebook.students() if caseless(one.student) not in there]
+        there |= {caseless(one) for one in gradebook.handed_in()}
+        self.absent = [one.student for one in roster if caseless(one.student) not in there]
+
+    @property
+    def students(self) -> list[str]:
+        """IDs of those whose hand-ins are there."""
+        return [one.student for one in self._submissions]
 
     def __len__(self) -> int:
         return len(self._submissions)
@@ -196,26 +210,37 @@ class Batch:
 
     def _taken_in(self, submission: Submission) -> _Taken:
         """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
-        read = reading.read(submission, self._bundles.names, self._masters, self._course.packages)
+        read = intake.read(submission, self._bundles.names, self._masters, self._course.packages)
         earlier = [one.name for one in self._gradebook.delivered(submission.student)]
-        problems = [*submission.problems, *reading.problems(read, earlier)]
+        problems = [*submission.problems, *intake.problems(read, earlier)]
         notes = [*submission.notes, *(note for one in read for note in one.notes)]
         self._gradebook.deliver(submission.student, [_delivery(item) for one in read for item in one.items()])
         hand_in, said = newest(self._gradebook.delivered(submission.student), self._bundles.names)
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
+        current = self._gradebook.current(submission.student)
+        supplied = together(
+            submission.student,
+            current.run.supplied if current else {},
+            self._settings.supplied,
+            self._course.catalogue,
+        )
         prepared = prepare(
             hand_in,
             chosen.bundle,
             self._course.catalogue,
             student,
             self._settings.every_cell,
-            [one for one in self._settings.supplied if caseless(one.student) == caseless(submission.student)],
+            supplied,
         )
+        said += [
+            _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied
+        ]
         return _Taken(
             submission,
             prepared,
             chosen.bundle,
+            {one.name: one.value for one in supplied},
             (*problems, *chosen.problems, *prepared.problems),
             (*notes, *said, *chosen.notes, *prepared.notes),
         )
@@ -240,7 +265,7 @@ class Batch:
             isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
             claim={} if taken.prepared.claim is None else dict(taken.prepared.claim.cells),
             words=plain_words(taken.prepared.words),
-            supplied={one.name: one.value for one in settings.supplied if caseless(one.student) == caseless(student)},
+            supplied=taken.supplied,
             release=taken.bundle.release,
             files=tuple(taken.prepared.files),
         )
@@ -272,7 +297,7 @@ class Batch:
             bundle_.pristine,
             prepared.merged,
             ran.reports,
-            recorded_in(ran.answers) | set(prepared.words),
+            (recorded_in(ran.answers) | set(prepared.words)) - supplied_parts(record),
             self._course.catalogue,
             handed_in=prepared.handed_in,
             claim=prepared.claim,
@@ -331,6 +356,7 @@ class _Taken:
     submission: Submission
     prepared: Prepared
     bundle: Bundle
+    supplied: Mapping[str, Any]
     problems: tuple[str, ...]
     notes: tuple[str, ...]
 

@@ -122,11 +122,15 @@ def recorded_in(data: bytes | None) -> set[Where]:
     return {(question, part) for question, parts in content["answers"].items() for part in parts}
 
 
+def supplied_parts(record: RunRecord) -> set[Where]:
+    """(question, part) of the values that an instructor supplied."""
+    return {(question, part) for question, _dot, part in (name.rpartition(".") for name in record.supplied)}
+
+
 def to_be_marked(record: RunRecord) -> Asked:
     """What marking is given of a run."""
     facts = facts_of(record)
-    supplied = [(question, part) for question, _dot, part in (name.rpartition(".") for name in record.supplied)]
-    about = About(facts.missing or {}, supplied, facts.asked)
+    about = About(facts.missing or {}, supplied_parts(record), facts.asked)
     student = facts.bench_of or record.student
     return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy)
 

@@ -25,8 +25,8 @@ class FeedbackSettings:
     Attributes
     ----------
     points : how many points each answer earned
-    reasons : what was right, wrong, missing, and why
-    opens : when the pages may be written; at once where it is None
+    reasons : what the key says to it, besides whether it was right
+    opens : when it may be seen; at once where it is None
     """
 
     points: bool = True

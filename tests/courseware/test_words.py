@@ -15,8 +15,8 @@ from rotflex.courseware.kinds.values import LONGEST_PROSE
 from rotflex.courseware.run.handed_in import Cell
 from rotflex.courseware.words import STUB, Words
 
-HEADING = "**✎ Your answer: 1.1, why**"
-OTHER = "**✎ Your answer: 1.2, how**"
+HEADING = words.heading("Your answer: 1.1, why")
+OTHER = words.heading("Your answer: 1.2, how")
 
 
 def master(cell_id, source, kind="markdown", where=None):
@@ -225,7 +225,7 @@ def test_hostile_sources_take_no_time():
     for source in (
         "![" * 50_000,
         "![](" * 40_000,
-        "**✎" * 50_000,
+        HEADING[:36] * 5_000,
         "![a](data:image/png;base64,A" * 5_000,
         "a " * 90_000,
     ):
@@ -297,11 +297,11 @@ def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
 
 
 def test_pictures_are_bounded_in_number_and_all_together():
-    many = {f"{n}.png": attached(png((8000, 7000), kind="GIF"), f"{n}.png")[f"{n}.png"] for n in range(7)}
+    large = attached(png((8000, 7000), kind="GIF"))["image.png"]
     shown = "".join(f"![](attachment:{n}.png)" for n in range(7))
-    found = words.written(MASTER, pristine(why=why(shown, attachments=many)))
+    found = words.written(MASTER, pristine(why=why(shown[:69], attachments={f"{n}.png": large for n in range(3)})))
     kept = found.words[WHY].pictures
-    assert len(kept) == 5 and "too many pixels" in found.problems[0]
+    assert len(kept) == 2 and "too many pixels" in found.problems[0]
     assert all(max(Image.open(io.BytesIO(data)).size) == 1400 for data in kept.values())
     small = {f"{n}.png": attached(png(), f"{n}.png")[f"{n}.png"] for n in range(7)}
     found = words.written(MASTER, pristine(why=why(shown, attachments=small)))

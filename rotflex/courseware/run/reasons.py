@@ -8,6 +8,7 @@ earlier answers that it asked for. All of it is taken from claims of the run, an
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -186,6 +187,7 @@ class _Run:
                 for part in one.of(question):
                     self.recorder[question.number, part] = name, places[one.cell]
         self._causes: dict[Where, _Cause] = {}
+        self._roots: dict[_Cell, _Cause] = {}
 
     def missing(self) -> list[Where]:
         """What was asked and not recorded, in the order in which it is asked."""
@@ -206,8 +208,6 @@ class _Run:
         return self._causes[where]
 
     def _cause(self, where: Where) -> _Cause:
-        if where in self.refusals:
-            return _Refused(self.refusals[where])
         name, recorder = self.recorder[where]
         cells = self.cells[name]
         before = max((place for place in self.questions[name] if place < recorder), default=-1)
@@ -217,31 +217,61 @@ class _Run:
                 return self._root(cell)
         if cells[recorder].report is None:  # it was never come to
             return next((cell for cell in reversed(cells[:recorder]) if cell.report and not cell.report.finished), None)
-        used = set().union(*(cell.uses for cell in own))
-        lacking = [cell for cell in cells[: recorder + 1] if cell in own or cell.binds & used]
-        return self._lacked(where, lacking)
+        for cell in self._upstream(own):
+            lacked = self._lacked(cell, where)
+            if lacked is not None or cell.stopped:
+                return lacked or self._root(cell)
+        return _Refused(self.refusals[where]) if where in self.refusals else None
 
     def _root(self, cell: _Cell) -> _Cause:
         """The first cause of a cell's stop: itself, or what it builds on."""
-        lacked = self._lacked(None, [cell])
-        if lacked is not None:
-            return lacked
-        for earlier in reversed(self.cells[cell.notebook][: cell.place]):
-            if not earlier.binds & cell.uses:
-                continue
-            if earlier.stopped:
-                return self._root(earlier)
-            lacked = self._lacked(None, [earlier])
-            if lacked is not None:
-                return lacked
-        return cell
+        passed = []
+        cause: _Cause = None
+        while cause is None:
+            passed.append(cell)
+            cause = self._roots.get(cell) or self._lacked(cell)
+            for earlier in [] if cause else self._upstream([cell])[1:]:
+                cause = self._lacked(earlier)
+                if cause or earlier.stopped:
+                    cell = earlier
+                    break
+            else:
+                cause = cause or cell
+        self._roots |= dict.fromkeys(passed, cause)
+        return cause
 
-    def _lacked(self, where: Where | None, cells: Sequence[_Cell]) -> _Cause:
-        """The cause that lies in earlier answers which cells asked for and did not get."""
-        for cell in cells:
-            for needed in cell.report.lacked if cell.report else ():
-                if needed in self.recorder and needed not in self.recorded and needed != where:
-                    return self.cause_of(needed) or _Unanswered(needed[0])
+    def _upstream(self, cells: Sequence[_Cell]) -> list[_Cell]:
+        """Cells, and all that they build on by the names that they use: those that bound a name last, and theirs."""
+        found = dict.fromkeys(cells)
+        waiting = list(cells)
+        while waiting:
+            cell = waiting.pop(0)
+            for name in sorted(cell.uses):
+                places = self._binders[cell.notebook].get(name, ())
+                place = bisect_left(places, cell.place) - 1
+                if place >= 0:
+                    binder = self.cells[cell.notebook][places[place]]
+                    if binder not in found:
+                        found[binder] = None
+                        waiting.append(binder)
+        return list(found)
+
+    @cached_property
+    def _binders(self) -> dict[str, dict[str, list[int]]]:
+        """Notebook → name → places of the cells that bind it."""
+        found: dict[str, dict[str, list[int]]] = {}
+        for notebook, cells in self.cells.items():
+            names = found.setdefault(notebook, {})
+            for cell in cells:
+                for name in cell.binds:
+                    names.setdefault(name, []).append(cell.place)
+        return found
+
+    def _lacked(self, cell: _Cell, where: Where | None = None) -> _Cause:
+        """The cause that lies in an earlier answer which a cell asked for and did not get."""
+        for needed in cell.report.lacked if cell.report else ():
+            if needed in self.recorder and needed not in self.recorded and needed != where:
+                return self.cause_of(needed) or _Unanswered(needed[0])
         return None
 
 

@@ -89,8 +89,11 @@ def report(
 
     found = courses.find(course)
     with open_existing(gradebook) as book:
-        count = Reports(out, found, book).write_all()
+        reports = Reports(out, found, book)
+        count = reports.write_all()
     typer.echo(_("{count} students: {out}").format(count=count, out=out))
+    if reports.closed:
+        typer.echo(reports.closed)
 
 
 def mark(

@@ -109,7 +109,8 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
                 given = _given(part, claims.contents[where], claims.values[where])
                 one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
             if where in about.supplied:
-                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=_SUPPLIED)
+                why = about.missing.get(where, "")
+                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
             elif one.status is Status.MISSING and where in about.missing:
                 one = replace(one, reason=about.missing[where])
             marks.append(one)

@@ -51,9 +51,10 @@ Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex
 JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID that your instructor knows you by: your
 own virtual bench is made from it.
 
-Write in the answer cells: they say *Your answer*, or `# Your code here.`. Cells of your own may stand anywhere, and
-files of your own beside the notebooks: when your work is marked, your notebooks are run from the first cell to the
-last, with your answers, your cells and your files. The course's own cells are run as the course has them.
+Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
+Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside the
+notebooks: when your work is marked, your notebooks are run from the first cell to the last, with your answers, your
+cells and your files. The course's own cells are run as the course has them.
 
 Save, and see beforehand what comes of it, and what does not, and why; nothing is marked by it:
 
@@ -71,6 +72,10 @@ To hand in, say
 It checks once more, and packs all that counts into one zip named by your ID (`--with THEIR-ID` if you worked with
 somebody), beside the folder `notebooks`. Upload that one file; the receipt says what is in it. (The folder `notebooks`,
 or a zip of it, is taken as well.) In a notebook the three are `lab.check()`, `lab.restore("02")` and `lab.submit()`.
+
+If your instructor hands out a newer release: unpack it somewhere else, not over this folder. Then, in this folder, say
+`.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
+become the new ones, and copies of your notebooks as they were are kept.
 """
 
 

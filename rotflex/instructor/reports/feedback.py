@@ -10,7 +10,8 @@ import base64
 import binascii
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import cache
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,7 @@ from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import drawn_figure, words_shown
 from rotflex.instructor.reports.result import UNDECIDED, Result, lapse, points
 from rotflex.instructor.reports.safe_text import no_escapes
+from rotflex.instructor.settings import FeedbackSettings
 from rotflex.instructor.verdicts import Status
 
 if TYPE_CHECKING:
@@ -166,7 +168,18 @@ class Section:
         return sums(mark for question in self.questions for mark in question.marks)
 
 
-def page(result: Result, catalogue: Catalogue, title: str = "", run: RunRecord | None = None, term: str = "") -> str:
+#: What the key decided, and says why; all other reasons say what happened, or are a person's.
+_BY_KEY = (Status.RIGHT, Status.FOLLOW_THROUGH, Status.PARTLY, Status.WRONG)
+
+
+def page(
+    result: Result,
+    catalogue: Catalogue,
+    title: str = "",
+    run: RunRecord | None = None,
+    term: str = "",
+    seen: FeedbackSettings | None = None,
+) -> str:
     """The feedback for a student as HTML.
 
     Parameters
@@ -175,15 +188,18 @@ def page(result: Result, catalogue: Catalogue, title: str = "", run: RunRecord |
     catalogue : what the questions are called, where they stand, and what they ask for
     title, term : of the course
     run : the run that counts, for figures and for answers in words
+    seen : what students see of their marks; all of it unless given
     """
-    questions = _questions(result, catalogue, run)
+    seen = seen or FeedbackSettings()
+    questions = _questions(result if seen.reasons else _without_reasons(result), catalogue, run)
     sections = [
         Section(section, notebook, tuple(group))
         for (section, notebook), group in groupby(questions, key=lambda one: (one.section, one.notebook))
     ]
     return (
-        _template().render(
+        _template("feedback.html").render(
             result=result,
+            seen=seen,
             questions=questions,
             sections=sections,
             total=sums(result.marks),
@@ -194,6 +210,26 @@ def page(result: Result, catalogue: Catalogue, title: str = "", run: RunRecord |
         )
         + "\n"
     )
+
+
+def not_open_yet(result: Result, opens: datetime, title: str = "", term: str = "") -> str:
+    """What stands in the feedback's place until it opens: when that is, and what went wrong with the hand-in.
+
+    Parameters
+    ----------
+    result : what came out
+    opens : when feedback may be seen
+    title, term : of the course
+    """
+    course = " · ".join(filter(None, (title, term)))
+    return (
+        _template("not_open_yet.html").render(result=result, opens=f"{opens:%Y-%m-%d %H:%M %Z}", course=course) + "\n"
+    )
+
+
+def _without_reasons(result: Result) -> Result:
+    marks = tuple(replace(mark, reason="") if mark.status in _BY_KEY else mark for mark in result.marks)
+    return replace(result, marks=marks)
 
 
 def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> list[Asked]:
@@ -254,7 +290,7 @@ def _figures(run: RunRecord, catalogue: Catalogue) -> dict[tuple[str, str], Mark
 
 
 @cache
-def _template() -> Template:
+def _template(name: str) -> Template:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -265,7 +301,7 @@ def _template() -> Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("feedback.html")
+    return environment.get_template(name)
 
 
 def _plain(value: object) -> object:

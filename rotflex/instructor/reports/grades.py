@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -18,24 +19,35 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADES_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Gradebook, Graded, StudentRecord
+from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRecord
 from rotflex.instructor.reports import feedback, grades_table
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
 from rotflex.instructor.reports.result import Result, lapse, result_of
 
+_PROBE = ".rotflex-probe"  # written, and taken away again
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
 
 
 def make_folder(out: Path) -> None:
-    """Make the folder of results, unless it is there.
+    """Make the folder of results, unless it is there, and see that it can be written to: before a class is run.
 
     Raises
     ------
     GradingError
-        If that is not possible.
+        If it cannot.
     """
+    table = out / GRADES_FILE
+    if table.is_dir():
+        raise GradingError(
+            _("{table} is a folder, where a file is to be written. Move it away, or choose another folder.").format(
+                table=table
+            )
+        )
     try:
         out.mkdir(parents=True, exist_ok=True)
+        probe = out / _PROBE
+        files.write(probe, b"")
+        probe.unlink()
     except OSError as error:
         raise GradingError(_("There can be no results in {out}: {why}.").format(out=out, why=error.strerror)) from None
 
@@ -74,6 +86,16 @@ class Reports:
         about = {caseless(one.student): one for one in self._book.students()}.get(caseless(graded.run.student))
         return self._pages(graded, about)
 
+    @property
+    def closed(self) -> str:
+        """What an instructor should know of pages that students may not see yet; "" where they may."""
+        seen = self._course.settings.feedback
+        if seen.opens is None or seen.is_open(datetime.now(UTC)):
+            return ""
+        return _(
+            "Feedback pages say that they open at {when:%Y-%m-%d %H:%M %Z} (course.toml); then say rotflex report."
+        ).format(when=seen.opens)
+
     def write_all(self) -> int:
         """Write everybody's pages, and ``grades.csv``.
 
@@ -107,9 +129,16 @@ class Reports:
         result = result_of(graded, about, self._book.comments(graded.run.student))
         folder = self._out / result.student
         self._write(folder / MARKS_FILE, json.dumps(_record(result), indent=1, sort_keys=True) + "\n")
-        page = feedback.page(result, self._course.catalogue, self._course.title, graded.run)
-        self._write(folder / FEEDBACK_FILE, page)
+        self._write(folder / FEEDBACK_FILE, self._feedback(result, graded.run))
         return result
+
+    def _feedback(self, result: Result, run: RunRecord) -> str:
+        """What a student may see now."""
+        course, settings = self._course, self._course.settings
+        opens = settings.feedback.opens
+        if opens is not None and not settings.feedback.is_open(datetime.now(UTC)):
+            return feedback.not_open_yet(result, opens, course.title, settings.term)
+        return feedback.page(result, course.catalogue, course.title, run, settings.term, settings.feedback)
 
     def _write(self, path: Path, content: str) -> None:
         try:

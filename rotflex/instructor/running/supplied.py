@@ -6,6 +6,7 @@ and records the value. The part earns nothing; what follows from it can.
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -32,7 +33,7 @@ class Supplied:
     ----------
     student : whose run it is for
     question, part : which
-    value : a number, a text, or lists of them; plain data
+    value : a number, a text, or lists of them; plain data. None takes an earlier one back
     source : Python for the value
     """
 
@@ -65,11 +66,35 @@ def read(text: str, catalogue: Catalogue) -> Supplied:
         )
     try:
         asked = catalogue.find(question).part(part)
-        value = _value(asked, given.strip())
-        forms.encode(asked, _python(asked, value), 0)
-        return Supplied(student_id.normalised(student), question, part, value, _source(asked, value))
+        if not given.strip():
+            return Supplied(student_id.normalised(student), question, part, None, "")
+        return _supplied(student_id.normalised(student), question, asked, _value(asked, given.strip()))
     except (AnswerError, StudentIDError, forms.FormError, forms.NotAnswered, ValueError) as error:
         raise GradingError(_("{text!r} cannot be supplied: {error}").format(text=text, error=error)) from None
+
+
+def together(student: str, earlier: Mapping[str, Any], now: Iterable[Supplied], catalogue: Catalogue) -> list[Supplied]:
+    """What counts for a student: what was supplied before, and what is now; that comes first, and can take back.
+
+    Parameters
+    ----------
+    student : whose
+    earlier : "1.2.speed" → value, as the gradebook has it; what the course no longer has is left out
+    now : of anybody's
+    catalogue : of the course
+    """
+    found: dict[str, Supplied] = {}
+    for name, value in earlier.items():
+        question, _dot, part = name.rpartition(".")
+        with contextlib.suppress(AnswerError, forms.FormError, ValueError):
+            found[name] = _supplied(student, question, catalogue.find(question).part(part), value)
+    found |= {one.name: one for one in now if student_id.caseless(one.student) == student_id.caseless(student)}
+    return [one for one in found.values() if one.value is not None]
+
+
+def _supplied(student: str, question: str, part: Part, value: Any) -> Supplied:
+    forms.encode(part, _python(part, value), 0)
+    return Supplied(student, question, part.name, value, _source(part, value))
 
 
 def _value(part: Part, text: str) -> Any:
