@@ -56,7 +56,7 @@ def asked(masters: Mapping[str, dict[str, Any]], merged: Merged, catalogue: Cata
 
 
 def _begun(master: Mapping[str, Any], ran: Mapping[str, Any]) -> dict[str, bool]:
-    """Id of each cell that records an answer → whether the student wrote something for it, or nothing was left to do."""
+    """Id of each cell that records an answer → whether the student wrote something for it, or had nothing to."""
     released = {alignment.name_of(cell): alignment.source_of(cell) for cell in master["cells"]}
     recorders = {one.cell for one in recorded(master["cells"])}
     found: dict[str, bool] = {}

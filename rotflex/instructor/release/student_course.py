@@ -52,8 +52,8 @@ JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID tha
 own virtual bench is made from it.
 
 Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
-Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside the
-notebooks: when your work is marked, your notebooks are run from the first cell to the last, with your answers, your
+Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside
+the notebooks: when your work is marked, your notebooks are run from the first cell to the last, with your answers, your
 cells and your files. The course's own cells are run as the course has them.
 
 Save, and see beforehand what comes of it, and what does not, and why; nothing is marked by it:
