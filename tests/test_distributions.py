@@ -164,7 +164,7 @@ def test_students_check_and_pack_their_work_with_their_own_wheel_alone(wheels, t
     assert done.returncode == 1, done.stdout + done.stderr  # one question is answered, and the others are empty
     assert "  00_start                   all there\n" in done.stdout
     assert "02_finding_stiffness       nothing yet" in done.stdout
-    assert "cells of the course's were changed: setup" in done.stdout
+    assert "among the course's cells, changed: setup" in done.stdout
     with zipfile.ZipFile(tmp_path / "ada.zip") as packed:
         assert {"00_start.ipynb", "10_control_results.ipynb", "helper.py", "receipt.json"} <= set(packed.namelist())
     restored = rotflex(alone, tmp_path, "restore", "00", "--folder", work, ROTFLEX_RUNNING="")
