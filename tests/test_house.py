@@ -47,11 +47,12 @@ def test_each_room_of_the_instructors_is_either_general_or_a_model_of_this_labor
     assert short(CONTRACTS["models"]["forbidden_modules"], "rotflex.instructor") == general
 
 
-def test_what_runs_beside_the_students_package_imports_nothing_of_this_one():
+def test_what_runs_beside_the_students_package_imports_nothing_of_this_one_but_what_it_brings_along():
     graph = grimp.build_graph("rotflex", cache_dir=None)
     own = {INSIDE, *graph.find_descendants(INSIDE)}
     assert f"{INSIDE}.main" in own
-    assert graph.find_upstream_modules(INSIDE, as_package=True) - own == set()
+    # One module is packed beside it, for releases whose package does not have it; it stands on nothing of ours.
+    assert graph.find_upstream_modules(INSIDE, as_package=True) - own == {"rotflex.courseware.run.cell_reports"}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))

@@ -347,7 +347,7 @@ class _Words:
 
 
 def _several(questions: Sequence[str], one: str, many: str) -> str:
-    """As "2.12 builds", "2.12 and 3.7 build", "2.12, 3.7 and 12 more build"."""
+    """As "1.2 builds", "1.2 and 1.3 build", "1.2, 1.3 and 12 more build"."""
     rest = len(questions) - _NAMED
     if rest > 1:
         named = _("{named} and {count} more").format(named=", ".join(questions[:_NAMED]), count=rest)

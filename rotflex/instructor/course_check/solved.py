@@ -19,6 +19,7 @@ from rotflex.instructor.isolation import layers
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.checks import ForAPerson
 from rotflex.instructor.marking.decoding import Claims
+from rotflex.instructor.marking.marking import KeyFault
 from rotflex.instructor.marking.wrong_answers import wrong_answer
 from rotflex.instructor.release import student_notebooks
 from rotflex.instructor.running import bundle, runner
@@ -156,4 +157,6 @@ def _judged(question: Question, part: Part, one: Check, claims: Claims, case: Ca
 
 
 def _fails(error: Exception) -> str:
+    if isinstance(error, KeyFault):
+        return _("it fails: {error}").format(error=error)
     return _("it fails: {kind}: {error}").format(kind=type(error).__name__, error=error)

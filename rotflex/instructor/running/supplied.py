@@ -1,6 +1,6 @@
 """Values that an instructor supplies in place of missing ones, so that what builds on them can be run.
 
-``ada:2.11.omega_n=19.5`` binds, just before the cell that records question 2.11, the variable that this cell records,
+``ada:1.2.speed=19.5`` binds, just before the cell that records question 1.2, the variable that this cell records,
 and records the value. The part earns nothing; what follows from it can.
 """
 

@@ -73,8 +73,8 @@ def claims(values, **changes):
 def marks(key, bench):
     """Marks for values, by (question, part)."""
 
-    def mark(values, **changes):
-        found = marking.mark(key, claims(values, **changes), bench, SEED)
+    def mark(values, course=None, **changes):
+        found = marking.mark(course or key, claims(values, **changes), bench, SEED)
         return {(mark.question, mark.part): mark for mark in found}
 
     return mark
@@ -344,11 +344,15 @@ def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
     assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
 
 
-def test_a_recording_of_another_bench_than_a_virtual_one_is_for_a_person(marks, own_sweep):
-    found = marks(
-        {SWEEP: own_sweep, PLOT: drawn(own_sweep.time, own_sweep["alpha"])}, bench={"uri": "quanser:q2_usb/0"}
-    )
+def test_where_notebooks_are_run_on_another_bench_than_a_virtual_one_it_is_for_a_person(marks, key, own_sweep):
+    wired = replace(key, parameters={"bench": "quanser:q2_usb/0"})
+    found = marks({SWEEP: own_sweep, PLOT: drawn(own_sweep.time, own_sweep["alpha"])}, course=wired)
     assert found[SWEEP].status is found[PLOT].status is Status.FOR_A_PERSON
+
+
+def test_a_bench_that_answers_claim_to_come_from_changes_no_mark(marks, others_sweep):
+    """Or wrong numbers would wait for a person."""
+    assert marks({SWEEP: others_sweep}, bench={"uri": "quanser:q2_usb/0"})[SWEEP].status is WRONG
 
 
 @pytest.mark.parametrize(

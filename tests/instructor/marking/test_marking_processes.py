@@ -14,7 +14,7 @@ from made_courses import loaded
 
 from rotflex.errors import GradingError
 from rotflex.instructor.marking import marking, time_limit
-from rotflex.instructor.marking.marking_processes import Marker
+from rotflex.instructor.marking.marking_processes import Asked, Marker
 from solutions.true_bench import TrueBench
 
 pytestmark = pytest.mark.slow
@@ -51,7 +51,7 @@ def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
 
     def mark(number, student):
         try:
-            results[number] = sum(one.points for one in marker.mark(student, answers(student), 1).marks)
+            results[number] = sum(one.points for one in marker.mark(Asked(student, answers(student), 1)).marks)
         except GradingError as error:
             results[number] = str(error)
 
@@ -69,11 +69,11 @@ def test_no_marking_process_outlives_a_program_that_was_killed(course):
     code = f"""
 import sys, time
 from pathlib import Path
-from rotflex.instructor.marking.marking_processes import Marker
+from rotflex.instructor.marking.marking_processes import Asked, Marker
 from rotflex.instructor import course
 if __name__ == "__main__":
     marker = Marker(course.load(Path({str(course.folder)!r})), 1)
-    marker.mark("ada", {answers("ada")!r}, 1)
+    marker.mark(Asked("ada", {answers("ada")!r}, 1))
     print("ready", flush=True)
     time.sleep(600)
 """
