@@ -40,7 +40,7 @@ def brief(checked: Checked) -> str:
     questions = checked.questions
     done = sum(questions.values())
     if done == len(questions):
-        return _("All of the {questions} are there.").format(questions=plural(done, _("question")))
+        return _("All there: {questions}.").format(questions=plural(done, _("question")))
     states = {one: {part.state for part in checked.parts if part.question == one} for one in questions}
     open_ = [one for one, there in questions.items() if not there]
     empty = sum(states[one] <= {State.EMPTY} for one in open_)
