@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import browser
 import pytest
-from browser import CHROMIUM, CHROMIUM_OPTIONS
 
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import feedback
@@ -40,12 +40,12 @@ CONTRASTS = """() => {
 def chromium():
     from playwright.sync_api import sync_playwright
 
-    if CHROMIUM is None:
+    if browser.CHROMIUM is None:
         pytest.skip("there is no chromium here: apt-get install chromium")
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_OPTIONS)
-        yield browser
-        browser.close()
+        started = driver.chromium.launch(executable_path=browser.CHROMIUM, args=browser.CHROMIUM_OPTIONS)
+        yield started
+        started.close()
 
 
 @pytest.fixture(params=["light", "dark"])
