@@ -1,0 +1,81 @@
+"""The feedback page in a browser: folded on the screen, unfolded on paper, readable in light and dark."""
+
+from __future__ import annotations
+
+import browser
+import pytest
+
+from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.reports import feedback
+from rotflex.instructor.reports.result import Result
+from rotflex.instructor.verdicts import Status
+from rotflex.workbook.questions import CATALOGUE
+
+MARKS = (
+    Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
+    *(Mark("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
+)
+
+#: The contrast of each text with what lies behind it, by the formula of WCAG 2.
+CONTRASTS = """() => {
+  const light = (colour) => {
+    const [r, g, b] = colour.match(/[\\d.]+/g).slice(0, 3).map((v) => v / 255)
+      .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (node) => {
+    for (let at = node; at; at = at.parentElement) {
+      const colour = getComputedStyle(at).backgroundColor;
+      if (!/, 0\\)$|transparent/.test(colour)) return colour;
+    }
+  };
+  return [...document.querySelectorAll("h1, h2, h3, h4, p, td, th, a, strong, .sign, .given, .why")].map((node) => {
+    const [one, other] = [light(getComputedStyle(node).color), light(behind(node))].sort((a, b) => a - b);
+    return [node.tagName + "." + node.className, (other + 0.05) / (one + 0.05)];
+  });
+}"""
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    from playwright.sync_api import sync_playwright
+
+    if browser.CHROMIUM is None:
+        pytest.skip("there is no chromium here: apt-get install chromium")
+    with sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=browser.CHROMIUM, args=browser.CHROMIUM_OPTIONS)
+        yield started
+        started.close()
+
+
+@pytest.fixture(params=["light", "dark"])
+def page(request, chromium, tmp_path):
+    """The page in a browser that likes it light or dark; it may have nothing to complain about."""
+    file = tmp_path / "feedback.html"
+    file.write_text(feedback.page(Result("ada", MARKS), CATALOGUE, "A course"), encoding="utf-8")
+    context = chromium.new_context(color_scheme=request.param, viewport={"width": 800, "height": 900})
+    opened, said = context.new_page(), []
+    opened.on("console", lambda message: said.append(message.text))
+    opened.goto(file.as_uri())
+    yield opened
+    context.close()
+    assert said == []
+
+
+def test_what_is_all_well_is_folded_on_the_screen_and_not_on_paper(page):
+    folded = page.get_by_text("Folded reason.")
+    assert not folded.is_visible() and page.get_by_text("Open reason.").first.is_visible()
+    page.emulate_media(media="print")
+    assert folded.is_visible()
+    assert page.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--page')").strip() == "#fff"
+
+
+def test_every_text_can_be_read_on_what_lies_behind_it(page):
+    contrasts = page.evaluate(CONTRASTS)
+    assert len(contrasts) > 40
+    assert {name: round(ratio, 1) for name, ratio in contrasts if ratio < 4.5} == {}
+
+
+def test_the_page_is_no_wider_than_the_window(page):
+    page.set_viewport_size({"width": 390, "height": 800})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
