@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.metadata
 import importlib.util
 import shutil
@@ -30,13 +31,19 @@ _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's co
 
 
 class _Commands(typer.core.TyperGroup):
-    """Shows an error that was raised on purpose as a message, with exit code 2."""
+    """Shows an error that was raised on purpose, or is the system's, as a message, with exit code 2."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
         except RotflexError as error:
             typer.secho(f"rotflex: {error}", err=True, fg="red")
+            raise typer.Exit(2) from error
+        except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
+            if error.errno == errno.EPIPE:  # who reads our output has gone: typer sees to it
+                raise
+            where = f"{error.filename}: " if error.filename else ""
+            typer.secho(f"rotflex: {where}{error.strerror or error}.", err=True, fg="red")
             raise typer.Exit(2) from error
         except ModuleNotFoundError as error:
             if _is_installed(_INSTRUCTORS):

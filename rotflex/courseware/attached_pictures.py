@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import unquote
 
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, UnidentifiedImageError
 
 from rotflex.courseware.kinds.values import LONGEST_PROSE
 from rotflex.courseware.messages import _
@@ -165,7 +165,7 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
         raise
     except Image.DecompressionBombError:
         raise PictureError(_too_many_pixels()) from None
-    except Image.UnidentifiedImageError:
+    except UnidentifiedImageError:
         raise PictureError(_("it is none of {formats}").format(formats=", ".join(_FORMATS))) from None
     except Exception:  # pillow raises all sorts of errors on what is damaged
         raise PictureError(_("it is damaged")) from None

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rotflex
+from rotflex.courseware import course_file
 from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
@@ -53,6 +54,15 @@ def masters(course: Path | None = None) -> dict[str, Notebook]:
     """
     folder = (course or course_folder()) / "notebooks"
     return {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.ipynb"))}
+
+
+def release() -> str:
+    """The name of the release that is installed; "" where there is none, as in a checkout."""
+    try:
+        named = (course_file.read(course_folder() / "notebooks") or {}).get(course_file.RELEASE)
+    except ConfigurationError:
+        return ""
+    return named if isinstance(named, str) else ""
 
 
 def imports_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ BEGIN, END = "<!-- BEGIN SOLUTION -->", "<!-- END SOLUTION -->"
 
 Where = tuple[str, str]  # question, part
 
-_HEADING = re.compile(rf"\*\*{MARK}[^*\n]{{1,200}}\*\*")
+_HEADING = re.compile(rf'(?:<div class="[\w -]{{1,60}}"><b>|\*\*){MARK}[^*<>\n]{{1,200}}(?:</b></div>|\*\*)')
 #: How text begins that somebody wrote into a code cell: some words in a row, and no keyword of Python first.
 _PROSE = re.compile(r"\s*(?!(?:from|for|if|while|with|not|lambda|assert|del|import)\b)\w+(?:,? [^\W\d_]{1,40}){3}")
 
@@ -154,7 +154,7 @@ def without_stub(source: str, master: Mapping[str, Any]) -> str:
     given = {line.strip() for line in [*source_of(master).split("\n"), STUB, BEGIN, END]}
     lines = []
     for line in source.replace("\r\n", "\n").split("\n"):
-        rest = _HEADING.sub("", line, count=1) if line.lstrip().startswith(f"**{MARK}") else line
+        rest = _HEADING.sub("", line, count=1) if _HEADING.match(line.lstrip()) else line
         rest = rest.replace(STUB, "")
         lines.append("" if rest.strip() in given or (rest != line and not rest.strip()) else rest)
     text = "\n".join(lines).strip()
@@ -165,6 +165,11 @@ def source_of(cell: Mapping[str, Any]) -> str:
     """The text of a cell as a notebook's file has it."""
     source = cell.get("source", "")
     return "".join(source) if isinstance(source, list) else str(source)
+
+
+def heading(label: str) -> str:
+    """The line with which an answer cell for words begins: a band in colour in JupyterLab, plain elsewhere."""
+    return f'<div class="alert alert-success"><b>{MARK} {label}</b></div>'
 
 
 def headings(source: str) -> list[str]:

@@ -40,13 +40,11 @@ from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.marking.marking_processes import Marker
-from rotflex.instructor.running import executors, runner
+from rotflex.instructor.running import executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
-from rotflex.instructor.running.intake import finding, reading
-from rotflex.instructor.running.intake.delivered import Item, newest
-from rotflex.instructor.running.intake.hand_ins import Submission
+from rotflex.instructor.running.intake import Item, Submission, newest
 from rotflex.instructor.running.prepared import Prepared, prepare
 from rotflex.instructor.running.runner import Job, Limits
 from rotflex.instructor.running.supplied import Supplied, together
@@ -128,7 +126,8 @@ class Batch:
         self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
     ) -> None:
         self._settings = settings or Settings()
-        found = finding.find(submissions, gradebook.students(), self._settings.times, self._settings.zone)
+        roster = [one for one in gradebook.students() if one.enrolled]
+        found = intake.find(submissions, roster, self._settings.times, self._settings.zone)
         self._submissions, self.ignored = found.submissions, found.ignored
         self._course = course
         self._key_digest = marking_digest(course)
@@ -141,7 +140,8 @@ class Batch:
         self._gradebook = gradebook
         self._secret = gradebook.secret()
         there = {caseless(one.student) for one in self._submissions}
-        self.absent = [one.student for one in gradebook.students() if caseless(one.student) not in there]
+        there |= {caseless(one) for one in gradebook.handed_in()}
+        self.absent = [one.student for one in roster if caseless(one.student) not in there]
 
     @property
     def students(self) -> list[str]:
@@ -210,9 +210,9 @@ class Batch:
 
     def _taken_in(self, submission: Submission) -> _Taken:
         """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
-        read = reading.read(submission, self._bundles.names, self._masters, self._course.packages)
+        read = intake.read(submission, self._bundles.names, self._masters, self._course.packages)
         earlier = [one.name for one in self._gradebook.delivered(submission.student)]
-        problems = [*submission.problems, *reading.problems(read, earlier)]
+        problems = [*submission.problems, *intake.problems(read, earlier)]
         notes = [*submission.notes, *(note for one in read for note in one.notes)]
         self._gradebook.deliver(submission.student, [_delivery(item) for one in read for item in one.items()])
         hand_in, said = newest(self._gradebook.delivered(submission.student), self._bundles.names)

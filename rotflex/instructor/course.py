@@ -12,6 +12,7 @@ import hashlib
 import importlib
 import importlib.util
 import sys
+import traceback
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -180,8 +181,8 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
         module = importlib.import_module(f"{package}.{module_name}")
     except Exception as error:
         raise GradingError(
-            _("The course in {folder} cannot be loaded: {kind}: {error}").format(
-                folder=folder, kind=type(error).__name__, error=error
+            _("The course in {folder} cannot be loaded: {kind}: {error}{where}").format(
+                folder=folder, kind=type(error).__name__, error=error, where=_where(error, folder)
             )
         ) from error
     course = getattr(module, name, None)
@@ -195,6 +196,15 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     decided = settings.read(folder, course.presets, course.draw)
     title = decided.title or course.title or course.name
     return replace(course, folder=folder, entry=entry, settings=decided, title=title)
+
+
+def _where(error: Exception, folder: Path) -> str:
+    """The course's file and line that an error came from; a syntax error says its own."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    if isinstance(error, SyntaxError) or not ours:
+        return ""
+    return _(" ({file}, line {line})").format(file=Path(ours[-1].filename).name, line=ours[-1].lineno)
 
 
 def package_folder(name: str) -> Path:

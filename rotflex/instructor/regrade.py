@@ -71,7 +71,9 @@ def _check(questions: Collection[str], course: Course) -> None:
 
 def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
     run = graded.run
-    if run.answers is None:  # nothing was read of it, or it could not be run: there is nothing to mark
+    if (
+        run.answers is None and not run.words
+    ):  # nothing was read of it, or it could not be run: there is nothing to mark
         return Regraded(graded, graded)
     try:
         marked = marker.mark(to_be_marked(run))

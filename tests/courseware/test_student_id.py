@@ -19,6 +19,7 @@ from rotflex.errors import ConfigurationError, GradebookError, GradingError, Rot
 from rotflex.hil.student_benches import student_seed
 from rotflex.instructor.gradebook import storable
 from rotflex.instructor.running import intake
+from rotflex.instructor.running.intake.people import People
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 
@@ -172,25 +173,11 @@ def by_gradebook(given, folder):
 
 
 def by_intake(given, folder):
-    """As a folder's name; a zip's and a folder's are read alike."""
-    return intake._submission(_Named(given)).student
-
-
-class _Named:
-    """A folder of any name, also of such as no file system would take."""
-
-    def __init__(self, name):
-        self.name = self.stem = name
-        self.suffix = ""
-
-    def is_symlink(self):
-        return False
-
-    def is_dir(self):
-        return True
-
-    def is_file(self):
-        return False
+    """As a folder's name, also one that no file system would take; a zip's and a folder's are read alike."""
+    match = People().named(given)
+    if not match.students:
+        raise StudentIDError(match.why_not)
+    return match.students[0]
 
 
 @given(typed=any_id.filter(bool))
@@ -200,7 +187,7 @@ def test_what_one_module_takes_all_take_as_the_same(typed, tmp_path_factory):
     for take in (by_lab, by_gradebook, by_intake):
         try:
             student = take(typed, folder)
-        except (ConfigurationError, GradebookError, intake._Unreadable):
+        except (ConfigurationError, GradebookError):
             student = None
         assert student == expected, take.__name__
 
@@ -211,9 +198,9 @@ def test_what_the_laboratory_takes_can_be_handed_in(given, tmp_path):
     (tmp_path / "in").mkdir()
     with zipfile.ZipFile(tmp_path / "in" / f"{student}.zip", "w"):
         pass
-    found, ignored = intake.submissions(tmp_path / "in")
-    assert ([one.student for one in found], ignored) == ([GOOD[given]], [])
-    assert storable.student(found[0].student) == student
+    found = intake.find(tmp_path / "in")
+    assert ([one.student for one in found.submissions], found.ignored) == ([GOOD[given]], [])
+    assert storable.student(found.submissions[0].student) == student
 
 
 @pytest.mark.parametrize(
@@ -223,7 +210,7 @@ def test_what_the_laboratory_refuses_is_not_read_either(given, tmp_path):
     if len(given.encode(errors="surrogateescape")) < 255:
         (tmp_path / given).mkdir(exist_ok=True)
         with pytest.raises(GradingError, match="no submissions"):
-            intake.submissions(tmp_path)
+            intake.find(tmp_path)
 
 
 def test_errors_are_those_that_callers_expect():

@@ -15,8 +15,8 @@ from rotflex.courseware.kinds.values import LONGEST_PROSE
 from rotflex.courseware.run.handed_in import Cell
 from rotflex.courseware.words import STUB, Words
 
-HEADING = "**✎ Your answer: 1.1, why**"
-OTHER = "**✎ Your answer: 1.2, how**"
+HEADING = words.heading("Your answer: 1.1, why")
+OTHER = words.heading("Your answer: 1.2, how")
 
 
 def master(cell_id, source, kind="markdown", where=None):
@@ -225,7 +225,7 @@ def test_hostile_sources_take_no_time():
     for source in (
         "![" * 50_000,
         "![](" * 40_000,
-        "**✎" * 50_000,
+        HEADING[:36] * 5_000,
         "![a](data:image/png;base64,A" * 5_000,
         "a " * 90_000,
     ):

@@ -271,8 +271,8 @@ class _Aligner:
         return Placed(self.roles[master], master, self.pieces.get(master, [None])[0])
 
     def _place_of(self, master: int, order: Sequence[Placed]) -> int:
-        """Where a cell of the course's belongs: after the last one before it that is in its place; what records answers,
-        after all of its answer, wherever that is.
+        """Where a cell of the course's belongs: after the last one before it that is in its place; what records an
+        answer, after all of it, wherever that is.
 
         A cell that the student added below an answer belongs to it.
         """

@@ -6,7 +6,6 @@ the folder. There is no sandbox: it is the student's own code, on their own mach
 
 from __future__ import annotations
 
-import json
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import answers, released, words
+from rotflex.courseware import answers, course_file, released, words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _
@@ -175,7 +174,7 @@ def check(
         (*work.problems, *unreadable, *_broken(broken)),
         (
             *work.notes,
-            *filter(None, (home.note,)),
+            *filter(None, (home.note, _other_release(work))),
             *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes)),
             *_foreign(work, merged),
         ),
@@ -196,7 +195,8 @@ def _run(
             (place / name).parent.mkdir(parents=True, exist_ok=True)
             (place / name).write_bytes(content)
         if work.hand_in.course:
-            (place / COURSE_FILE).write_text(json.dumps(dict(work.hand_in.course)), encoding="utf-8")
+            about = {**work.hand_in.course, course_file.STUDENT: student}
+            (place / COURSE_FILE).write_text(course_file.text(about), encoding="utf-8")
         log = place / REPORTS_FILE
 
         def begin(name: str) -> str:
@@ -322,6 +322,17 @@ def _unsaved(parts: Sequence[Part], saved: Mapping[str, float], home: _Home) -> 
     }
 
 
+def _other_release(work: Work) -> str:
+    """A word on work that was begun under another release than the one that is installed; "" else."""
+    begun, here = work.hand_in.course.get(course_file.RELEASE), released.release()
+    if not here or not isinstance(begun, str) or begun == here:
+        return ""
+    return _(
+        "This folder was begun with release {begun} of the course, and is checked with {here}, which is installed. "
+        "Started once more, rotflex lab brings the folder to it, and touches no answer."
+    ).format(begun=begun[:80], here=here)
+
+
 def _clock(seconds: float) -> str:
     return time.strftime("%H:%M:%S" if time.time() - seconds < 43_200 else "%Y-%m-%d %H:%M", time.localtime(seconds))
 
@@ -334,6 +345,6 @@ def _foreign(work: Work, merged: Merged) -> Iterator[str]:
     sources += [content.decode(errors="replace") for name, content in files.items() if name.endswith(".py")]
     for name in foreign_modules.foreign(sources, own):
         yield _(
-            "{module} is installed here, but does not come with the course: it may be missing where your work is graded. "
-            "Ask your instructor, or do without it."
+            "{module} is installed here, but does not come with the course: it may be missing where your work is "
+            "graded. Ask your instructor, or do without it."
         ).format(module=name)

@@ -19,8 +19,9 @@ _HAPPENED = {
     Happened.OTHER_KIND: _("turned into cells of another kind: {cells}"),
 }
 _DIFFERENT = _(
-    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the one "
-    "that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a seed."
+    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
+    "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
+    "seed."
 )
 
 
@@ -39,7 +40,7 @@ def brief(checked: Checked) -> str:
     questions = checked.questions
     done = sum(questions.values())
     if done == len(questions):
-        return _("All of the {questions} are there.").format(questions=plural(done, _("question")))
+        return _("All there: {questions}.").format(questions=plural(done, _("question")))
     states = {one: {part.state for part in checked.parts if part.question == one} for one in questions}
     open_ = [one for one, there in questions.items() if not there]
     empty = sum(states[one] <= {State.EMPTY} for one in open_)

@@ -298,10 +298,10 @@ class _Words:
             return _("It builds on {question}, which is not answered.").format(question=cause.question)
         if cause is None:
             return ""
-        what = _("{cell} stopped: {error}.").format(cell=self.name(run, cause), error=self.of_error(cause))
+        cell, error = self.name(run, cause), self.of_error(cause)
         if run.question_of(cause) == where[0]:
-            return what
-        return _("It builds on what stopped before it. {what}").format(what=what)
+            return _("{cell} stopped: {error}.").format(cell=cell, error=error)
+        return _("It builds on what stopped before it: {cell} ({error}).").format(cell=cell, error=error)
 
     def of_stop(self, run: _Run, cell: _Cell, questions: Sequence[str]) -> str:
         """What stopped, and all that builds on it, in a sentence."""

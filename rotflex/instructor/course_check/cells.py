@@ -90,8 +90,8 @@ def _in_words(name: str, notebook: NotebookNode) -> Iterator[Finding]:
         if len(found) != 1:
             yield Finding(
                 where,
-                _("it should begin with one heading for students, such as **{mark} Your answer: 1.1, why**.").format(
-                    mark=words.MARK
+                _("it should begin with one heading for students, such as {example}").format(
+                    example=words.heading("Your answer: 1.1, why")
                 ),
             )
         for heading in found:

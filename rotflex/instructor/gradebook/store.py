@@ -92,11 +92,11 @@ class Gradebook:
             there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
             for entry in entries:
                 if caseless(entry.student) not in there:
-                    rows.add_student(connection, entry.student, entry.details)
+                    rows.add_student(connection, entry.student, {**entry.details, "enrolled": True})
                     added += 1
                     continue
                 student_id, record = there[caseless(entry.student)]
-                new = {"student": entry.student, **entry.details}
+                new = {"student": entry.student, **entry.details, "enrolled": True}
                 if replace(record, **new) != record:
                     connection.execute(update(students).where(students.c.id == student_id).values(new))
                     changed += 1

@@ -38,6 +38,7 @@ from nbformat.reader import NotJSONError  # noqa: E402
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 STUB = "# Your code here."
+_WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
 INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = "instructor", "open", "parameters"
 _KEPT_CELL_METADATA = ("jupyter", "nbgrader", "tags", words.KEY)
 
@@ -86,8 +87,10 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
         source = _released_source(cell, _("{name}, cell {cell!r}").format(name=name, cell=cell.id))
+        if cell.id in asked:
+            cells.append(_band(cell.id, asked[cell.id]))
         if cell.id in asked and not source.startswith("%%"):  # a cell magic must come first
-            source = f"# {words.MARK} Your answer: {', '.join(asked[cell.id])}\n{source}"
+            source = f"# {words.MARK} Your answer: {', '.join(asked[cell.id])} ".ljust(_WIDTH, "─") + f"\n{source}"
         metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata} | _locks(cell)
         if cell.id in points:
             metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}
@@ -134,6 +137,13 @@ def _locks(cell: NotebookNode) -> dict[str, bool]:
     if is_answer(cell) or PARAMETERS_TAG in tags or OPEN_TAG in tags:
         return {"deletable": False}
     return {"deletable": False, "editable": False}
+
+
+def _band(answer: str, questions: list[str]) -> NotebookNode:
+    """The line in colour above an answer cell with code, which cannot have a colour itself."""
+    label = _("Your answer: {questions} (code, in the next cell)").format(questions=", ".join(questions))
+    metadata = NotebookNode(deletable=False, editable=False)
+    return NotebookNode(id=f"{answer}-here", cell_type="markdown", metadata=metadata, source=words.heading(label))
 
 
 def _shows(source: str, name: str) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord
-from rotflex.instructor.reports.result import points
+from rotflex.instructor.reports.result import UNDECIDED, points
 
 KEY_CHANGED = "the key has changed"
 RUN_AGAIN = "run again, with other notebooks, software or settings"
@@ -44,6 +44,8 @@ _SIDES = ("before", "after")
 def _in_words(mark: MarkRecord | None) -> str:
     if mark is None:
         return _("no mark")
+    if mark.status in UNDECIDED:
+        return _("not decided, of {out_of} ({status})").format(out_of=points(mark.out_of), status=mark.status)
     return _("{points} of {out_of} ({status})").format(
         points=points(mark.points), out_of=points(mark.out_of), status=mark.status
     )

@@ -31,7 +31,8 @@ _LARGEST = 1e300  # no axis goes so far; beyond, differences are infinite
 _SVG = Markup('<svg class="drawn" viewBox="0 0 {width} {height}" role="img" aria-label="{alt}">{inside}</svg>')
 _GRID = Markup('<path class="grid" d="{path}"/>')
 _CURVE = Markup('<path class="curve look{look}" d="{path}"/>')
-_WORD = Markup('<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{word}</text>')
+_CURVES = Markup('<g transform="scale(0.1)">{curves}</g>')
+_WORD = Markup('<text x="{x:.0f}" y="{y:.0f}" text-anchor="{anchor}">{word}</text>')
 _UPRIGHT = Markup('<text transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{word}</text>')
 _SWATCH = Markup(
     '<li><svg class="swatch" viewBox="0 0 40 8" aria-hidden="true"><path class="curve look{look}" d="M0 4H40"/></svg> '
@@ -91,7 +92,7 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
     if x is None or y is None:
         return Markup("").join([*parts, Markup("<p>{}</p>").format(_("Its curves cannot be drawn."))])
     curves = (_CURVE.format(look=look % _LOOKS, path=_path(line, x, y)) for look, line in enumerate(lines))
-    inside = Markup("").join([*_frame(x, y, axis), *curves])
+    inside = Markup("").join([*_frame(x, y, axis), _CURVES.format(curves=Markup("").join(curves))])
     parts.append(_SVG.format(width=_WIDTH, height=_HEIGHT, alt=_alt(axis, lines, x), inside=inside))
     labels = [(look, _plain(line["label"])) for look, line in enumerate(lines)]
     if any(label for _look, label in labels):
@@ -101,7 +102,7 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
 
 
 def _plain(label: str) -> str:
-    """A label without what matplotlib would have set as a formula: ``$\\alpha$ / $^\\circ$`` as "α / °"."""
+    """A label without what matplotlib would have set as a formula: ``$\\beta$ / $^\\circ$`` as "β / °"."""
 
     def symbol(found: re.Match[str]) -> str:
         name = found[1]
@@ -151,8 +152,8 @@ def _frame(x: _Axis, y: _Axis, axis: Mapping[str, Any]) -> list[Markup]:
     """Grid, numbers, and the labels of both axes."""
     bottom, top, left, right = y.start, y.end, x.start, x.end
     x_ticks, y_ticks = x.ticks(), y.ticks()
-    grid = "".join(f"M{at:.1f} {bottom}V{top}" for at, _word in x_ticks)
-    grid += "".join(f"M{left} {at:.1f}H{right}" for at, _word in y_ticks)
+    grid = "".join(f"M{at:.0f} {bottom}V{top}" for at, _word in x_ticks)
+    grid += "".join(f"M{left} {at:.0f}H{right}" for at, _word in y_ticks)
     return [
         _GRID.format(path=grid),
         *(_WORD.format(x=at, y=bottom + 18, anchor="middle", word=word) for at, word in x_ticks),
@@ -163,11 +164,14 @@ def _frame(x: _Axis, y: _Axis, axis: Mapping[str, Any]) -> list[Markup]:
 
 
 def _path(line: Mapping[str, Any], x: _Axis, y: _Axis) -> str:
-    points = zip(x.at(line["x"]).tolist(), y.at(line["y"]).tolist(), strict=True)
-    if line["x"].size == 1:  # a dot
+    """A curve, in tenths: whole numbers, which nobody takes for a value."""
+    points = [
+        (round(10 * across), round(10 * down)) for across, down in zip(x.at(line["x"]), y.at(line["y"]), strict=True)
+    ]
+    if len(points) == 1:  # a cross
         ((across, down),) = points
-        return f"M{across - 4:.1f} {down:.1f}h8M{across:.1f} {down - 4:.1f}v8"
-    return "M" + "L".join(f"{across:.1f} {down:.1f}" for across, down in points)
+        return f"M{across - 40} {down}h80M{across} {down - 40}v80"
+    return "M" + "L".join(f"{across} {down}" for across, down in points)
 
 
 def _alt(axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], x: _Axis) -> str:

@@ -24,19 +24,30 @@ from rotflex.instructor.reports import feedback, grades_table
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
 from rotflex.instructor.reports.result import Result, lapse, result_of
 
+_PROBE = ".rotflex-probe"  # written, and taken away again
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
 
 
 def make_folder(out: Path) -> None:
-    """Make the folder of results, unless it is there.
+    """Make the folder of results, unless it is there, and see that it can be written to: before a class is run.
 
     Raises
     ------
     GradingError
-        If that is not possible.
+        If it cannot.
     """
+    table = out / GRADES_FILE
+    if table.is_dir():
+        raise GradingError(
+            _("{table} is a folder, where a file is to be written. Move it away, or choose another folder.").format(
+                table=table
+            )
+        )
     try:
         out.mkdir(parents=True, exist_ok=True)
+        probe = out / _PROBE
+        files.write(probe, b"")
+        probe.unlink()
     except OSError as error:
         raise GradingError(_("There can be no results in {out}: {why}.").format(out=out, why=error.strerror)) from None
 

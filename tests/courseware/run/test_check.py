@@ -106,7 +106,7 @@ def test_all_that_is_there_is_found_with_helper_cells_own_files_and_words(folder
     }
     assert found.good and (found.stops, found.lost, found.problems, found.notes) == ((), (), (), ())
     said = check_words.lines(found)
-    assert "All of the 3 questions are there." in said
+    assert "All there: 3 questions." in said
     assert said[-2:] == ["  01_swing  all there", "  02_later  all there"]
     assert told[-1][0] == "02_later.ipynb"
     assert {path: path.read_bytes() for path in folder.iterdir()} == before  # nothing of the student's is touched

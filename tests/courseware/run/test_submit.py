@@ -120,7 +120,7 @@ def test_the_zip_does_not_lie_in_what_it_holds_and_a_place_that_cannot_be_writte
         with pytest.raises(CheckError, match="choose another place by --out"):
             pack(folder, out=place)
     (tmp_path / "file").write_text("")
-    with pytest.raises(CheckError, match="cannot be written.*--out"):
+    with pytest.raises(CheckError, match=r"cannot be written.*--out"):
         pack(folder, out=tmp_path / "file")
     assert sorted(path.name for path in folder.parent.iterdir()) == ["work"]
 

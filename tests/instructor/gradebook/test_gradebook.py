@@ -944,7 +944,7 @@ def test_a_gradebook_of_the_first_revision_reads_as_before(url):
     with Gradebook(url) as book:
         assert book.secret() == b"s" * 32
         assert book.current("ada") == one
-        assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A")]
+        assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A", enrolled=True)]
         assert book.delivered("ada") == []
         before = book.dump()
         assert record(book, one) == 0

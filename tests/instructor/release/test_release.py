@@ -90,7 +90,7 @@ def test_a_solution_outside_of_an_answer_cell_is_refused():
 
 # --- answers in words -------------------------------------------------------------------------------------------------
 
-HEADING = "**✎ Your answer: 1.1, why**"
+HEADING = words.heading("Your answer: 1.1, why")
 WORDS_CATALOGUE = Catalogue(
     [
         Question("1.1", "1", "demo", "Why", (), (prose("why", "", "Why?", points=3), number("k", "N", None, "", "k?"))),
@@ -143,13 +143,15 @@ def test_points_of_words_are_their_own_and_code_says_which_question_it_answers()
         in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}"),
         answer("k = None\n### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1"),
         code('lab.answer("1.1", k=k)', "q1-1-answer"),
-        in_words(f"**✎ Your answer: 1.2, how**\n{words.BEGIN}\nx\n{words.END}", "q1-2-how", "1.2", "how"),
+        in_words(f"**✎ 1.2, how**\n{words.BEGIN}\nx\n{words.END}", "q1-2-how", "1.2", "how"),
         answer("%%time\n### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1b"),
         code('lab.answer("1.1", k=k)', "q1-1b-answer"),
     )
     assert [cell.metadata.nbgrader.get("points") for cell in kept if student_notebooks.is_answer(cell)] == [3, 1, 2, 1]
-    assert kept[1].source == "# ✎ Your answer: 1.1\nk = None\n# Your code here."
-    assert kept[4].source.startswith("%%time\n")  # which must come first
+    assert kept[1].source == words.heading("Your answer: 1.1 (code, in the next cell)")
+    assert kept[1].metadata == {"deletable": False, "editable": False}
+    assert kept[2].source == "# ✎ Your answer: 1.1 " + 67 * "─" + "\nk = None\n# Your code here."
+    assert kept[6].source.startswith("%%time\n")  # which must come first
 
 
 def test_what_students_may_change_is_by_role_and_not_by_hand():

@@ -1,0 +1,23 @@
+"""Taking in what students hand in, however a learning platform packs and names it (docs/handing_in.md).
+
+=================  ===================================================================================================
+``finding``        a class's folder → hand-ins of each student: :func:`find`
+``reading``        one student's → cells, own files, what was recorded at home: :func:`read`
+``delivered``      all that came, then and now → the newest of each: :func:`newest`
+``labels``         what platforms write into names
+``people``         which student a name means
+``whose``          whose a hand-in is, by its name and by its course.json
+``times``          the file that says what came when
+``places``         folders and zips, alike; ``stores`` reads them, bounded
+``notebooks``      a notebook without its outputs; ``notebook_names`` tells which it is
+``own_files``      which of a student's own files come along
+``limits``         how much of all this
+=================  ===================================================================================================
+"""
+
+from rotflex.instructor.running.intake.delivered import Item, newest
+from rotflex.instructor.running.intake.finding import find
+from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
+from rotflex.instructor.running.intake.reading import Delivered, problems, read
+
+__all__ = ["Delivered", "Found", "Item", "Piece", "Submission", "find", "newest", "problems", "read"]

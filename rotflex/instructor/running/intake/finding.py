@@ -1,0 +1,360 @@
+"""What is in a class's folder: the hand-ins of each student, however a platform packed and named them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime, timedelta, tzinfo
+from pathlib import Path
+
+from rotflex.courseware.files import COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import caseless
+from rotflex.errors import GradingError
+from rotflex.instructor.gradebook.records import StudentRecord
+from rotflex.instructor.running.intake import labels, limits, names, places, times, whose
+from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
+from rotflex.instructor.running.intake.labels import Label
+from rotflex.instructor.running.intake.notebook_names import is_notebook
+from rotflex.instructor.running.intake.people import Match, People
+from rotflex.instructor.running.intake.places import Child, Place
+from rotflex.instructor.running.intake.stores import Entry, Listing, Unreadable, Where
+
+_WRONG_CLOCK = timedelta(days=1)  # by which what is in a zip may be later than the zip, as clocks have zones
+
+
+@dataclass
+class _Raw:
+    """A piece whose owner and time are not known yet."""
+
+    name: str
+    place: Place
+    match: Match
+    label: Label | None
+    files: Mapping[str, Entry] = field(default_factory=dict)
+    trouble: str = ""
+
+
+def find(
+    folder: Path,
+    roster: Sequence[StudentRecord] = (),
+    when: Mapping[str, datetime] | None = None,
+    zone: tzinfo = UTC,
+) -> Found:
+    """What is in a class's folder, or in a zip of it.
+
+    Parameters
+    ----------
+    folder : holds a folder, a zip or loose files for each student
+    roster : by which the names that platforms give are told
+    when : name of what lies there, or a student's ID or name → when it was handed in, from :func:`.times.read`
+    zone : of times in names and in zips, which do not say theirs
+
+    Raises
+    ------
+    GradingError
+        If there is no such folder, or no submission in it.
+    """
+    if not (folder.is_dir() or folder.is_file()):
+        raise GradingError(_("There is no folder {folder}.").format(folder=folder))
+    explorer = _Explorer(People(roster), when or {}, zone)
+    try:
+        explorer.start(folder)
+    except Unreadable as error:
+        raise GradingError(_("{folder} cannot be read: {why}").format(folder=folder, why=error)) from None
+    submissions = explorer.submissions()
+    ignored = explorer.ignored()
+    if not submissions:
+        nothing = _("There are no submissions in {folder}: it should hold a folder or a zip for each student.")
+        raise GradingError(" ".join([nothing.format(folder=folder), *ignored]))
+    return Found(submissions, ignored)
+
+
+class _Explorer:
+    """Goes through folders and zips around those of the students."""
+
+    def __init__(self, people: People, when: Mapping[str, datetime], zone: tzinfo) -> None:
+        self._people = people
+        self._when = times.folded(when)
+        self._zone = zone
+        self._raws: list[_Raw] = []
+        self._told: dict[str, list[str]] = {}
+
+    # --- where hand-ins are -------------------------------------------------------------------------------------------
+
+    def start(self, folder: Path) -> None:
+        """Look at the class's folder or zip."""
+        if folder.is_dir():
+            within = list(places.on_disk(folder))
+            if self._is_one_hand_in(within):
+                self._take(Child(folder.name, folder.name, Where(folder)), Match())
+            else:
+                self._explore(within, 0)
+            return
+        whole = next(child for child in places.on_disk(folder.parent) if child.where.path / folder.name == folder)
+        self._explore([replace(whole, source=folder.name)], 0)
+
+    def _explore(self, within: Sequence[Child], depth: int) -> None:
+        within = [child for child in within if not names.is_hidden(child.name)]
+        siblings = [child.stem for child in within]
+        loose: dict[tuple[object, ...], list[tuple[Child, Label]]] = {}
+        for child in within:
+            label = labels.read(child.stem if child.is_folder else child.name)
+            if child.why_not:
+                self._ignore(child.source, child.why_not)
+            elif label is not None and label.own:
+                self._ignore(child.source, _("{platform} itself wrote it.").format(platform=label.platform))
+            elif child.is_folder:
+                self._look_into(child, label, siblings, depth)
+            elif label is None or not label.rest:
+                self._file(child, label, siblings, depth)
+            else:
+                loose.setdefault((label.platform, label.people, label.number, label.time), []).append((child, label))
+        for files in loose.values():
+            self._take_loose(files)
+
+    def _file(self, child: Child, label: Label | None, siblings: Sequence[str], depth: int) -> None:
+        """A file that is of no platform's form."""
+        if child.is_zip:
+            self._look_into(child, label, siblings, depth)
+            return
+        if is_notebook(child.name):
+            why = _("it does not say whose it is. Put it into a folder that is named by the student's ID.")
+        elif child.name.casefold().endswith(places.OTHER_ARCHIVES):
+            why = _("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
+        else:
+            why = _("it is neither a folder nor a zip.")
+        self._ignore(child.source, why)
+
+    def _look_into(self, child: Child, label: Label | None, siblings: Sequence[str], depth: int) -> None:
+        """A folder or a zip: one student's, or a class's."""
+        match = self._people.named(child.stem, siblings) if label is None else self._people.labelled(label)
+        certain = match.certain or label is not None
+        if not certain and depth < limits.MAX_CLASS_DEPTH:
+            try:
+                place = child.look(whole_class=True)
+                within = list(places.children(place))
+            except Unreadable:
+                within = []  # and why is told when it is read as a student's
+            if self._is_class(within, depth):
+                # Anybody can put folders with others' names into a zip: without a roster, which knows that the name of
+                # the zip is nobody's, it is believed of what lies alone.
+                if self._people or len(siblings) == 1:
+                    self._explore(within, depth + 1)
+                    return
+                if any(labels.read(one.name) for one in within):
+                    why = _("it holds the hand-ins of several. Unpack it, or import a roster first (rotflex roster).")
+                    self._ignore(child.source, why)
+                    return
+        self._take(child, match, label)
+
+    def _is_one_hand_in(self, within: Sequence[Child]) -> bool:
+        """Whether what lies together is one student's, and not a class's."""
+        there = [child.name for child in within if child.entry is not None]
+        return (
+            COURSE_FILE in there and any(map(is_notebook, there)) and not any(labels.read(one.name) for one in within)
+        )
+
+    def _is_class(self, within: Sequence[Child], depth: int) -> bool:
+        within = [child for child in within if not (names.is_hidden(child.name) or child.why_not)]
+        loose = [child for child in within if child.entry is not None and not child.is_zip]
+        if any(places.is_work(child.name) and labels.read(child.name) is None for child in loose):
+            return False
+        if any(map(self._is_surely_somebodys, within)):
+            return True
+        folders = [child for child in within if child.is_folder]
+        if len(folders) != 1 or depth + 1 >= limits.MAX_CLASS_DEPTH or any(child.is_zip for child in within):
+            return False
+        try:
+            return self._is_class(list(places.children(folders[0].look(whole_class=True))), depth + 1)
+        except Unreadable:
+            return False
+
+    def _is_surely_somebodys(self, child: Child) -> bool:
+        label = labels.read(child.name)
+        if label is not None:
+            usual = child.is_folder or child.is_zip or places.is_work(label.rest)
+            return usual or bool(self._people.labelled(label).students)
+        if child.entry is not None and not child.is_zip:
+            return False
+        match = self._people.named(child.stem)
+        if self._people or not match.students:
+            return match.certain
+        try:
+            says = places.course_file(child.look()).get("student")
+        except Unreadable:
+            return False
+        return isinstance(says, str) and caseless(says) in {caseless(one) for one in match.students}
+
+    # --- what they hold -----------------------------------------------------------------------------------------------
+
+    def _take(self, child: Child, match: Match, label: Label | None = None) -> None:
+        """A folder or a zip of one student."""
+        try:
+            place = child.look()
+        except Unreadable as error:
+            empty = Place(child.source, child.where, Listing(), child.latest)
+            self._raws.append(_Raw(child.name, empty, match, label, trouble=str(error)))
+        else:
+            self._raws += self._pieces(child.name, place, match, label)
+
+    def _take_loose(self, files: Sequence[tuple[Child, Label]]) -> None:
+        """Files of one student that a platform named, side by side."""
+        latest = max(files, key=lambda one: one[1].attempt)[1]
+        match = self._people.labelled(latest)
+        together: dict[str, Entry] = {}
+        loose: list[Child] = []
+        for child, label in sorted(files, key=lambda one: -one[1].attempt):
+            assert child.entry is not None
+            if child.is_zip:
+                self._take(child, match, label)
+            elif label.rest in together:
+                self._ignore(child.source, _("there is a newer one of the same name."))
+            else:
+                together[label.rest] = child.entry
+                loose.append(child)
+        if not loose:
+            return
+        if latest.platform == labels.CANVAS:
+            together |= labels.before_canvas(together)
+        first = min(loose, key=lambda child: child.source)
+        more = _("{first} and {more} more").format(first=first.source, more=len(loose) - 1)
+        source = more if len(loose) > 1 else first.source
+        changed = max(filter(None, (child.latest for child in loose)), default=None)
+        place = Place(source, first.where, Listing(together), changed)
+        self._raws += self._pieces(first.name, place, match, latest)
+
+    def _pieces(self, name: str, place: Place, match: Match, label: Label | None, nesting: int = 0) -> list[_Raw]:
+        """What of a place was handed in at one time: the zips with notebooks in it, and the rest."""
+        files = dict(place.listing.files)
+        found: list[_Raw] = []
+        broken = []
+        zips = [path for path in files if path.casefold().endswith(places.ZIP) and not names.is_hidden(path)]
+        for path in zips[: limits.MAX_INNER_ARCHIVES] if nesting < limits.MAX_NESTING else []:
+            entry = files[path]
+            latest = min(filter(None, (place.latest, self._utc(entry.modified))), default=None)
+            try:
+                inner = Child(path, f"{place.source}/{path}", place.where, entry, latest=latest).look()
+            except Unreadable as error:
+                broken.append(_("{name} cannot be read: {why}").format(name=names.shown(path), why=error))
+                continue
+            if places.holds_work(inner.listing):
+                found += self._pieces(name, inner, self._counted(match, path), label, nesting + 1)
+                del files[path]
+        if found and not any(not names.is_hidden(path) for path in files):
+            return found
+        packed = [path for path in files if path.casefold().endswith(places.OTHER_ARCHIVES)]
+        trouble = ""
+        if not found and not any(map(places.is_work, files)):
+            trouble = " ".join(broken)
+            if packed:
+                trouble += _("{names}: packed in a way that is not read; hand in an ordinary zip.").format(
+                    names=names.listed(packed)
+                )
+        return [_Raw(name, place, match, label, files, trouble), *found]
+
+    @staticmethod
+    def _counted(match: Match, path: str) -> Match:
+        """An owner, with the number in the name of a zip of several."""
+        repeated = labels.again(path.rpartition("/")[2][: -len(places.ZIP)])
+        return replace(match, attempt=max(match.attempt, repeated[1] if repeated else 0))
+
+    # --- whose they are, and when they came ---------------------------------------------------------------------------
+
+    def submissions(self) -> list[Submission]:
+        """One for each student."""
+        taken: list[tuple[whose.Owners, Piece]] = []
+        what_to_do = _("Rename it to the student's ID, or put the student on the roster (rotflex roster).")
+        for place, raw in enumerate(self._raws):
+            course = places.course_file(replace(raw.place, listing=Listing(raw.files))) if raw.files else {}
+            owners = whose.owners(raw.name, raw.match, course, self._people, any(map(places.is_work, raw.files)))
+            if owners.students:
+                taken.append((owners, self._piece(raw, owners, course, place)))
+            else:
+                self._ignore(raw.place.source, f"{owners.why_not} {what_to_do}")
+        agreed = whose.agreed([owners for owners, _piece in taken])
+        pieces = [(owners, piece) for owners, (_before, piece) in zip(agreed, taken, strict=True)]
+        return [_submission(student, pieces) for student in whose.of_each(agreed)]
+
+    def _piece(self, raw: _Raw, owners: whose.Owners, course: Mapping[str, object], place: int) -> Piece:
+        saved = self._saved(raw)
+        received, clock = self._received(raw, owners, saved)
+        attempt = max(owners.attempt, raw.label.attempt if raw.label and raw.label.rest else 0)
+        return Piece(
+            source=raw.place.source,
+            where=raw.place.where,
+            files=raw.files,
+            received=received,
+            clock=clock,
+            rule=owners.rule,
+            others=raw.place.listing.others,
+            order=(attempt, saved, place),
+            course=course,
+            trouble=raw.trouble,
+        )
+
+    def _received(self, raw: _Raw, owners: whose.Owners, saved: datetime) -> tuple[datetime, str]:
+        if raw.label is not None and raw.label.time is not None:
+            return times.in_utc(raw.label.time, self._zone), _("the time in its name")
+        given = [raw.name, raw.name.removesuffix(places.ZIP), *owners.students]
+        if raw.label is not None:
+            given += [*raw.label.people, raw.label.number, f"Participant {raw.label.number}"]
+        listed_time = next((self._when[caseless(one)] for one in given if caseless(one) in self._when), None)
+        if listed_time is not None:
+            return listed_time, _("the list of times")
+        zipped = bool(raw.place.where.zips) or raw.place.where.path.is_file()
+        return saved, _("the newest file in the zip") if zipped else _("the newest file")
+
+    def _saved(self, raw: _Raw) -> datetime:
+        """When the newest of its files was saved, as far as that can be so."""
+        saved = max(filter(None, (self._utc(entry.modified) for entry in raw.files.values())), default=None)
+        latest = raw.place.latest
+        if saved is None:
+            return latest or self._changed(raw.place.where.path)
+        return latest if latest is not None and saved > latest + _WRONG_CLOCK else saved
+
+    @staticmethod
+    def _changed(path: Path) -> datetime:
+        try:
+            return datetime.fromtimestamp(path.stat().st_mtime, UTC)
+        except OSError:
+            return datetime.fromtimestamp(0, UTC)
+
+    def _utc(self, time: datetime | None) -> datetime | None:
+        return None if time is None else times.in_utc(time, self._zone)
+
+    # --- what is told -------------------------------------------------------------------------------------------------
+
+    def _ignore(self, source: str, why: str) -> None:
+        self._told.setdefault(why, []).append(source)
+
+    def ignored(self) -> list[str]:
+        """A sentence for each reason, naming what it is about."""
+        return [
+            _("{names}: not read: {why}").format(names=", ".join(map(names.shown, sources)), why=why)
+            if len(sources) > 1
+            else _("{name} is not read: {why}").format(name=names.shown(sources[0]), why=why)
+            for why, sources in self._told.items()
+        ]
+
+
+def _submission(student: str, pieces: Iterable[tuple[whose.Owners, Piece]]) -> Submission:
+    """A student's, of all pieces."""
+    folded = caseless(student)
+    own = [
+        (owners, piece)
+        for owners, piece in pieces
+        if folded in {caseless(one) for one in (*owners.students, *owners.claimed)}
+    ]
+    own.sort(key=lambda one: one[1].when)
+    newest = own[-1][0]
+    together = {caseless(one): one for owners, _piece in own for one in (*owners.students, *owners.claimed)}
+    return Submission(
+        student=student,
+        pieces=tuple(piece for _owners, piece in own),
+        bench_of=newest.bench_of,
+        partners=tuple(one for key, one in sorted(together.items()) if key != folded),
+        claimed=all(folded not in {caseless(one) for one in owners.students} for owners, _piece in own),
+        problems=tuple(dict.fromkeys(problem for owners, _piece in own for problem in owners.problems)),
+        notes=tuple(dict.fromkeys(note for owners, _piece in own for note in owners.notes)),
+    )

@@ -1,0 +1,281 @@
+"""What is in a student's hand-in: the cells of the course's notebooks, own files, and what was recorded at home."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import PurePosixPath
+
+import rotflex
+from rotflex.courseware import answers
+from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.courseware.run import own_files
+from rotflex.courseware.run.handed_in import Cell, NotebookError
+from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks
+from rotflex.instructor.running.intake.delivered import Item
+from rotflex.instructor.running.intake.hand_ins import Piece, Submission
+from rotflex.instructor.running.intake.notebook_names import Fit
+from rotflex.instructor.running.intake.stores import Entry, Store, Unreadable, opened
+
+
+@dataclass
+class Delivered:
+    """What was read of one piece of a submission.
+
+    Attributes
+    ----------
+    piece : as it was found
+    notebooks : notebook's file name → its cells
+    files : own file's path from the notebooks' folder → its content
+    claim : the student's answers.json
+    course_file : their course.json
+    unread : file of the course → why it could not be read
+    problems : what else could not be read as it should
+    notes : what a student or an instructor may want to know
+    """
+
+    piece: Piece
+    notebooks: dict[str, tuple[Cell, ...]] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+    claim: bytes | None = None
+    course_file: bytes | None = None
+    unread: dict[str, str] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def received(self) -> datetime:
+        """When it was handed in, UTC."""
+        return self.piece.received
+
+    @property
+    def source(self) -> str:
+        """What it came in, for people."""
+        return self.piece.source
+
+    def items(self) -> list[Item]:
+        """All of it as plain bytes, from which :func:`.delivered.newest` makes the same again."""
+        content = {name: notebooks.to_bytes(cells) for name, cells in self.notebooks.items()} | self.files
+        for name, data in ((ANSWERS_FILE, self.claim), (COURSE_FILE, self.course_file)):
+            if data is not None:
+                content[name] = data
+        return [Item(name, data, self.received, self.source) for name, data in content.items()]
+
+
+def read(
+    submission: Submission,
+    wanted: Sequence[str],
+    masters: Mapping[str, Collection[str]] | None = None,
+    packages: Collection[str] = (rotflex.__name__,),
+) -> list[Delivered]:
+    """Read a submission's pieces, in order of time. Whatever one of them is, the others are read.
+
+    Parameters
+    ----------
+    submission : as found
+    wanted : file names of the course's notebooks
+    masters : of each of these, the ids of its cells, by which one is told whose name is another
+    packages : names of the course's packages, which are not own files
+    """
+    found = []
+    for piece in submission.pieces:
+        delivered = Delivered(piece)
+        found.append(delivered)
+        if piece.trouble:
+            delivered.problems.append(_unreadable(piece, piece.trouble))
+        if not piece.files:
+            continue
+        try:
+            with ExitStack() as stack:
+                store = stack.enter_context(opened(piece.where))
+                _Reader(delivered, store, wanted, masters or {}, packages).read()
+        except Unreadable as error:
+            delivered.problems.append(_unreadable(piece, str(error)))
+    return found
+
+
+def _unreadable(piece: Piece, why: str) -> str:
+    return _("The submission cannot be read: {error}").format(error=f"{names.shown(piece.source)}: {why}")
+
+
+def problems(found: Iterable[Delivered], earlier: Collection[str] = ()) -> list[str]:
+    """What could not be read as it should, and is not made good by a later piece.
+
+    Parameters
+    ----------
+    found : all pieces of a submission, in order of time
+    earlier : names of what is known from hand-ins before these
+    """
+    told: list[str] = []
+    unread: dict[str, str] = {}
+    there = set(earlier)
+    for delivered in found:
+        told += delivered.problems
+        unread.update(delivered.unread)
+        for item in delivered.items():
+            unread.pop(item.name, None)
+            there.add(item.name)
+    for name, why in unread.items():
+        counts = _(" The one that was handed in before it counts.") if name in there else ""
+        told.append(_("{name} cannot be read: {error}").format(name=name, error=why) + counts)
+    if not unread and not any(map(notebook_names.is_notebook, there)):
+        told.append(_("There is no notebook of the course in the submission."))
+    return list(dict.fromkeys(told))
+
+
+def _folders(path: str) -> list[str]:
+    """The folders that a path lies in."""
+    parts = path.split("/")
+    return ["/".join(parts[:place]) for place in range(1, len(parts))]
+
+
+def _depth(folder: str) -> int:
+    return len(folder.split("/")) if folder else 0
+
+
+class _Reader:
+    """Reads one piece."""
+
+    def __init__(
+        self,
+        delivered: Delivered,
+        store: Store,
+        wanted: Sequence[str],
+        masters: Mapping[str, Collection[str]],
+        packages: Collection[str],
+    ) -> None:
+        self._delivered, self._store, self._wanted = delivered, store, wanted
+        self._masters, self._packages = masters, packages
+        self._files = delivered.piece.files
+        self._used: set[str] = set()
+
+    def read(self) -> None:
+        """Fill what was delivered."""
+        seen = [path for path in self._files if not any(map(names.is_hidden, path.split("/")))]
+        fits = notebook_names.fitting(seen, self._wanted)
+        base = self._base(fits, seen)
+        for name in self._wanted:
+            self._notebook(name, sorted(fits.get(name, []), key=lambda one: self._preference(one, base)))
+        self._by_their_cells([path for path in seen if path not in self._used], base)
+        self._delivered.claim = self._of_the_course(seen, ANSWERS_FILE, answers.MAX_BYTES, base)
+        self._delivered.course_file = self._of_the_course(seen, COURSE_FILE, limits.MAX_COURSE_FILE, base)
+        self._own_files(base)
+        self._tell_others()
+
+    @staticmethod
+    def _preference(fit: tuple[Fit, str], base: str) -> tuple[object, ...]:
+        """The names that fit best come first; of these, what lies where most notebooks do."""
+        quality, path = fit
+        return quality.changes, path.rpartition("/")[0] != base, quality
+
+    def _base(self, fits: Mapping[str, Sequence[tuple[Fit, str]]], seen: Sequence[str]) -> str:
+        """The folder of most of the course's notebooks; where there are none, of its other files, or the top."""
+        found: dict[str, set[str]] = {}
+        for name, candidates in fits.items():
+            for _fit, path in candidates:
+                found.setdefault(path.rpartition("/")[0], set()).add(name)
+        if not found:
+            others = (path.rpartition("/") for path in seen)
+            found = {folder: set() for folder, _slash, name in others if name in (ANSWERS_FILE, COURSE_FILE)}
+        return min(found, key=lambda folder: (-len(found[folder]), _depth(folder), folder), default="")
+
+    def _notebook(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> None:
+        if not candidates:
+            return
+        path = candidates[0][1]
+        self._used.update(other for _fit, other in candidates)
+        if len(candidates) > 1:
+            others = names.listed([other for _fit, other in candidates[1:]])
+            told = _("There are {count} files {name}; the one at {path} is taken, not {others}.")
+            self._note(told.format(count=len(candidates), name=name, path=names.shown(path), others=others))
+        elif candidates[0][0].changes:
+            self._note(_("{path} is taken for {name}.").format(path=names.shown(path), name=name))
+        self._cells(name, path)
+
+    def _cells(self, name: str, path: str) -> None:
+        try:
+            cells, left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+        except (Unreadable, NotebookError) as error:
+            self._delivered.unread[name] = str(error)
+        else:
+            self._delivered.notebooks[name] = cells
+            self._delivered.problems += [f"{name}: {why}" for why in left_out]
+
+    def _by_their_cells(self, paths: Iterable[str], base: str) -> None:
+        """Notebooks whose names say nothing."""
+        missing = {name: self._masters[name] for name in self._wanted if name in self._masters}
+        for name in (*self._delivered.notebooks, *self._delivered.unread):
+            missing.pop(name, None)
+        strangers = [path for path in paths if notebook_names.is_notebook(path)] if missing else []
+        strangers.sort(key=lambda path: (path.rpartition("/")[0] != base, path.count("/"), path))
+        for path in strangers[: limits.MAX_STRANGERS]:
+            try:
+                cells, left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+            except (Unreadable, NotebookError):
+                continue
+            name = notebook_names.by_cells(cells, self._masters) or ""
+            if name in missing:
+                del missing[name]
+                self._used.add(path)
+                self._delivered.notebooks[name] = cells
+                self._delivered.problems += [f"{name}: {why}" for why in left_out]
+                self._note(_("{path} is taken for {name}, by its cells.").format(path=names.shown(path), name=name))
+
+    def _of_the_course(self, seen: Iterable[str], name: str, limit: int, base: str) -> bytes | None:
+        paths = [path for path in seen if path.rpartition("/")[2] == name]
+        if not paths:
+            return None
+        path = min(paths, key=lambda path: (path.rpartition("/")[0] != base, path.count("/"), path))
+        self._used.update(paths)
+        try:
+            return self._store.read(self._files[path].key, limit)
+        except Unreadable as error:
+            self._note(_("{name} is not read: {error}").format(name=name, error=error))
+            return None
+
+    def _own_files(self, base: str) -> None:
+        """The rest, as far as it lies with the notebooks or below."""
+        beside: dict[str, Entry] = {}
+        outside = []
+        for path, entry in self._files.items():
+            if path in self._used:
+                continue
+            if not base or path.startswith(f"{base}/"):
+                beside[path[len(base) + 1 if base else 0 :]] = entry
+            elif not any(map(names.is_hidden, path.split("/"))):
+                outside.append(path)
+        in_the_way = [path for path in beside if any(map(beside.__contains__, _folders(path)))]
+        for path in in_the_way:
+            del beside[path]
+        found = ((PurePosixPath(path), entry.size) for path, entry in beside.items())
+        choice = own_files.chosen(found, self._wanted, self._packages)
+        for note in choice.notes:
+            self._note(note)
+        size = 0
+        for path in map(str, choice.paths):
+            try:
+                content = self._store.read(beside[path].key, min(own_files.MAX_FILE, own_files.MAX_TOTAL - size))
+            except Unreadable as error:
+                self._note(_("{path} does not come along: {why}").format(path=names.shown(path), why=error))
+            else:
+                self._delivered.files[path] = content
+                size += len(content)
+        self._tell(_("{files}: not taken along: a file has the name of its folder."), in_the_way)
+        self._tell(_("{files}: not taken along: not in the notebooks' folder."), sorted(outside))
+
+    def _tell_others(self) -> None:
+        reasons: dict[str, list[str]] = {}
+        for path, why in self._delivered.piece.others.items():
+            reasons.setdefault(why, []).append(path)
+        for why, paths in reasons.items():
+            self._tell(_("{files}: not read: {why}."), paths, why)
+
+    def _tell(self, text: str, paths: Sequence[str], why: str = "") -> None:
+        if paths:
+            self._note(text.format(files=names.listed(paths), why=why))
+
+    def _note(self, text: str) -> None:
+        self._delivered.notes.append(text)

@@ -1,0 +1,280 @@
+"""Files of a hand-in, wherever they lie: in a folder, in a zip, or in a zip within a zip.
+
+All is read as untrusted input: bounded in size and number, never unpacked to disk, links never followed, names never
+used for writing.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from itertools import islice
+from pathlib import Path
+from typing import IO, Protocol
+
+from rotflex.courseware.messages import _
+from rotflex.instructor.running.intake import limits, names
+
+_DAMAGED = (
+    *(zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError),
+    *(NotImplementedError, struct.error, RuntimeError),
+)
+_UTF8_NAME = 0x800  # flag of a zip's entry
+_NO_TIME = (1980, 1, 2)  # what has an earlier one has none: it is the first that a zip can hold
+
+
+class Unreadable(Exception):
+    """What cannot be read; the message says why."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file in a store.
+
+    Attributes
+    ----------
+    key : by which its store reads it
+    size : bytes, as the store says
+    modified : when; of a zip's, as its writer's clock showed it, without a zone
+    """
+
+    key: str
+    size: int
+    modified: datetime | None = None
+
+
+@dataclass(frozen=True)
+class Listing:
+    """What lies in a store.
+
+    Attributes
+    ----------
+    files : path, with "/" → ordinary file
+    others : paths of what is no ordinary file, or leads outside, each with what it is
+    """
+
+    files: Mapping[str, Entry] = field(default_factory=dict)
+    others: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Where:
+    """How to come to a store: a folder or a zip on disk, and the zips to open in it, one within another."""
+
+    path: Path
+    zips: tuple[str, ...] = ()
+
+
+class Store(Protocol):
+    """An opened folder or zip."""
+
+    def listing(self, most: int) -> Listing:
+        """What is there; raises Unreadable if there are more than ``most`` files and folders."""
+
+    def read(self, key: str, limit: int) -> bytes:
+        """The content of a file; raises Unreadable if there is more than ``limit``."""
+
+
+@contextmanager
+def opened(where: Where, whole_class: bool = False) -> Iterator[Store]:
+    """A store, opened.
+
+    Raises
+    ------
+    Unreadable
+        If it cannot be opened, or is too large.
+    """
+    with ExitStack() as stack:
+        if where.path.is_dir() and not where.path.is_symlink():
+            store: Store = FolderStore(where.path)
+        else:
+            store = ZipStore(stack.enter_context(_zip_on_disk(where.path, whole_class)), whole_class)
+        for inner in where.zips:
+            store = ZipStore(io.BytesIO(store.read(inner, limits.MAX_INNER_ARCHIVE)))
+        yield store
+
+
+@contextmanager
+def _zip_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
+    most = limits.MAX_CLASS_ARCHIVE if whole_class else limits.MAX_ARCHIVE
+    try:
+        descriptor = _open(path)
+    except OSError as error:
+        raise Unreadable(f"{error.strerror}.") from None
+    with _InPieces(descriptor, whole_class) as file:
+        if os.fstat(descriptor).st_size > most:
+            raise Unreadable(_("the zip has more than {max_archive} bytes.").format(max_archive=most))
+        yield file
+
+
+def _open(path: Path) -> int:
+    """Neither a link nor a pipe that somebody put there since is waited for."""
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise Unreadable(_("it is not an ordinary file."))
+    return descriptor
+
+
+# --- folders ----------------------------------------------------------------------------------------------------------
+
+
+class FolderStore:
+    """A folder on disk."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+
+    def listing(self, most: int) -> Listing:
+        """See :class:`Store`."""
+        found, others, seen = {}, {}, 0
+        waiting = [""]
+        while waiting:
+            folder = waiting.pop(0)
+            entries = self._scan(folder, most - seen)
+            seen += len(entries)
+            if seen > most:
+                raise Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=most))
+            for entry in entries:
+                key = f"{folder}{entry.name}"
+                path = names.readable(key)
+                if entry.is_dir(follow_symlinks=False):
+                    if key.count("/") < limits.MAX_DEPTH:
+                        waiting.append(f"{key}/")
+                    else:
+                        others[path] = _("it lies deeper than {most} folders").format(most=limits.MAX_DEPTH)
+                elif path in found:
+                    others[path] = _("it is there twice; the first is taken")
+                elif entry.is_file(follow_symlinks=False):
+                    about = entry.stat(follow_symlinks=False)
+                    found[path] = Entry(key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
+                else:
+                    others[path] = _("it is a link, or another thing than a file")
+        return Listing(found, others)
+
+    def _scan(self, folder: str, left: int) -> list[os.DirEntry[str]]:
+        try:
+            with os.scandir(self._root / folder) as found:
+                return sorted(islice(found, left + 1), key=lambda entry: entry.name)
+        except OSError as error:
+            raise Unreadable(f"{error.strerror}.") from None
+
+    def read(self, key: str, limit: int) -> bytes:
+        """See :class:`Store`."""
+        try:
+            with open(_open(self._root / key), "rb") as file:
+                data = file.read(limit + 1)
+        except OSError as error:
+            raise Unreadable(f"{error.strerror}.") from None
+        return _bounded(data, limit)
+
+
+def _bounded(data: bytes, limit: int) -> bytes:
+    if len(data) > limit:
+        raise Unreadable(_("it has more than {limit} bytes.").format(limit=limit))
+    return data
+
+
+# --- zips -------------------------------------------------------------------------------------------------------------
+
+
+class _InPieces(io.FileIO):
+    """A file that is not read in large pieces: all that a zip needs to read in one piece is its table of contents."""
+
+    def __init__(self, descriptor: int, whole_class: bool) -> None:
+        super().__init__(descriptor)
+        self._largest = limits.MAX_CLASS_DIRECTORY if whole_class else limits.MAX_DIRECTORY
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > self._largest:
+            raise _long_directory(self._largest)
+        return super().read(self._largest if size is None or size < 0 else size)
+
+
+def _long_directory(most: int) -> Unreadable:
+    return Unreadable(_("its table of contents has more than {max_directory} bytes.").format(max_directory=most))
+
+
+class ZipStore:
+    """A zip, opened."""
+
+    def __init__(self, file: IO[bytes], whole_class: bool = False) -> None:
+        self._by_key: dict[str, zipfile.ZipInfo] = {}
+        try:
+            self._zip = zipfile.ZipFile(file)
+        except _DAMAGED as error:
+            raise Unreadable(
+                _("it is not a zip that can be read ({error_type}).").format(error_type=type(error).__name__)
+            ) from None
+
+    def listing(self, most: int) -> Listing:
+        """See :class:`Store`."""
+        entries = self._zip.infolist()
+        if len(entries) > most:
+            raise Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=most))
+        found: dict[str, Entry] = {}
+        others: dict[str, str] = {}
+        for entry in entries:
+            path, written = _path(entry), entry.filename
+            if not entry.filename or entry.is_dir():  # of a nameless one, is_dir() would not know what to say
+                continue
+            why = self._objection(entry, path, found)
+            if why:
+                others[path or written] = why
+            else:
+                self._by_key[entry.filename] = entry
+                found[path] = Entry(entry.filename, entry.file_size, _modified(entry))
+        return Listing(found, others)
+
+    def _objection(self, entry: zipfile.ZipInfo, path: str, found: Mapping[str, Entry]) -> str:
+        if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
+            return _("it is a link, or another thing than a file")
+        if not path or ".." in path.split("/"):
+            return _("its name leads outside")
+        if path in found or entry.filename in self._by_key:
+            return _("it is there twice; the first is taken")
+        if path.count("/") > limits.MAX_DEPTH:
+            return _("it lies deeper than {most} folders").format(most=limits.MAX_DEPTH)
+        return ""
+
+    def read(self, key: str, limit: int) -> bytes:
+        """See :class:`Store`."""
+        if not self._by_key:
+            self.listing(limits.MAX_CLASS_ENTRIES)
+        try:
+            entry = self._by_key[key]
+        except KeyError:  # the zip is another one than it was
+            raise Unreadable(_("it is no longer there.")) from None
+        if entry.flag_bits & 1:
+            raise Unreadable(_("it is encrypted."))
+        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise Unreadable(_("it is compressed in an unusual way; use an ordinary zip."))
+        try:
+            with self._zip.open(entry) as file:
+                data = file.read(limit + 1)
+        except _DAMAGED as error:
+            raise Unreadable(_("the zip is damaged ({error_type}).").format(error_type=type(error).__name__)) from None
+        return _bounded(data, limit)
+
+
+def _path(entry: zipfile.ZipInfo) -> str:
+    """An entry's path as people would read it, from the top of the zip."""
+    written = entry.filename.replace("\\", "/")
+    path = written if entry.flag_bits & _UTF8_NAME else names.unflagged(written)
+    return "/".join(part for part in names.readable(path).split("/") if part not in ("", "."))
+
+
+def _modified(entry: zipfile.ZipInfo) -> datetime | None:
+    try:
+        found = datetime(*entry.date_time)
+    except ValueError:
+        return None
+    return None if found <= datetime(*_NO_TIME) else found

@@ -1,0 +1,197 @@
+"""Whose a hand-in is: by its name, and by what its course.json says. A contradiction is told, and nobody is guessed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from rotflex.courseware import student_id
+from rotflex.courseware.files import COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import caseless
+from rotflex.instructor.running.intake import labels, names, people, places
+from rotflex.instructor.running.intake.people import Match, People
+
+_ANYBODY = People()  # takes any valid ID
+
+
+@dataclass(frozen=True)
+class Owners:
+    """Whose a hand-in is.
+
+    Attributes
+    ----------
+    students : by its name, or, where that means nobody, by its course.json
+    claimed : students whom only the course.json names beside these
+    bench_of : whose bench it was made on
+    rule : how they were found, in words
+    attempt : of something handed in again
+    problems, notes : what is to be told about it
+    why_not : where it is nobody's, the reason
+    """
+
+    students: tuple[str, ...] = ()
+    claimed: tuple[str, ...] = ()
+    bench_of: str = ""
+    rule: str = ""
+    attempt: int = 0
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    why_not: str = ""
+
+
+@dataclass(frozen=True)
+class _Says:
+    """What a course.json says."""
+
+    student: str | None = None
+    partners: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = field(default=())
+
+
+def owners(name: str, match: Match, course: Mapping[str, Any], people_known: People, holds_work: bool) -> Owners:
+    """Whose a hand-in is.
+
+    Parameters
+    ----------
+    name : of the folder, zip or file, for messages
+    match : whom the name means
+    course : what its course.json says
+    people_known : the roster
+    holds_work : whether there is anything of the course in it
+    """
+    says = _says(course, people_known)
+    if match.students and (match.certain or not people_known):
+        return _by_name(name, match, says)
+    if says.student is not None:
+        return _by_course_file(match, says, people_known)
+    if match.students and holds_work:
+        note = _("{student} is not on the roster: by the name of {name} alone.")
+        told = note.format(student=match.students[0], name=names.shown(name))
+        return Owners(match.students, (), match.students[0], match.rule, match.attempt, notes=(told,))
+    if match.students:
+        return Owners(why_not=_("nobody on the roster is called so, and there is nothing of the course in it."))
+    return Owners(why_not=match.why_not)
+
+
+def _says(course: Mapping[str, Any], known: People) -> _Says:
+    """What a course.json says. Its student need not be on the roster; partners must be."""
+    given = course.get("student")
+    student = None
+    if isinstance(given, str) and given.strip():
+        student = known.known(given) or _ANYBODY.known(given)
+        if student is None:
+            return _Says(unknown=(given[: student_id.LONGEST],))
+    partners = course.get("with")
+    partners = partners[: people.MOST_TOGETHER] if isinstance(partners, list) else []
+    found, unknown = people.ids(known, partners)
+    others = dict.fromkeys(one for one in found if student is None or caseless(one) != caseless(student))
+    return _Says(student, tuple(others), tuple(unknown))
+
+
+def _by_name(name: str, match: Match, says: _Says) -> Owners:
+    named, attempt = _borne_out(name, match, says)
+    folded = {caseless(one) for one in named}
+    plain = Owners(named, (), named[0], match.rule, attempt, notes=_unknown(says))
+    if says.student is None:
+        if says.unknown and not says.partners:
+            return replace(plain, problems=(_contradiction(named[0], says.unknown[0]),), notes=())
+        return plain
+    together = dict.fromkeys((says.student, *says.partners))
+    if caseless(says.student) in folded:
+        bench_of = next(one for one in named if caseless(one) == caseless(says.student))
+        claimed = tuple(one for one in together if caseless(one) not in folded)
+        return replace(plain, bench_of=bench_of, claimed=claimed)
+    if len(named) == 1 and folded <= {caseless(one) for one in says.partners}:
+        return replace(
+            plain, bench_of=says.student, claimed=tuple(one for one in together if caseless(one) not in folded)
+        )
+    return replace(plain, problems=(_contradiction(named[0], says.student),))
+
+
+def _borne_out(name: str, match: Match, says: _Says) -> tuple[tuple[str, ...], int]:
+    """What a name means that may mean several things, if the course.json bears one of them out."""
+    if match.certain or says.student is None:
+        return match.students, match.attempt
+    student = caseless(says.student)
+    if student in map(caseless, match.students):
+        return match.students, match.attempt
+    if student in map(caseless, match.perhaps):
+        return match.perhaps, match.attempt
+    for one in names.alternatives(name.removesuffix(places.ZIP)):
+        again = labels.again(one)
+        if again is not None and caseless(again[0]) == student:  # ada's second, not the first of one called ada-1
+            return (says.student,), again[1]
+        if caseless(one) == student:
+            return (says.student,), match.attempt
+    return match.students, match.attempt
+
+
+def _contradiction(student: str, says: str) -> str:
+    return _(
+        "{course_file} names the student {shown!r}; this counts as {student!r}'s work. It was handed in under that "
+        "name; if it is not theirs, rename what was handed in."
+    ).format(course_file=COURSE_FILE, shown=says, student=student)
+
+
+def _by_course_file(match: Match, says: _Says, known: People) -> Owners:
+    assert says.student is not None
+    notes = list(_unknown(says))
+    if known and known.known(says.student) is None:
+        notes.append(
+            _("{student} is not on the roster: by {course_file} alone.").format(
+                student=says.student, course_file=COURSE_FILE
+            )
+        )
+    rule = _("the ID in {course_file}").format(course_file=COURSE_FILE)
+    return Owners((says.student,), says.partners, says.student, rule, match.attempt, notes=tuple(notes))
+
+
+def _unknown(says: _Says) -> tuple[str, ...]:
+    return tuple(
+        _("{course_file} says that it was made with {name!r}, whom nobody knows.").format(
+            course_file=COURSE_FILE, name=name
+        )
+        for name in says.unknown
+    )
+
+
+def agreed(given: Sequence[Owners]) -> list[Owners]:
+    """Owners, with partners whom only a course.json names as far as they have not handed in something else themselves.
+
+    Anybody can write anybody's ID into a course.json. So nobody's own hand-in gives way to it, and nobody's work is run
+    on the bench of a student who handed in without naming them.
+    """
+    named = {caseless(one): set[str]() for owner in given for one in owner.students}
+    for owner in given:
+        for one in owner.students:
+            named[caseless(one)].update(caseless(other) for other in (*owner.students, *owner.claimed))
+    return [_agreed(owner, named) for owner in given]
+
+
+def _agreed(owner: Owners, named: Mapping[str, set[str]]) -> Owners:
+    own = {caseless(one) for one in owner.students}
+    kept: list[str] = []
+    refused: list[str] = []
+    for one in owner.claimed:
+        theirs = named.get(caseless(one))
+        (kept if theirs is None or theirs & own else refused).append(one)
+    if not refused:
+        return owner
+    problem = _(
+        "{course_file} says that it was made with {others}, who handed in something else, and did not say so. It "
+        "counts as {students}'s alone, on their own bench."
+    ).format(course_file=COURSE_FILE, others=", ".join(refused), students=", ".join(owner.students))
+    on_theirs = caseless(owner.bench_of) in {caseless(one) for one in refused}
+    bench_of = owner.students[0] if on_theirs else owner.bench_of
+    return replace(owner, claimed=tuple(kept), bench_of=bench_of, problems=(*owner.problems, problem))
+
+
+def of_each(given: Iterable[Owners]) -> list[str]:
+    """All students, each once, in order."""
+    found: dict[str, str] = {}
+    for owner in given:
+        for one in (*owner.students, *owner.claimed):
+            found.setdefault(caseless(one), one)
+    return [found[key] for key in sorted(found)]

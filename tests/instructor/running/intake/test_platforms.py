@@ -1,0 +1,294 @@
+"""What learning platforms hand over is understood: their packings, their names, and what they say of time."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import packings
+import pytest
+from packings import WANTED, before, lay, renamed, under, work, zipped
+
+from rotflex.errors import GradingError
+from rotflex.instructor.gradebook.records import StudentRecord
+from rotflex.instructor.running import intake
+from rotflex.instructor.running.intake import times
+
+ROSTER = [
+    StudentRecord("ada", "Ada King Lovelace", "ada@example.org", aliases=("alovelace", "12345")),
+    StudentRecord("bob", "Noether, Emmy", aliases=("Participant 1234568", "23456")),
+    StudentRecord("jürgen", "Jürgen Groß"),
+    StudentRecord("mary", "Mary-Ann Smith-Jones"),
+]
+LATER = "y = 2"
+
+
+def first_answer(found, student, name=WANTED[0]):
+    """What counts of a student's first cell in a notebook."""
+    submission = next(one for one in found.submissions if one.student == student)
+    delivered = intake.read(submission, WANTED)
+    hand_in, _notes = intake.newest((item for one in delivered for item in one.items()), WANTED)
+    assert intake.problems(delivered) == []
+    assert set(hand_in.notebooks) == set(WANTED)
+    return hand_in.notebooks[name][0].source
+
+
+def students(found):
+    return [one.student for one in found.submissions]
+
+
+def class_of(*packed):
+    """What an instructor downloads of several students."""
+    return {path: content for one in packed for path, content in one.items()}
+
+
+# The same three students, as each platform hands them over, with course.json or without.
+CLASSES = {
+    "Moodle": lambda files: class_of(
+        packings.moodle("Ada King Lovelace", 1234567, files("ada")),
+        packings.moodle("Group 3-Emmy Noether", 1234568, {"mine.zip": zipped(files("bob"))}, ending=""),
+        packings.moodle("Jürgen Groß", 1234569, {"work (1).zip": zipped(under("notebooks", files("jürgen")))}),
+    ),
+    "Moodle without folders": lambda files: class_of(
+        packings.moodle_flat("Ada King Lovelace", 1234567, files("ada")),
+        packings.moodle_flat("Emmy Noether", 1234568, {"mine.zip": zipped(files("bob"))}),
+        packings.moodle_flat("Jürgen Groß", 1234569, files("jürgen")),
+    ),
+    "Moodle, marked blind": lambda files: class_of(
+        packings.moodle("Participant", 1234568, files("bob")),
+        {"ada/" + name: content for name, content in files("ada").items()},
+        under("JÜRGEN", files("jürgen")),
+    ),
+    "Canvas": lambda files: class_of(
+        packings.canvas("lovelaceadaking", 12345, files("ada"), late=True),
+        packings.canvas("noetheremmy", 23456, {"bob.zip": zipped(files("bob"))}),
+        packings.canvas("großjürgen", 34567, renamed(files("jürgen"), "-1")),
+    ),
+    "Blackboard": lambda files: class_of(
+        packings.blackboard("alovelace", "2026-11-21-13-05-59", files("ada")),
+        packings.blackboard("bob", "2026-11-21-13-06-59", {"x_y.zip": zipped(files("bob"))}, "Lab_1"),
+        packings.blackboard("Jürgen Groß", "2026-11-21-13-07-59", files("jürgen")),
+    ),
+    "Brightspace": lambda files: class_of(
+        packings.brightspace("Ada King Lovelace", "Nov 21, 2026 105 PM", files("ada")),
+        packings.brightspace("N0123 - Emmy Noether", "21 novembre 2026 13 05", {"a.zip": zipped(files("bob"))}),
+        before("39786-640693 - Jürgen Groß- Nov 21, 2026 1105 AM - ", files("jürgen")),
+    ),
+}
+
+
+@pytest.fixture(params=CLASSES)
+def downloaded(request):
+    return CLASSES[request.param]
+
+
+@pytest.fixture(
+    params=["unpacked", "in a folder", "zip", "zip with a folder", "zip alone"],
+)
+def laid(request, tmp_path):
+    """A class's files, in each way in which an instructor may leave a download."""
+
+    def lay_out(files):
+        folder = tmp_path / "in"
+        if request.param == "unpacked":
+            return lay(folder, files)
+        if request.param == "in a folder":
+            return lay(folder, under("Laboratory 1 Download", files))
+        inner = under("Laboratory 1", files) if "folder" in request.param else files
+        lay(folder, {"submissions.zip": zipped(inner)})
+        return folder / "submissions.zip" if "alone" in request.param else folder
+
+    return lay_out
+
+
+def numbered(student):
+    """A student's files, from which it can be told whose they are, though nothing in them says so."""
+    return work(None, f"whose = {student!r}")
+
+
+def test_each_students_work_is_found_by_the_roster(downloaded, laid):
+    found = intake.find(laid(downloaded(numbered)), ROSTER)
+    assert students(found) == ["ada", "bob", "jürgen"]
+    for student in students(found):
+        assert first_answer(found, student) == f"whose = {student!r}"
+
+
+def test_without_a_roster_it_is_found_by_the_course_file(downloaded, laid):
+    found = intake.find(laid(downloaded(lambda student: work(student, f"whose = {student!r}"))))
+    assert [student.casefold() for student in students(found)] == ["ada", "bob", "jürgen"]
+    for student in students(found):
+        assert first_answer(found, student) == f"whose = {student.casefold()!r}"
+
+
+def test_nobody_is_guessed_without_either(tmp_path):
+    files = packings.moodle("Ada King Lovelace", 1234567, work(None))
+    with pytest.raises(
+        GradingError, match=r"Moodle named it, and there is no roster to say who that is\. Rename it to"
+    ):
+        intake.find(lay(tmp_path, files))
+
+
+def test_nobody_is_guessed_whom_the_roster_does_not_have(tmp_path):
+    lay(tmp_path, packings.moodle("Grace Hopper", 7, work(None)))
+    lay(tmp_path, packings.canvas("noetheremmy", 23456, work("bob")))
+    found = intake.find(tmp_path, ROSTER)
+    assert students(found) == ["bob"]
+    assert found.ignored == [
+        "'Grace Hopper_7_assignsubmission_file_' is not read: Moodle named it, and nobody on the roster is called so. "
+        "Rename it to the student's ID, or put the student on the roster (rotflex roster)."
+    ]
+
+
+def test_two_of_one_name_are_told_apart_by_their_number_or_not_at_all(tmp_path):
+    roster = [StudentRecord("a1", "Ada Lovelace", aliases=("111",)), StudentRecord("a2", "Ada Lovelace")]
+    lay(tmp_path, packings.canvas("lovelaceada", 111, work(None)))
+    lay(tmp_path, packings.canvas("lovelaceada", 222, work(None)))
+    lay(tmp_path, under("Ada Lovelace", work(None)))
+    found = intake.find(tmp_path, roster)
+    assert students(found) == ["a1"]
+    assert len(found.ignored) == 1 and "'lovelaceada_222_" in found.ignored[0] and "'Ada Lovelace'" in found.ignored[0]
+    assert "it may be any of a1, a2." in found.ignored[0]
+
+
+def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
+    """A student's number at the university may be another's at the platform."""
+    roster = [StudentRecord("12345", "Bob Smith"), StudentRecord("777", "Ada Lovelace")]
+    lay(tmp_path, packings.canvas("lovelaceada", 12345, work(None)))
+    lay(tmp_path, packings.canvas("hoppergrace", 12345, work(None)))
+    with pytest.raises(GradingError, match=r"nobody on the roster is called so.*of different students \(12345, 777\)"):
+        intake.find(tmp_path, roster)
+
+
+def test_what_the_platform_wrote_itself_is_told_and_not_read(tmp_path):
+    lay(tmp_path, packings.blackboard("bob", "2026-11-21-13-06-59", work("bob")))
+    lay(tmp_path, {"Ada King Lovelace_1_assignsubmission_onlinetext_/onlinetext.html": b"<p>Here it is</p>"})
+    lay(tmp_path, {"index.html": b""})
+    assert intake.find(tmp_path, ROSTER).ignored == [
+        "'Ada King Lovelace_1_assignsubmission_onlinetext_' is not read: Moodle itself wrote it.",
+        "'Laboratory 1_bob_attempt_2026-11-21-13-06-59.txt' is not read: Blackboard itself wrote it.",
+        "'index.html' is not read: it is neither a folder nor a zip.",
+    ]
+
+
+# --- when -------------------------------------------------------------------------------------------------------------
+
+
+def only_piece(found, student="ada"):
+    (submission,) = [one for one in found.submissions if one.student == student]
+    (piece,) = submission.pieces
+    return piece
+
+
+@pytest.mark.parametrize(
+    ("files", "when"),
+    [
+        (packings.blackboard("ada", "2026-11-21-13-05-59", work()), datetime(2026, 11, 21, 13, 5, 59)),
+        (packings.blackboard("ada", "2026-13-41-13-05-59", work()), None),
+        (packings.brightspace("ada", "Nov 21, 2026 105 PM", work()), datetime(2026, 11, 21, 13, 5)),
+        (packings.brightspace("ada", "Sept 1, 2026 1230 AM", work()), datetime(2026, 9, 1, 0, 30)),
+        (packings.brightspace("ada", "November 21, 2026 12:07 PM", work()), datetime(2026, 11, 21, 12, 7)),
+        (packings.brightspace("ada", "21 novembre 2026 13 05", work()), None),
+    ],
+)
+def test_the_time_in_a_platforms_name_counts(tmp_path, files, when):
+    saved = datetime(2026, 1, 2, tzinfo=UTC)
+    piece = only_piece(intake.find(lay(tmp_path, files, saved), ROSTER))
+    assert (piece.received, piece.clock) == (
+        (saved, "the newest file") if when is None else (when.replace(tzinfo=UTC), "the time in its name")
+    )
+
+
+def test_a_list_of_times_counts_where_names_have_none(tmp_path):
+    sheet = (
+        "Identifier,Full name,Email address,Status,Grade,Last modified (submission)\n"
+        'Participant 1234567,Ada King Lovelace,,Submitted,-,"Saturday, 21 November 2026, 1:05 PM"\n'
+        "Participant 1234568,Emmy Noether,,Submitted,-,2026-11-22T08:00:00+01:00\n"
+        "Participant 9,Nobody,,No submission,-,-\n"
+        "Participant 10,Somebody,,Submitted,-,yesterday\n"
+    )
+    (tmp_path / "times.csv").write_text(sheet)
+    when, problems = times.read(tmp_path / "times.csv")
+    assert problems == ["Line 5: 'yesterday' is not a time; write it as 2026-11-21 13:05."]
+    lay(tmp_path / "in", packings.moodle("Ada King Lovelace", 1234567, work()))
+    lay(tmp_path / "in", packings.moodle("Participant", 1234568, work("bob")))
+    found = intake.find(tmp_path / "in", ROSTER, when)
+    assert only_piece(found).received == datetime(2026, 11, 21, 13, 5, tzinfo=UTC)
+    assert only_piece(found, "bob").received == datetime(2026, 11, 22, 7, 0, tzinfo=UTC)
+    assert only_piece(found, "bob").clock == "the list of times"
+
+
+@pytest.mark.parametrize("heading", ["name,time", "student;submitted", "File\tReceived"])
+def test_a_list_of_times_may_name_files_or_students(tmp_path, heading):
+    separator = heading.strip("abcdefghijklmnopqrstuvwxyzFR")[0]
+    (tmp_path / "t.csv").write_text(f"{heading}\nada.zip{separator}2026-11-21 13:05\n", encoding="utf-8-sig")
+    lay(tmp_path / "in", {"ada.zip": zipped(work())})
+    when, problems = times.read(tmp_path / "t.csv")
+    assert (only_piece(intake.find(tmp_path / "in", (), when)).received.hour, problems) == (13, [])
+
+
+@pytest.mark.parametrize("content", [b"", b"who,then\n", b"\xff\xfe\xff", b"name\n"])
+def test_what_is_no_list_of_times_is_refused(tmp_path, content):
+    (tmp_path / "t.csv").write_bytes(content)
+    with pytest.raises(GradingError, match="The times"):
+        times.read(tmp_path / "t.csv")
+
+
+def test_else_the_newest_file_in_the_zip_counts(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped(work(), datetime(2026, 11, 21, 13, 5, 58))})
+    piece = only_piece(intake.find(tmp_path))
+    assert piece.received == datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC)
+    assert piece.clock == "the newest file in the zip"
+
+
+@pytest.mark.parametrize("year", [1980, 2107])
+def test_a_clock_that_was_never_set_or_runs_ahead_is_not_believed(tmp_path, year):
+    saved = datetime(2026, 3, 4, tzinfo=UTC)
+    lay(tmp_path, {"ada.zip": zipped(work(), datetime(year, 1, 1))}, saved)
+    assert only_piece(intake.find(tmp_path)).received == saved
+
+
+# --- again, and in stages ---------------------------------------------------------------------------------------------
+
+
+def test_the_newest_of_each_notebook_counts_and_what_came_when_is_told(tmp_path):
+    lay(tmp_path, packings.blackboard("ada", "2026-11-21-13-05-59", {"ada.zip": zipped(work(answer="old = 1"))}))
+    stage = work(answer="new = 1", names=WANTED[1:])
+    lay(tmp_path, packings.blackboard("ada", "2026-12-01-09-00-00", {"ada.zip": zipped(stage)}))
+    found = intake.find(tmp_path, ROSTER)
+    assert [first_answer(found, "ada", name) for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
+    items = [item for one in intake.read(found.submissions[0], WANTED) for item in one.items()]
+    assert intake.newest(items, WANTED)[1] == [
+        "Of 2026-11-21 13:05 UTC (Laboratory 1_ada_attempt_2026-11-21-13-05-59_ada.zip): 01_first_look.ipynb.",
+        "Of 2026-12-01 09:00 UTC (Laboratory 1_ada_attempt_2026-12-01-09-00-00_ada.zip): 02_finding_it.ipynb, "
+        "03_results.ipynb.",
+    ]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("ada.zip", "ada (1).zip"),
+        ("ada.zip", "ada-1.zip"),
+        ("ada (1).zip", "ada (2).zip"),
+        ("ada (2).zip", "ada (10).zip"),
+        ("ada.zip", "ada - Copy.zip"),
+    ],
+)
+@pytest.mark.parametrize("roster", [ROSTER, []], ids=["roster", "no roster"])
+def test_archives_of_one_time_are_taken_by_the_number_of_the_attempt(tmp_path, names, roster):
+    first, second = names
+    lay(tmp_path, {first: zipped(work(answer="old = 1")), second: zipped(work(answer="new = 1"))})
+    found = intake.find(tmp_path, roster)
+    assert students(found) == ["ada"] and first_answer(found, "ada") == "new = 1"
+
+
+def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
+    old, new = (zipped(work(answer=f"{word} = 1"), datetime(2026, 11, day)) for word, day in (("old", 3), ("new", 7)))
+    lay(tmp_path, packings.moodle("Ada King Lovelace", 1, {"z.zip": old, "a.zip": new}))
+    assert first_answer(intake.find(tmp_path, ROSTER), "ada") == "new = 1"
+
+
+def test_a_folder_and_a_zip_of_one_student_are_both_read(tmp_path):
+    lay(tmp_path / "Ada", work(answer="new = 1", names=WANTED[:1]), datetime(2026, 12, 1, tzinfo=UTC))
+    lay(tmp_path, {"ada.zip": zipped(work(answer="old = 1"))})
+    found = intake.find(tmp_path)
+    assert [first_answer(found, "Ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]
