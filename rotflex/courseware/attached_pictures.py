@@ -17,12 +17,14 @@ from urllib.parse import unquote
 
 from PIL import Image, ImageOps, UnidentifiedImageError
 
+from rotflex.courseware.kinds.values import LONGEST_PROSE
 from rotflex.courseware.messages import _
 
 MOST = 6  #: pictures of one answer
 MAX_BYTES = 20_000_000  #: of a picture as it comes
 MAX_PIXELS = 60_000_000  #: of one; a telephone's largest photographs have 50 million
 MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook
+MAX_SIDE = 20_000  #: pixels of its height and of its width as it comes; a strip of few pixels takes very long
 LONGEST_SIDE = 1400  #: pixels, as it is kept
 KEPT_BYTES = 700_000  #: of a picture as it is kept
 _FORMATS = ("PNG", "JPEG", "GIF", "WEBP", "BMP")
@@ -31,7 +33,8 @@ _SHOWN = 60  # characters of an untrusted name in a message
 
 #: A picture in Markdown, ``![words](target)``: its target in angle brackets or not, with or without a title.
 PICTURE = re.compile(
-    r"!\[(?P<alt>[^\]\n]{0,500})\]\(\s{0,9}(?:<(?P<in>[^<>\n]{1,1000})>|(?P<out>[^\s()<>]{1,1000}))[^()\n]{0,300}\)"
+    r"!\[(?P<alt>[^\]\n]{0,500})\]\(\s{0,9}(?:<(?P<in>[^<>\n]{1,1000})>|(?P<out>[^\s()<>]{1,1000}))"
+    r"(?:[ \t][^()\n]{0,300})?\)"  # so that there is but one way to read it, and a long line takes no time
 )
 warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)  # sizes are looked at here, see _spend
 _IN_TEXT = re.compile(r"(!\[[^\]\n]{0,500}\]\(\s{0,9}<?)data:image/[\w.+-]{1,30};base64,([A-Za-z0-9+/=]+)")
@@ -93,7 +96,7 @@ def pictures_of(
     budget = budget or Budget()
     text, inside = lifted(text)
     found = Pictures(text)
-    targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text))
+    targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text, 0, LONGEST_PROSE))
     for target in targets:
         if len(found.kept) == MOST:
             found.told.append(_("more than {most} pictures: the first {most} are shown").format(most=MOST))
@@ -156,7 +159,8 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
         with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
             _spend(image, budget)
             image.draft("RGB", (LONGEST_SIDE, LONGEST_SIDE))  # a JPEG can be decoded at a smaller size
-            return _packed(ImageOps.exif_transpose(image))
+            ImageOps.exif_transpose(image, in_place=True)
+            return _packed(image)
     except PictureError:
         raise
     except Image.DecompressionBombError:
@@ -170,6 +174,8 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
 def _spend(image: Image.Image, budget: Budget) -> None:
     """Look at the size that a picture's head states, before anything is decoded."""
     pixels = image.width * image.height
+    if max(image.size) > MAX_SIDE:
+        raise PictureError(_("it is more than {most} pixels wide or high").format(most=MAX_SIDE))
     if pixels > MAX_PIXELS:
         raise PictureError(_too_many_pixels())
     if pixels > budget.left:

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
 from rotflex.courseware.run.cell_reports import Reports
@@ -127,7 +128,8 @@ class Batch:
     ) -> None:
         self._settings = settings or Settings()
         roster = [one for one in gradebook.students() if one.enrolled]
-        found = intake.find(submissions, roster, self._settings.times, self._settings.zone)
+        self._gradebook = gradebook
+        found = intake.find(submissions, roster, self._settings.times, self._settings.zone, self._named_earlier)
         self._submissions, self.ignored = found.submissions, found.ignored
         self._course = course
         self._key_digest = marking_digest(course)
@@ -137,11 +139,17 @@ class Batch:
             name: [cell["id"] for cell in notebook["cells"]]
             for name, notebook in self._bundles.current.pristine.items()
         }
-        self._gradebook = gradebook
         self._secret = gradebook.secret()
         there = {caseless(one.student) for one in self._submissions}
         there |= {caseless(one) for one in gradebook.handed_in()}
         self.absent = [one.student for one in roster if caseless(one.student) not in there]
+
+    def _named_earlier(self, student: str) -> list[str] | None:
+        """Whom a student's own course.json named, as it was handed in last; None if nothing was."""
+        delivered = {one.name: one for one in self._gradebook.delivered(student)}
+        if not delivered:
+            return None
+        return intake.named_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
 
     @property
     def students(self) -> list[str]:
@@ -211,11 +219,18 @@ class Batch:
     def _taken_in(self, submission: Submission) -> _Taken:
         """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
         read = intake.read(submission, self._bundles.names, self._masters, self._course.packages)
-        earlier = [one.name for one in self._gradebook.delivered(submission.student)]
-        problems = [*submission.problems, *intake.problems(read, earlier)]
+        # What a partner says is this student's as well stays among the partner's: nobody else's word, with whatever
+        # time, may stand before what this student hands in.
+        holder = submission.claimed_by or submission.student
+        earlier = self._gradebook.delivered(holder)
+        problems = [*submission.problems, *intake.problems(read, [one.name for one in earlier])]
         notes = [*submission.notes, *(note for one in read for note in one.notes)]
-        self._gradebook.deliver(submission.student, [_delivery(item) for one in read for item in one.items()])
-        hand_in, said = newest(self._gradebook.delivered(submission.student), self._bundles.names)
+        delivered = [_delivery(item) for one in read for item in one.items()]
+        if submission.claimed_by:
+            hand_in, said = newest([*earlier, *delivered], self._bundles.names)
+        else:
+            self._gradebook.deliver(holder, delivered)
+            hand_in, said = newest(self._gradebook.delivered(holder), self._bundles.names)
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
         current = self._gradebook.current(submission.student)

@@ -178,7 +178,9 @@ class _Run:
             cells = notebook["cells"]
             readable = skippable_cells.readable(map(source_of, cells))
             self.cells[name] = [
-                _Cell(name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])), readable)
+                _Cell(
+                    name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])), readable
+                )
                 for place, cell in enumerate(cells)
             ]
         self.recorder: dict[Where, tuple[str, int]] = {}  # notebook, and place in it

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta, tzinfo
 from pathlib import Path
@@ -40,6 +40,7 @@ def find(
     roster: Sequence[StudentRecord] = (),
     when: Mapping[str, datetime] | None = None,
     zone: tzinfo = UTC,
+    earlier: Callable[[str], Collection[str] | None] = whose.nobody_earlier,
 ) -> Found:
     """What is in a class's folder, or in a zip of it.
 
@@ -49,6 +50,7 @@ def find(
     roster : by which the names that platforms give are told
     when : name of what lies there, or a student's ID or name → when it was handed in, from :func:`.times.read`
     zone : of times in names and in zips, which do not say theirs
+    earlier : whom a student named who handed in before; None for one who did not
 
     Raises
     ------
@@ -62,7 +64,7 @@ def find(
         explorer.start(folder)
     except Unreadable as error:
         raise GradingError(_("{folder} cannot be read: {why}").format(folder=folder, why=error)) from None
-    submissions = explorer.submissions()
+    submissions = explorer.submissions(earlier)
     ignored = explorer.ignored()
     if not submissions:
         nothing = _("There are no submissions in {folder}: it should hold a folder or a zip for each student.")
@@ -261,7 +263,7 @@ class _Explorer:
 
     # --- whose they are, and when they came ---------------------------------------------------------------------------
 
-    def submissions(self) -> list[Submission]:
+    def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """One for each student."""
         taken: list[tuple[whose.Owners, Piece]] = []
         what_to_do = _("Rename it to the student's ID, or put the student on the roster (rotflex roster).")
@@ -272,7 +274,7 @@ class _Explorer:
                 taken.append((owners, self._piece(raw, owners, course, place)))
             else:
                 self._ignore(raw.place.source, f"{owners.why_not} {what_to_do}")
-        agreed = whose.agreed([owners for owners, _piece in taken])
+        agreed = whose.agreed([owners for owners, _piece in taken], earlier)
         pieces = [(owners, piece) for owners, (_before, piece) in zip(agreed, taken, strict=True)]
         return [_submission(student, pieces) for student in whose.of_each(agreed)]
 
@@ -348,13 +350,18 @@ def _submission(student: str, pieces: Iterable[tuple[whose.Owners, Piece]]) -> S
     ]
     own.sort(key=lambda one: one[1].when)
     newest = own[-1][0]
+    claimed = all(folded not in {caseless(one) for one in owners.students} for owners, _piece in own)
+    notes = dict.fromkeys(note for owners, _piece in own for note in owners.notes)
+    if claimed:
+        told = _("Handed in by {other}, whose {course_file} says that it was made together.")
+        notes[told.format(other=newest.students[0], course_file=COURSE_FILE)] = None
     together = {caseless(one): one for owners, _piece in own for one in (*owners.students, *owners.claimed)}
     return Submission(
         student=student,
         pieces=tuple(piece for _owners, piece in own),
         bench_of=newest.bench_of,
         partners=tuple(one for key, one in sorted(together.items()) if key != folded),
-        claimed=all(folded not in {caseless(one) for one in owners.students} for owners, _piece in own),
+        claimed_by=newest.students[0] if claimed else "",
         problems=tuple(dict.fromkeys(problem for owners, _piece in own for problem in owners.problems)),
-        notes=tuple(dict.fromkeys(note for owners, _piece in own for note in owners.notes)),
+        notes=tuple(notes),
     )

@@ -55,7 +55,7 @@ class Submission:
     pieces : in order of time
     bench_of : ID of the student whose bench it is to be run on: another's, where several handed in together
     partners : IDs of those with whom it was handed in
-    claimed : whether only a partner's course.json says that it is this student's
+    claimed_by : ID of the partner whose course.json alone says that it is this student's, too; "" for their own
     problems : what was contradictory about whose it is
     notes : what else is worth knowing about that
     """
@@ -64,7 +64,7 @@ class Submission:
     pieces: tuple[Piece, ...] = ()
     bench_of: str = ""
     partners: tuple[str, ...] = ()
-    claimed: bool = False
+    claimed_by: str = ""
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -157,13 +157,35 @@ def _unknown(says: _Says) -> tuple[str, ...]:
     )
 
 
-def agreed(given: Sequence[Owners]) -> list[Owners]:
+def nobody_earlier(student: str) -> Collection[str] | None:
+    """Of whom is known that they handed in before, and with whom: nobody."""
+    return None
+
+
+def named_in(data: bytes) -> list[str]:
+    """All students whom a course.json names, as they are written."""
+    course = places.course_data(data)
+    partners = course.get("with")
+    given = [course.get("student"), *(partners[: people.MOST_TOGETHER] if isinstance(partners, list) else [])]
+    return [one for one in given if isinstance(one, str)]
+
+
+def agreed(given: Sequence[Owners], earlier: Callable[[str], Collection[str] | None] = nobody_earlier) -> list[Owners]:
     """Owners, with partners whom only a course.json names as far as they have not handed in something else themselves.
 
     Anybody can write anybody's ID into a course.json. So nobody's own hand-in gives way to it, and nobody's work is run
-    on the bench of a student who handed in without naming them.
+    on the bench of a student who handed in without naming them; now, or in an earlier stage.
+
+    Parameters
+    ----------
+    given : of all that is handed in now
+    earlier : whom a student named who handed in before; None for one who did not
     """
     named = {caseless(one): set[str]() for owner in given for one in owner.students}
+    for one in {caseless(other): other for owner in given for other in owner.claimed}.values():
+        before = earlier(one)
+        if before is not None and caseless(one) not in named:
+            named[caseless(one)] = {caseless(one), *map(caseless, before)}
     for owner in given:
         for one in owner.students:
             named[caseless(one)].update(caseless(other) for other in (*owner.students, *owner.claimed))

@@ -182,7 +182,7 @@ def test_a_pair_is_named_so(tmp_path, name, roster):
     ada, bob = found.values()
     assert (ada.bench_of.casefold(), bob.bench_of.casefold()) == ("bob", "bob")
     assert (ada.partners, bob.partners) == ((bob.student,), (ada.student,))
-    assert ada.pieces == bob.pieces and not ada.claimed and not bob.claimed
+    assert ada.pieces == bob.pieces and not ada.claimed_by and not bob.claimed_by
 
 
 def test_without_a_course_file_it_is_the_first_ones_bench(tmp_path):
@@ -202,7 +202,8 @@ def test_a_course_file_may_name_a_partner_who_handed_in_nothing(tmp_path):
     lay(tmp_path / "ada", work("ada", **{"with": ["BOB", "nobody/at/all", 7]}))
     found, _ignored = found_in(tmp_path, ROSTER)
     assert list(found) == ["ada", "bob"]
-    assert (found["bob"].claimed, found["ada"].claimed) == (True, False)
+    assert (found["bob"].claimed_by, found["ada"].claimed_by) == ("ada", "")
+    assert found["bob"].notes[-1] == "Handed in by ada, whose course.json says that it was made together."
     assert {one.bench_of for one in found.values()} == {"ada"}
     assert len(found["ada"].notes) == 2 and "with 'nobody/at/all', whom nobody knows" in found["ada"].notes[0]
 
@@ -224,6 +225,15 @@ def test_nobodys_own_hand_in_gives_way_to_a_claim(tmp_path):
     assert (
         "says that it was made with bob, who handed in something else, and did not say so" in found["ada"].problems[0]
     )
+
+
+@pytest.mark.parametrize(("before", "counts"), [(None, True), (["ada", "bob"], True), (["bob"], False), ([], False)])
+def test_nor_what_somebody_handed_in_before(tmp_path, before, counts):
+    lay(tmp_path / "ada", work("bob", "spoilt = 1", **{"with": ["ada"]}))
+    found = {one.student: one for one in intake.find(tmp_path, ROSTER, earlier={"bob": before}.get).submissions}
+    assert ("bob" in found) == counts
+    assert found["ada"].bench_of == ("bob" if counts else "ada")
+    assert len(found["ada"].problems) == (not counts)
 
 
 def test_nobodys_work_is_run_on_the_bench_of_one_who_did_not_say_so(tmp_path):
