@@ -52,7 +52,20 @@ def test_help_names_the_commands_of_students_and_instructors():
     shown = rotflex("--help").output
     assert all(
         f" {command} " in shown
-        for command in ("lab", "release", "notebooks", "doctor", "grade", "regrade", "mark", "history", "roster")
+        for command in (
+            "lab",
+            "check",
+            "submit",
+            "restore",
+            "release",
+            "notebooks",
+            "doctor",
+            "grade",
+            "regrade",
+            "mark",
+            "history",
+            "roster",
+        )
     )
 
 

@@ -21,16 +21,15 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, cell_reports, execute, foreign_modules, merge, reasons, student_folder
 from rotflex.courseware.run.alignment import Change
 from rotflex.courseware.run.alike import alike
+from rotflex.courseware.run.asked import Asked, Where, asked
 from rotflex.courseware.run.cell_reports import REPORTS_FILE, Reports
 from rotflex.courseware.run.execute import Broken, Report
 from rotflex.courseware.run.merge import Merged
 from rotflex.courseware.run.reasons import Claim
-from rotflex.courseware.run.recorders import recorded as recorders_of
 from rotflex.courseware.run.student_folder import Work
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
 
-Where = tuple[str, str]  # question and part
 _ROUGHLY = 2.0  # s by which the clocks of files may differ from ours
 
 
@@ -159,8 +158,8 @@ def check(
         place=_("here"),
     )
     parts = tuple(
-        _part(name, where, in_words, written[name].words, (found, _seed(data)), home, why.missing)
-        for name, where, in_words in _asked(masters, catalogue)
+        _part(one, written[one.notebook].words, (found, _seed(data)), home, why.missing.get(one.where, ""))
+        for one in asked(masters, merged, catalogue)
     )
     changes = {name: changed for name, changed in merged.changes.items() if changed}
     return Checked(
@@ -264,46 +263,27 @@ def _home(work: Work, student: str) -> _Home:
 # --- what it means ----------------------------------------------------------------------------------------------------
 
 
-def _asked(masters: Mapping[str, dict[str, Any]], catalogue: Catalogue) -> Iterator[tuple[str, Where, bool]]:
-    """All that the notebooks ask for: file name, question and part, and whether it is an answer in words."""
-    seen: set[Where] = set()
-    for name, master in masters.items():
-        recorders = {one.cell: one for one in recorders_of(master["cells"])}
-        for cell in master["cells"]:
-            here: list[tuple[Where, bool]] = []
-            in_words = words.where_of(cell)
-            if in_words is not None:
-                here.append((in_words, True))
-            one = recorders.get(alignment.name_of(cell))
-            if one is not None and one.question in catalogue.everything:
-                here += [((one.question, part), False) for part in one.of(catalogue.everything[one.question])]
-            for where, is_words in here:
-                if where not in seen:
-                    seen.add(where)
-                    yield name, where, is_words
-
-
 def _part(
-    notebook: str,
-    where: Where,
-    in_words: bool,
+    asked_for: Asked,
     written: Mapping[Where, Any],
     recorded: tuple[Mapping[str, Mapping[str, Any]], int | None],
     home: _Home,
-    missing: Mapping[Where, str],
+    why: str,
 ) -> Part:
-    question, name = where
-    found, seed = recorded
-    if in_words:
-        return Part(notebook, question, name, State.WRITTEN if where in written else State.EMPTY)
+    """What became of a part. Of one that nobody has begun it is not told that it builds on others."""
+    (question, name), (found, seed) = asked_for.where, recorded
+
+    def is_(state: State, why: str = "") -> Part:
+        return Part(asked_for.notebook, question, name, state, why)
+
+    if asked_for.in_words:
+        return is_(State.WRITTEN if asked_for.where in written else State.EMPTY)
     now, before = found.get(question, {}).get(name), home.answers.get(question, {}).get(name)
     if now is None:
-        return Part(
-            notebook, question, name, State.MISSING if where in missing else State.EMPTY, missing.get(where, "")
-        )
+        return is_(State.MISSING, why) if why and (asked_for.begun or before is not None) else is_(State.EMPTY)
     if before is None or alike(now, before) or (now.get("kind") == "function" and seed != home.seed):
-        return Part(notebook, question, name, State.RECORDED)
-    return Part(notebook, question, name, State.DIFFERENT)
+        return is_(State.RECORDED)
+    return is_(State.DIFFERENT)
 
 
 def _unsaved(parts: Sequence[Part], saved: Mapping[str, float], home: _Home) -> dict[str, str]:

@@ -40,7 +40,7 @@ def brief(checked: Checked) -> str:
     questions = checked.questions
     done = sum(questions.values())
     if done == len(questions):
-        return _("All of the {questions} are there.").format(questions=plural(done, _("question")))
+        return _("All there: {questions}.").format(questions=plural(done, _("question")))
     states = {one: {part.state for part in checked.parts if part.question == one} for one in questions}
     open_ = [one for one, there in questions.items() if not there]
     empty = sum(states[one] <= {State.EMPTY} for one in open_)
@@ -117,7 +117,7 @@ def _said(part: Part) -> str:
 def _notes(checked: Checked) -> Iterator[str]:
     for name, changes in checked.changes.items():
         yield _(
-            "{notebook}: cells of the course's were {happened}. They are run as the course has them; rotflex restore "
+            "{notebook}: among the course's cells, {happened}. They are run as the course has them; rotflex restore "
             '{number}, or lab.restore("{number}") in a notebook, gives them back and touches no answer.'
         ).format(notebook=name, happened="; ".join(_happened(changes)), number=name.partition("_")[0])
     bad = {part.notebook for part in checked.parts if part.state in (State.MISSING, State.DIFFERENT)}

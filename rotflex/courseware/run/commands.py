@@ -14,6 +14,7 @@ import typer
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import by_program
 from rotflex.courseware.run.from_notebook import nothing_here
+from rotflex.errors import CheckError
 
 if TYPE_CHECKING:  # modules load when a command needs them
     from rotflex.courseware.run.check import Checked
@@ -63,11 +64,13 @@ def submit(
     Exit codes: 0 packed, 1 packed, and there is something to look at, 2 it cannot be packed.
     """
     from rotflex.courseware import released
+    from rotflex.courseware.run import student_folder
     from rotflex.courseware.run import submit as packing
 
     with _a_run("submit"):
         place = _place(folder)
         masters = released.masters()
+        student = packing.owner(student_folder.read(place, list(masters)), student)
         checked = None if no_check else _checked(place, student)
         if checked is not None:
             typer.echo("")
@@ -102,6 +105,13 @@ def restore(
     with _a_run("restore"):
         masters = released.masters()
         place = _place(folder)
+        if place == (released.course_folder() / "notebooks").resolve():
+            raise CheckError(
+                _(
+                    "The notebooks in {folder} are the only ones that this installation has: it has nothing to give "
+                    "back. Install the course anew (pip install .), from the zip that you got."
+                ).format(folder=place)
+            )
         changed = False
         for name in restoring.named(notebooks or [], list(masters)):
             done = restoring.restore(place, name, masters[name], dry_run)
@@ -192,7 +202,7 @@ def _a_run(command: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        typer.echo(_("Stopped. Nothing of yours was changed."))
+        typer.echo(_("Stopped."))
         raise typer.Exit(STOPPED) from None
     finally:
         for number, handler in previous.items():
@@ -200,4 +210,6 @@ def _a_run(command: str) -> Iterator[None]:
 
 
 def _interrupt(*_arguments: Any) -> None:
+    for number in _ENDINGS:  # it is heard: what ends now is not to be disturbed
+        signal.signal(number, signal.SIG_IGN)
     raise KeyboardInterrupt

@@ -18,6 +18,7 @@ from rotflex.courseware.run import by_program
 
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # an id as notebooks have them; editors may send other things
 _PATIENCE = 15  # s for a program that was asked to end
+_ITSELF = 5  # s for one that has heard of the interrupt by itself, as on Linux and macOS
 
 
 def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_saving: bool = False) -> None:
@@ -68,7 +69,7 @@ def _end(child: subprocess.Popen[str]) -> None:
     """See to it that it has ended: by itself, or, where the cell was interrupted, because it is asked to."""
     if child.poll() is None:
         try:
-            child.wait(timeout=1)
+            child.wait(timeout=_ITSELF)
         except subprocess.TimeoutExpired:
             child.terminate()
     try:

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
+from collections import deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
@@ -116,6 +118,7 @@ class _Cell:
     role: Role
     source: str
     report: CellReport | None
+    readable: bool  # so that its names can be told
 
     @property
     def stopped(self) -> bool:
@@ -123,19 +126,21 @@ class _Cell:
 
     @cached_property
     def binds(self) -> set[str]:
-        return _names(skippable_cells.bound, self.source)
+        return _names(skippable_cells.bound, self.source) if self.readable else set()
 
     @cached_property
     def uses(self) -> set[str]:
         error = self.report.error if self.report else None
         undefined = _UNDEFINED.search(error.message) if error and error.type == "NameError" else None
-        return {undefined[1]} if undefined else _names(skippable_cells.uses, self.source)
+        if undefined:
+            return {undefined[1]}
+        return _names(skippable_cells.uses, self.source) if self.readable else set()
 
 
 def _names(read: Any, source: str) -> set[str]:
     try:
         return set(read(source))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone, or too long
         return set()
 
 
@@ -168,13 +173,14 @@ class _Run:
         self.catalogue, self.recorded = catalogue, recorded
         self.refusals = {(one.question, one.part): one.why for one in reports.refusals}
         by_cell = {(one.notebook, one.cell): one for one in reports.cells}
-        self.cells = {
-            name: [
-                _Cell(name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])))
-                for place, cell in enumerate(notebook["cells"])
+        self.cells: dict[str, list[_Cell]] = {}
+        for name, notebook in merged.notebooks.items():
+            cells = notebook["cells"]
+            readable = skippable_cells.readable(map(source_of, cells))
+            self.cells[name] = [
+                _Cell(name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])), readable)
+                for place, cell in enumerate(cells)
             ]
-            for name, notebook in merged.notebooks.items()
-        }
         self.recorder: dict[Where, tuple[str, int]] = {}  # notebook, and place in it
         self.questions: dict[str, dict[int, str]] = {}  # notebook → place of a recorder → question
         for name, notebook in pristine.items():
@@ -230,7 +236,7 @@ class _Run:
         while cause is None:
             passed.append(cell)
             cause = self._roots.get(cell) or self._lacked(cell)
-            for earlier in [] if cause else self._upstream([cell])[1:]:
+            for earlier in () if cause else islice(self._upstream([cell]), 1, None):
                 cause = self._lacked(earlier)
                 if cause or earlier.stopped:
                     cell = earlier
@@ -240,21 +246,22 @@ class _Run:
         self._roots |= dict.fromkeys(passed, cause)
         return cause
 
-    def _upstream(self, cells: Sequence[_Cell]) -> list[_Cell]:
+    def _upstream(self, cells: Sequence[_Cell]) -> Iterator[_Cell]:
         """Cells, and all that they build on by the names that they use: those that bound a name last, and theirs."""
-        found = dict.fromkeys(cells)
-        waiting = list(cells)
+        found = set(cells)
+        waiting = deque(cells)
+        yield from cells
         while waiting:
-            cell = waiting.pop(0)
+            cell = waiting.popleft()
             for name in sorted(cell.uses):
                 places = self._binders[cell.notebook].get(name, ())
                 place = bisect_left(places, cell.place) - 1
                 if place >= 0:
                     binder = self.cells[cell.notebook][places[place]]
                     if binder not in found:
-                        found[binder] = None
+                        found.add(binder)
                         waiting.append(binder)
-        return list(found)
+                        yield binder
 
     @cached_property
     def _binders(self) -> dict[str, dict[str, list[int]]]:
@@ -291,10 +298,10 @@ class _Words:
             return _("It builds on {question}, which is not answered.").format(question=cause.question)
         if cause is None:
             return ""
-        what = _("{cell} stopped: {error}.").format(cell=self.name(run, cause), error=self.of_error(cause))
+        cell, error = self.name(run, cause), self.of_error(cause)
         if run.question_of(cause) == where[0]:
-            return what
-        return _("It builds on what stopped before it. {what}").format(what=what)
+            return _("{cell} stopped: {error}.").format(cell=cell, error=error)
+        return _("It builds on what stopped before it: {cell} ({error}).").format(cell=cell, error=error)
 
     def of_stop(self, run: _Run, cell: _Cell, questions: Sequence[str]) -> str:
         """What stopped, and all that builds on it, in a sentence."""

@@ -75,14 +75,7 @@ def submit(
         If there is no ID to name it by, or it cannot be written.
     """
     work = student_folder.read(folder, notebooks, modules)
-    student = student_folder.student_of(work, student)
-    if student == DEMO:
-        raise CheckError(
-            _(
-                "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you "
-                "by. (Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
-            )
-        )
+    student = owner(work, student)
     partners = _partners(partners or work.hand_in.course.get("with", ()), student)
     out = (out or folder.parent).resolve()
     if out == folder.resolve() or folder.resolve() in out.parents:
@@ -108,6 +101,25 @@ def submit(
             )
         ) from None
     return Submitted(target, digest, lines, receipts)
+
+
+def owner(work: student_folder.Work, student: str = "") -> str:
+    """The ID by which work is handed in: as given, else as the folder says.
+
+    Raises
+    ------
+    CheckError
+        If there is none.
+    """
+    named = student_folder.student_of(work, student)
+    if named == DEMO:
+        raise CheckError(
+            _(
+                "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you "
+                "by. (Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
+            )
+        )
+    return named
 
 
 def _partners(given: Any, student: str) -> list[str]:

@@ -104,6 +104,8 @@ def grade(
         raise typer.BadParameter(_("It should be a number of seconds."), param_hint="--deadline")
     if not submissions.exists():  # or nothing is made
         raise GradingError(_("There is no folder {folder}.").format(folder=submissions))
+    if submissions.is_dir() and not any(submissions.iterdir()):
+        raise GradingError(_("There is nothing in {folder}.").format(folder=submissions))
     if out.resolve().is_relative_to(submissions.resolve()):
         raise GradingError(
             _("{out} lies among the submissions: choose another folder for the results.").format(out=out)

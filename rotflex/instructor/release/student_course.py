@@ -51,11 +51,27 @@ Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex
 JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID that your instructor knows you by: your
 own virtual bench is made from it.
 
-Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells. Words
-are read from the saved notebook, so save it. Before you hand in, choose *Kernel → Restart Kernel and Run All Cells…* in
-each notebook and see that it runs to its end.
+Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
+Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside
+the notebooks: when your work is marked, your notebooks are run from the first cell to the last, with your answers, your
+cells and your files. The course's own cells are run as the course has them.
 
-Hand in the folder `notebooks`, or a zip of it.
+Save, and see beforehand what comes of it, and what does not, and why; nothing is marked by it:
+
+    .venv/bin/rotflex check
+
+If you changed or deleted something of the course's in a notebook, say in `02_...`, this gives it back, and touches no
+answer:
+
+    .venv/bin/rotflex restore 02
+
+To hand in, say
+
+    .venv/bin/rotflex submit
+
+It checks once more, and packs all that counts into one zip named by your ID (`--with THEIR-ID` if you worked with
+somebody), beside the folder `notebooks`. Upload that one file; the receipt says what is in it. (The folder `notebooks`,
+or a zip of it, is taken as well.) In a notebook the three are `lab.check()`, `lab.restore("02")` and `lab.submit()`.
 
 If your instructor hands out a newer release: unpack it somewhere else, not over this folder. Then, in this folder, say
 `.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells

@@ -25,7 +25,7 @@ from rotflex.courseware.parts import Part, Question
 from rotflex.errors import AnswerError
 from rotflex.instructor.gradebook import CommentRecord, RunRecord
 from rotflex.instructor.marking.marking import Mark
-from rotflex.instructor.reports import drawn_figure, words_shown
+from rotflex.instructor.reports import drawn_figure, rendered_words
 from rotflex.instructor.reports.result import UNDECIDED, Result, lapse, points
 from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.settings import FeedbackSettings
@@ -249,7 +249,8 @@ def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Mark
     written = words.get(mark.question, {}).get(mark.part)
     figure = figures.get((mark.question, mark.part))
     if written is not None:
-        given = words_shown.as_html(written["text"], _pictures(written))
+        words_shown = rendered_words.as_html(written["text"], _pictures(written))
+        given = Markup('<div class="given words">{}</div>').format(words_shown)
     elif figure is not None:
         given = figure
     elif mark.given:

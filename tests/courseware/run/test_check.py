@@ -106,7 +106,7 @@ def test_all_that_is_there_is_found_with_helper_cells_own_files_and_words(folder
     }
     assert found.good and (found.stops, found.lost, found.problems, found.notes) == ((), (), (), ())
     said = check_words.lines(found)
-    assert "All of the 3 questions are there." in said
+    assert "All there: 3 questions." in said
     assert said[-2:] == ["  01_swing  all there", "  02_later  all there"]
     assert told[-1][0] == "02_later.ipynb"
     assert {path: path.read_bytes() for path in folder.iterdir()} == before  # nothing of the student's is touched
@@ -126,7 +126,7 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
     assert "1 of 3 questions are all there; 2 with something to look at." in said
     assert "2.11 stopped: NameError, name 'omgea' is not defined, line 2; 2.12 builds on it." in said
     assert "2.11  explanation: empty" in said
-    assert "01_swing.ipynb: cells of the course's were changed: setup; gone: title." in said
+    assert "01_swing.ipynb: among the course's cells, changed: setup; gone: title." in said
     assert 'lab.restore("01")' in said
     assert not {"20.0", "0.004", "0.0015", "1.6"} & set(said.replace(str(folder), "").split())
 
@@ -193,3 +193,19 @@ def test_nothing_is_taken_from_the_checkout_that_students_lack():
     """No module of the students' side of this imports one of the instructor's."""
     for path in (ROOT / "rotflex" / "courseware" / "run").glob("*.py"):
         assert "rotflex.instructor" not in path.read_text()
+
+
+def test_what_nobody_has_begun_is_empty_and_not_told_to_build_on_others(folder):
+    masters = copy.deepcopy(MASTERS)
+    later = masters["02_later.ipynb"]["cells"]
+    later[1]["source"] += '\nomega_n = lab.value("2.11", "omega_n", None)\nJ_l = lab.value("2.12", "J_l")'
+    put(folder, {}, masters)
+    found = check(folder, masters, CATALOGUE)
+    assert set(states(found).values()) == {State.EMPTY}
+    said = check_words.lines(found)
+    assert "0 of 3 questions are all there; 3 empty." in said
+    assert "  01_swing  nothing yet" in said and "  02_later  nothing yet" in said
+    # Begun, it is told.
+    put(folder, {"q3": "resolution = J_l"}, masters)
+    found = check(folder, masters, CATALOGUE)
+    assert states(found)["0.1", "resolution"] is State.MISSING

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import importlib
 import os
 import subprocess
 import sys
@@ -147,5 +148,6 @@ def test_whatever_the_system_refuses_elsewhere_is_one_line_too(tmp_path, monkeyp
     def refuse(*_):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), "somewhere/notebooks")
 
-    monkeypatch.setattr("rotflex.instructor.release.student_course.write_notebooks", refuse)
+    module = importlib.import_module("rotflex.instructor.release.student_course")
+    monkeypatch.setattr(module, "write_notebooks", refuse)
     one_line(rotflex("notebooks", "--course", ROOT), "somewhere/notebooks: Permission denied.")

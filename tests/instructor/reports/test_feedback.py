@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import io
 import json
 import re
 from base64 import b64encode
@@ -10,6 +11,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
+from PIL import Image
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.instructor.gradebook import CommentRecord, GivenMark, MarkRecord, RunRecord
@@ -185,12 +187,17 @@ def test_what_is_no_figure_is_not_drawn_and_stops_nothing(answers):
     assert "<svg" not in text and "1 diagram, 1 curve" in text
 
 
-def test_words_from_text_cells_are_shown_in_place_of_their_first_line():
-    picture = {"a.png": b64encode(b"\x89PNG").decode(), "broken.png": "%%"}
-    words = {"2.11": {"explanation": {"text": "It <b>bends</b>\n\nmuch.", "pictures": picture}}}
+def test_words_from_text_cells_are_rendered_in_place_of_their_source():
+    drawn = io.BytesIO()
+    Image.new("RGB", (4, 3), "red").save(drawn, format="PNG")
+    pictures = {"attachment:a.png": b64encode(drawn.getvalue()).decode(), "attachment:broken.png": "%%"}
+    written = "It **bends**, as $\\frac{1}{2}$ <b>says</b>.\n\n* much\n\n"
+    written += "![drawn](attachment:a.png) ![no](attachment:broken.png)"
+    words = {"2.11": {"explanation": {"text": written, "pictures": pictures}}}
     text = page(OMEGA, WHY, run=run(words=words))
-    assert "Because it bends." not in text
-    assert "It &lt;b&gt;bends&lt;/b&gt;" in text
+    assert "Because it bends." not in text and "It <strong>bends</strong>" in text and "<li>much</li>" in text
+    assert "&lt;b&gt;says" in text and "<mfrac>" in text
+    assert re.findall(r'<img[^>]*src="([^"]{22})', text) == ["data:image/png;base64,"]
 
 
 # --- what cannot get onto it ------------------------------------------------------------------------------------------
