@@ -1,7 +1,11 @@
-"""A student begins with one release of a course and goes on with the next: as they would, from their installation."""
+"""A student begins with one release of a course and goes on with the next, as they would, from their installation.
+
+A class of which some went on, and some did not, is graded.
+"""
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import shutil
@@ -55,7 +59,7 @@ def test_a_half_done_folder_goes_on_under_the_next_release(two, tmp_path):
     path.write_text(json.dumps(work))
 
     said = lab(two.second, tmp_path)
-    assert f"{NOTEBOOK}: of the course's cells 1 changed, 1 new, 0 gone." in said
+    assert f"{NOTEBOOK}: of the course's cells 1 changed, 2 new, 0 gone." in said  # the title; around the new answer
     assert "The course gives you another bench now" in said
     assert json.loads(course.read_text()) == {**two.about(two.second), "student": "ada"}
     now = {cell["id"]: "".join(cell["source"]) for cell in json.loads(path.read_text())["cells"]}
@@ -79,3 +83,60 @@ def test_the_bench_of_a_session_is_the_releases(two, tmp_path):
             check=False,
         )
         assert done.stdout == f"{SEED}\n", done.stderr
+
+
+SOLVED = {
+    "q1-1": "run = lab.bench().release()",
+    "q1-2": "k = lab.bench().k",
+    "q1-3": 'formula = sympy.sqrt(sympy.Symbol("k") / sympy.Symbol("m"))\nomega = lab.bench().omega',
+    "q1-5": "period = 2 * math.pi / omega",
+}
+
+
+def hand_in(two: TwoReleases, which: Path, folder: Path, about: dict[str, object] | None) -> None:
+    """A notebook of a release, answered, with what ``course.json`` says; without one for None."""
+    folder.mkdir(parents=True)
+    notebook = two.notebook(which)
+    for cell in notebook["cells"]:
+        cell["source"] = SOLVED.get(cell["id"], cell["source"])
+    (folder / NOTEBOOK).write_text(json.dumps(notebook), encoding="utf-8")
+    if about is not None:
+        (folder / "course.json").write_text(json.dumps(about), encoding="utf-8")
+
+
+def rotflex(two: TwoReleases, place: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
+    """An instructor's command."""
+    return subprocess.run(
+        [sys.executable, "-m", "rotflex.cli", *words, "--course", two.course],
+        cwd=place,
+        env=os.environ | {"PYTHONPATH": str(two_releases.ROOT), "COLUMNS": "200"},
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+
+def test_a_class_is_graded_each_under_the_release_that_they_began_with(sandbox, two, tmp_path):
+    submissions = tmp_path / "submissions"
+    first, second = two.about(two.first), two.about(two.second)
+    hand_in(two, two.first, submissions / "ada", {**first, "student": "ada"})
+    hand_in(two, two.first, submissions / "bob", None)
+    hand_in(two, two.second, submissions / "grace", {**second, "student": "grace"})
+    hand_in(two, two.second, submissions / "eve", {**second, "student": "eve", "release": "2025-autumn-00000000"})
+    done = rotflex(two, tmp_path, "grade", submissions, "--out", tmp_path / "out")
+    assert done.returncode == 1, done.stdout + done.stderr  # eve's
+    with (tmp_path / "out" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
+        rows = {row["student"]: row for row in csv.DictReader(file)}
+    # Of 1.4 is nothing there. Who was not asked for 1.5 is not held to it.
+    expected = {"ada": ("7", "8"), "bob": ("7", "8"), "grace": ("8", "9"), "eve": ("8", "9")}
+    assert {name: (row["total"], row["out_of"]) for name, row in rows.items()} == expected
+    older = f"Run and marked under an earlier release, {first['release']}."
+    assert {name: older in row["notes"] for name, row in rows.items()} == {
+        "ada": True,
+        "bob": True,
+        "grace": False,
+        "eve": False,
+    }
+    assert "names the release '2025-autumn-00000000', which is not kept in" in rows["eve"]["notes"]
+    again = rotflex(two, tmp_path, "regrade", "--gradebook", tmp_path / "out" / "gradebook.sqlite")
+    assert again.stdout == "Nobody's marks changed.\n", again.stdout + again.stderr

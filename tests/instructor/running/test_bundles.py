@@ -11,7 +11,6 @@ from two_releases import FIRST, NOTEBOOK, SECOND, SEED, TwoReleases
 
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.run.handed_in import HandIn
-from rotflex.courseware.run.merge import merged
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.marking import decoding, marking
@@ -19,6 +18,7 @@ from rotflex.instructor.release import releases
 from rotflex.instructor.release.releases import Releases
 from rotflex.instructor.running import bundle, runner
 from rotflex.instructor.running.bundles import Bundles
+from rotflex.instructor.running.prepared import prepare
 from rotflex.instructor.running.runner import Job
 
 PROBE_SEED = 5
@@ -52,10 +52,8 @@ def bundles(course):
 
 def marks(course, chosen: bundle.Bundle, hand_in: HandIn, student: str = "ada") -> dict[tuple[str, str], float]:
     """The points of what a release asked, from a run with what a release brought."""
-    sources = {name: {cell.id: cell.source for cell in cells} for name, cells in hand_in.notebooks.items()}
-    answers = {name: {cell: sources[name][cell] for cell in ids} for name, ids in chosen.answer_cells.items()}
-    notebooks = merged(chosen.pristine, answers)
-    job = Job(student, notebooks, PROBE_SEED, chosen.parameters, chosen.imports)
+    prepared = prepare(hand_in, chosen, course.catalogue, student)
+    job = Job(student, prepared.merged.notebooks, PROBE_SEED, chosen.parameters, chosen.imports)
     run = runner.run(chosen.packed, job)
     assert run.problems == ()
     claims = decoding.decode(run.answers, PROBE_SEED, course.catalogue)
