@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import re
 import stat
 import struct
@@ -17,7 +18,7 @@ from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, under, work, zip
 from rotflex.courseware import answers
 from rotflex.courseware.run import own_files
 from rotflex.instructor.running import intake
-from rotflex.instructor.running.intake import limits, stores
+from rotflex.instructor.running.intake import limits, places, stores
 
 A, B, C = WANTED
 
@@ -162,6 +163,20 @@ def test_a_notebook_with_outputs_of_many_megabytes_is_taken_without_them(taken):
     result = taken(files)
     assert result.first(A) == "x = 1" and result.problems == []
     assert all(len(item.content) < 10_000 for one in result.delivered for item in one.items())
+
+
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_what_cannot_be_compressed_is_read_from_a_zip_whatever_its_size(tmp_path, depth):
+    large = json.loads(notebook(A, "x = 1"))
+    large["cells"][0]["outputs"] = [{"data": {"image/png": random.Random(1).randbytes(2 * limits.MAX_DIRECTORY).hex()}}]
+    noise = random.Random(2).randbytes(3 * 10**6)
+    packed = zipped(work(names=[B, C]) | {A: json.dumps(large).encode(), "noise.bin": noise})
+    for _ in range(depth - 1):
+        packed = zipped({"inner.zip": packed})
+    lay(tmp_path, {"ada.zip": packed})
+    result = Read(tmp_path)
+    assert result.notebooks == WANTED and result.problems == []
+    assert result.hand_in.files == {"noise.bin": noise}
 
 
 # --- what is refused, and told ----------------------------------------------------------------------------------------
@@ -317,6 +332,16 @@ def test_zips_within_zips_end(tmp_path, monkeypatch):
     as_zip(tmp_path, {B: notebook(B), "bomb.zip": bomb, "large.zip": zipped({"in.zip": swelling + bytes(10**6)})})
     result = Read(tmp_path)
     assert result.notebooks == [B]
+
+
+def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_path, monkeypatch):
+    looked = []
+    look = places.Child.look
+    monkeypatch.setattr(places.Child, "look", lambda *args, **more: looked.append(args) or look(*args, **more))
+    many = zipped({f"{number}.zip": zipped({"x.csv": b""}) for number in range(30)})
+    lay(tmp_path, {"ada.zip": zipped({f"{number}.zip": many for number in range(30)} | {B: notebook(B)})})
+    assert Read(tmp_path).notebooks == [B]
+    assert len(looked) <= limits.MAX_INNER_ARCHIVES + 4
 
 
 def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):
