@@ -18,6 +18,6 @@
 from rotflex.instructor.running.intake.delivered import Item, newest
 from rotflex.instructor.running.intake.finding import find
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
-from rotflex.instructor.running.intake.reading import Delivered, problems, read
+from rotflex.instructor.running.intake.reading import Delivered, notes, problems, read
 
-__all__ = ["Delivered", "Found", "Item", "Piece", "Submission", "find", "newest", "problems", "read"]
+__all__ = ["Delivered", "Found", "Item", "Piece", "Submission", "find", "newest", "notes", "problems", "read"]

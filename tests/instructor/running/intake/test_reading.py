@@ -9,6 +9,7 @@ import re
 import stat
 import struct
 import zipfile
+from datetime import datetime
 
 import pytest
 from hypothesis import given
@@ -216,6 +217,17 @@ def test_a_notebook_that_cannot_be_read_leaves_the_one_before_it(tmp_path):
 def test_a_notebook_that_could_not_be_read_and_was_handed_in_again_is_no_problem(tmp_path):
     lay(tmp_path, {"ada.zip": zipped({A: b"{"}), "ada (1).zip": zipped(work())})
     assert Read(tmp_path).problems == []
+
+
+def test_a_zip_that_cannot_be_read_is_told_and_no_longer_a_problem_once_it_was_handed_in_again(tmp_path):
+    lay(tmp_path, {"ada.zip": b"no zip", "bob.zip": zipped({"own.ipynb": b"{}"})})
+    found = intake.find(tmp_path)
+    ada, bob = (intake.read(one, WANTED) for one in found.submissions)
+    assert intake.problems(ada)[0].startswith("The submission cannot be read: 'ada.zip': it is not a zip")
+    assert intake.problems(bob) == ["There is no notebook of the course in the submission."]
+    lay(tmp_path, {"ada (1).zip": zipped(work(), datetime(2107, 1, 1))})
+    ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
+    assert intake.problems(ada) == [] and "cannot be read: 'ada.zip'" in intake.notes(ada)[0]
 
 
 def test_too_many_files_are_refused(tmp_path, monkeypatch):
