@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.metadata
 import importlib.util
-import json
 import shutil
 import signal
 import subprocess
@@ -16,10 +16,11 @@ import typer
 import typer.core
 
 from rotflex import __version__
-from rotflex.courseware import files, student_id
+from rotflex.courseware import benches, course_file, files, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.released import course_folder
+from rotflex.courseware.run import commands as students_commands
 from rotflex.errors import ConfigurationError, RotflexError
 
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
@@ -30,13 +31,19 @@ _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's co
 
 
 class _Commands(typer.core.TyperGroup):
-    """Shows an error that was raised on purpose as a message, with exit code 2."""
+    """Shows an error that was raised on purpose, or is the system's, as a message, with exit code 2."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
         except RotflexError as error:
             typer.secho(f"rotflex: {error}", err=True, fg="red")
+            raise typer.Exit(2) from error
+        except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
+            if error.errno == errno.EPIPE:  # who reads our output has gone: typer sees to it
+                raise
+            where = f"{error.filename}: " if error.filename else ""
+            typer.secho(f"rotflex: {where}{error.strerror or error}.", err=True, fg="red")
             raise typer.Exit(2) from error
         except ModuleNotFoundError as error:
             if _is_installed(_INSTRUCTORS):
@@ -93,7 +100,8 @@ def lab(
 ) -> None:
     """Open JupyterLab on the course's notebooks.
 
-    Notebooks that are not in FOLDER yet are copied there; what is there stays as it is.
+    Notebooks that are not in FOLDER yet are copied there; what you wrote there stays as it is. If you began with an
+    earlier release of the course, the course's own cells become those of the installed one.
     """
     given = list(words or [])
     folder = Path(given.pop(0) if given and not given[0].startswith("-") else "notebooks")
@@ -107,7 +115,9 @@ def lab(
 
 
 def fill(folder: Path, student: str | None = None) -> list[str]:
-    """Copy into a folder what is not there yet of the course, and write down the student. Nothing is overwritten.
+    """Copy into a folder what is not there yet of the course, and write down the student. No answer is overwritten.
+
+    A folder that was begun under another release is brought to the installed one.
 
     Parameters
     ----------
@@ -127,27 +137,73 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if student is not None:
         student = student_id.normalised(student)
     course = course_folder()
-    wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
-    wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(_("{folder} is not a folder.").format(folder=folder))
     folder.mkdir(parents=True, exist_ok=True)
     at_home = folder.resolve() == (course / "notebooks").resolve()
-    copied = [name for name in wanted if not at_home and not (folder / name).exists()]
+    lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
+    if student is not None:
+        _write_course(folder, {**_begun(folder), course_file.STUDENT: student})
+        lines.append(_("Student: {student}").format(student=student))
+    return lines
+
+
+def _copied(folder: Path, course: Path) -> list[str]:
+    """Copy what is not there yet, and say so."""
+    wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
+    wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
+    copied = [name for name in wanted if not (folder / name).exists()]
     for name in copied:
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copyfile(wanted[name], folder / name)
-    lines = [_("Copied to {folder}: {copied}").format(folder=folder, copied=", ".join(copied))] if copied else []
-    if student is not None:
-        content = json.dumps({"student": student}, ensure_ascii=False) + "\n"
-        try:
-            files.write(folder / COURSE_FILE, content)
-        except OSError as error:
-            raise ConfigurationError(
-                _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
-            ) from None
-        lines.append(_("Student: {student}").format(student=student))
+    return [_("Copied to {folder}: {copied}").format(folder=folder, copied=", ".join(copied))] if copied else []
+
+
+def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> list[str]:
+    """Bring a folder that was begun under another release to the installed one, and say so."""
+    about = course_file.read(released) or {}
+    release = about.get(course_file.RELEASE)
+    try:
+        begun = _begun(folder) if student else course_file.read(folder) or {}
+    except ConfigurationError as error:  # it may name a student: whoever knows who should mend it
+        return [str(error)]
+    if not release or begun.get(course_file.RELEASE) == release:  # a checkout is no release
+        return []
+    lines: list[str] = []
+    if any((folder / path.name).exists() for path in released.glob("*.ipynb")):
+        from rotflex.courseware.run.update import update
+
+        lines, whole = update(folder, released, release)
+        if not whole:  # to be tried again
+            return lines
+        if not _same_bench(begun, about):
+            lines.append(_("The course gives you another bench now: run your notebooks again, to measure on that one."))
+    _write_course(folder, {**begun, **about, course_file.STUDENT: begun.get(course_file.STUDENT, "")})
     return lines
+
+
+def _same_bench(begun: dict[str, Any], about: dict[str, Any]) -> bool:
+    try:
+        return benches.policy_of(begun) == benches.policy_of(about)
+    except ConfigurationError:
+        return False
+
+
+def _begun(folder: Path) -> dict[str, Any]:
+    """What a folder's ``course.json`` says; nothing, if it is broken."""
+    try:
+        return course_file.read(folder) or {}
+    except ConfigurationError:
+        return {}
+
+
+def _write_course(folder: Path, course: dict[str, Any]) -> None:
+    try:
+        files.write(folder / COURSE_FILE, course_file.text(course))
+    except OSError as error:
+        raise ConfigurationError(
+            _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
+        ) from None
 
 
 _CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
@@ -192,6 +248,8 @@ def _stop(child: subprocess.Popen[bytes]) -> None:
     finally:
         signal.signal(signal.SIGINT, previous)
 
+
+students_commands.register(app)
 
 if importlib.util.find_spec("rotflex.instructor") is not None:
     from rotflex.instructor import commands

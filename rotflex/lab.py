@@ -15,6 +15,8 @@ import os
 from pathlib import Path
 
 from rotflex import hil
+from rotflex.courseware.benches import PRESET
+from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.session import DEMO, Session, student_of
 from rotflex.hil.student_benches import student_seed
 from rotflex.workbook.questions import CATALOGUE
@@ -28,14 +30,14 @@ def start(
     Parameters
     ----------
     student : whose bench and answers these are; without one, the student of ``course.json``, else "demo"
-    bench : address of the bench, see :func:`rotflex.hil.open`
+    bench : address of the bench, see :func:`rotflex.hil.open`; "virtual" is the one that the course gives the student
     folder : where answers are kept; the notebook's own by default
     quiet : leave out the welcome
 
     Raises
     ------
     ConfigurationError
-        If the student's ID cannot be one, see :mod:`rotflex.courseware.student_id`.
+        If the student's ID cannot be one, see :mod:`rotflex.courseware.student_id`, or ``course.json`` cannot be read.
     BenchError
         If the bench's address is not understood.
     """
@@ -54,11 +56,13 @@ class Lab(Session):
     book : the answers so far
     address : of the bench, see :func:`rotflex.hil.open`
     seed : of the student's virtual bench
+    policy : which bench the course gives each student
     """
 
     def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
         self.address = uri
-        self.seed = student_seed(student)
+        self.policy = bench_policy(folder)
+        self.seed = self.policy.seed_for(student, student_seed)
         bench = self.bench()
         self.servo = bench.servo
         self.joint = bench.joint
@@ -77,6 +81,7 @@ class Lab(Session):
         print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")
 
-    def bench(self) -> hil.Bench:
-        """This student's bench, to be opened in a ``with`` statement."""
-        return hil.open(self.address, seed=self.seed)
+    def bench(self, address: str | None = None) -> hil.Bench:
+        """This student's bench, to be opened in a ``with`` statement; or the one at another address."""
+        preset = self.policy.preset if self.policy.which == PRESET else None
+        return hil.open(address or self.address, seed=self.seed, preset=preset, draw=self.policy.draw)

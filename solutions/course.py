@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from rotflex.hil.student_benches import DRAW, PRESETS
 from rotflex.instructor.course import Course
 from rotflex.workbook.questions import CATALOGUE
 
@@ -11,17 +12,18 @@ from .stated import STATED
 from .true_bench import TrueBench
 
 
-def on_virtual_bench(bench: Mapping[str, Any]) -> bool:
-    """Whether answers are said to come from a virtual bench: of a real one, nothing is known."""
-    return str(bench.get("uri", "virtual")).partition(":")[0] == "virtual"
+def on_virtual_bench(parameters: Mapping[str, Any]) -> bool:
+    """Whether notebooks are run on a virtual bench: of a real one, nothing is known."""
+    return str(parameters.get("bench", "virtual")).partition(":")[0] == "virtual"
 
 
 COURSE = Course(
     name="rotflex-course",
-    title="The rotary flexible joint laboratory",
     catalogue=CATALOGUE,
     key=KEY,
     bench=TrueBench,
+    presets=tuple(PRESETS),
+    draw=DRAW,
     knows_bench=on_virtual_bench,
     parameters={"bench": "virtual"},
     imports=(

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, joint, srv02
+from rotflex.courseware.benches import PRESET, THEIR_OWN, BenchPolicy
 from rotflex.errors import RotflexError
-from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.hil.student_benches import preset, student_bench, student_seed
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop
@@ -26,19 +27,22 @@ class TrueBench:
     Parameters
     ----------
     student : the ID from which the bench is drawn
+    policy : which bench each student has
 
     Attributes
     ----------
     servo, joint : the parts as the student is told them
-    K_s : the stiffness that the bench really has, N·m/rad
+    K_s : the stiffness that the bench really has, N·m/rad: the one that goes with the joint's stated moment of inertia,
+        should a preset's own be another
     """
 
-    def __init__(self, student: str) -> None:
-        self._seed = student_seed(student)
-        spec = student_bench(self._seed)
+    def __init__(self, student: str, policy: BenchPolicy = THEIR_OWN) -> None:
+        self._seed, self._draw = policy.seed_for(student, student_seed), policy.draw
+        self._preset = policy.preset if policy.which == PRESET else None
+        spec = student_bench(self._seed, draw=self._draw) if self._preset is None else preset(self._preset)
         self.servo: Servo = srv02()
         self.joint: Joint = joint(spec.arm_position)
-        self.K_s = spec.parameters.K_s
+        self.K_s = spec.parameters.K_s * (self.joint.J_l / spec.parameters.J_l)
         self._simulated: dict[bytes, list[Recording]] = {}
         self._tracked: dict[tuple[tuple[float, ...], str], Recording] = {}
 
@@ -82,7 +86,7 @@ class TrueBench:
             return experiments.validation(bench, A, B, signal, progress=False)
 
     def _open(self) -> hil.Bench:
-        return hil.open("virtual", seed=self._seed)
+        return hil.open("virtual", seed=self._seed, preset=self._preset, draw=self._draw)
 
 
 def _simulations(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Iterator[Recording]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 from made_courses import copied
+from made_notebooks import answer, code, notebook, saved, text
 from typer.testing import CliRunner
 
 from rotflex import cli
@@ -51,7 +52,20 @@ def test_help_names_the_commands_of_students_and_instructors():
     shown = rotflex("--help").output
     assert all(
         f" {command} " in shown
-        for command in ("lab", "release", "notebooks", "doctor", "grade", "regrade", "mark", "history", "roster")
+        for command in (
+            "lab",
+            "check",
+            "submit",
+            "restore",
+            "release",
+            "notebooks",
+            "doctor",
+            "grade",
+            "regrade",
+            "mark",
+            "history",
+            "roster",
+        )
     )
 
 
@@ -125,6 +139,78 @@ def test_lab_never_overwrites_a_students_work(course, opened):
     assert Path("work/course.json").read_text() == '{"student": "ada"}'
     assert Path("work/answers.json").read_text() == "{}"
     assert "01_next.ipynb" in done.output and "00_start.ipynb" not in done.output
+
+
+RELEASED = {"student": "", "release": "2026-x", "draw": 1, "title": "T", "term": "2026", "bench": {"which": "own"}}
+
+
+@pytest.fixture
+def released(course):
+    """The course as a release: with a name, and notebooks that are some."""
+    (course / "notebooks" / "course.json").write_text(json.dumps(RELEASED))
+    for name in ("00_start.ipynb", "01_next.ipynb"):
+        (course / "notebooks" / name).write_bytes(saved(notebook(text("title", "# New"), answer("q1", "k = None"))))
+    return course
+
+
+def test_lab_writes_down_the_release_and_whose_folder_it_is(released, opened):
+    assert rotflex("lab", "work").exit_code == 0
+    assert json.loads(Path("work/course.json").read_text()) == RELEASED
+    assert rotflex("lab", "work", "--student", "Ada").exit_code == 0
+    assert json.loads(Path("work/course.json").read_text()) == {**RELEASED, "student": "Ada"}
+
+
+@pytest.mark.parametrize("about", [None, {"student": "ada"}, {"student": "ada", "release": "2025-y", "with": ["bob"]}])
+def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened, about):
+    Path("work").mkdir()
+    begun = notebook(text("title", "# Old"), answer("q1", "k = 3.5"), code("mine", "1"))
+    Path("work/00_start.ipynb").write_bytes(saved(begun))
+    Path("work/answers.json").write_text("{}")
+    if about is not None:
+        Path("work/course.json").write_text(json.dumps(about))
+    done = rotflex("lab", "work")
+    assert done.exit_code == 0 and opened
+    assert "Your notebooks now have the course's text of the release 2026-x" in done.output
+    assert "00_start.ipynb: of the course's cells 1 changed, 0 new, 0 gone." in done.output
+    assert "Copied to work: 01_next.ipynb" in done.output and "another bench" not in done.output
+    cells = json.loads(Path("work/00_start.ipynb").read_text())["cells"]
+    assert [cell["source"] for cell in cells] == ["# New", "k = 3.5", "1"]
+    assert json.loads(Path("work/.before-2026-x/00_start.ipynb").read_text()) == begun
+    assert json.loads(Path("work/course.json").read_text()) == {**(about or {"student": ""}), **RELEASED} | (
+        about or {}
+    ) | {"release": "2026-x"}
+    assert Path("work/answers.json").read_text() == "{}"
+    before = {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")}
+    assert rotflex("lab", "work").output == ""
+    assert {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")} == before
+
+
+def test_lab_tells_that_the_bench_is_another(released, opened):
+    Path("work").mkdir()
+    Path("work/00_start.ipynb").write_bytes(saved(notebook(text("title", "# New"))))
+    Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": {"which": "same", "seed": 3}}))
+    assert "The course gives you another bench now: run your notebooks again" in rotflex("lab", "work").output
+    Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": 3}))
+    assert "The course gives you another bench now" in rotflex("lab", "work").output
+
+
+def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, opened):
+    Path("work").mkdir()
+    Path("work/00_start.ipynb").write_text("{")
+    Path("work/course.json").write_text('{"student": "ada", "release": "2025-y"}')
+    for _ in range(2):
+        assert "00_start.ipynb could not be read, and stays as it is" in rotflex("lab", "work").output
+    assert Path("work/00_start.ipynb").read_text() == "{"
+    assert json.loads(Path("work/course.json").read_text())["release"] == "2025-y"
+
+
+def test_lab_leaves_a_broken_course_file_and_tells_unless_it_is_given_the_student(released, opened):
+    Path("work").mkdir()
+    Path("work/course.json").write_text('{"student": "ada"')
+    assert 'course.json should be {"student": "your id"}' in " ".join(rotflex("lab", "work").output.split())
+    assert Path("work/course.json").read_text() == '{"student": "ada"'
+    assert rotflex("lab", "work", "--student", "ada").exit_code == 0
+    assert json.loads(Path("work/course.json").read_text()) == {**RELEASED, "student": "ada"}
 
 
 def test_lab_works_in_the_folder_notebooks_unless_told_otherwise(course, opened):
@@ -218,12 +304,45 @@ def test_jupyterlabs_exit_code_is_the_commands(tmp_path, monkeypatch):
 # --- release and notebooks --------------------------------------------------------------------------------------------
 
 
-def test_release_says_what_it_made(tmp_path):
-    done = rotflex("release", tmp_path / "out", "--course", ROOT)
+def test_release_says_what_it_made_and_keeps_it(tmp_path):
+    course = copied(tmp_path / "course", ["00_start.ipynb"])
+    done = rotflex("release", tmp_path / "out", "--course", course)
     assert done.exit_code == 0, done.output
     assert (tmp_path / "out" / "rotflex-course" / "notebooks" / "00_start.ipynb").exists()
     assert (tmp_path / "out" / "rotflex-course.zip").exists()
     assert "00_start.ipynb" in done.output
+    (kept,) = (tmp_path / "course" / "releases").iterdir()
+    assert kept.read_bytes() == (tmp_path / "out" / "rotflex-course.zip").read_bytes()
+    assert f"Release {kept.stem}, kept as {kept}" in done.output
+    about = json.loads((tmp_path / "out" / "rotflex-course" / "notebooks" / "course.json").read_text())
+    assert about == {
+        "student": "",
+        "title": "rotflex-course",
+        "term": "",
+        "draw": 1,
+        "bench": {"which": "own"},
+        "release": kept.stem,
+    }
+
+
+def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
+    course = copied(tmp_path / "course", ["00_start.ipynb"])
+    (tmp_path / "course" / "releases").write_text("in the way")
+    done = rotflex("release", tmp_path / "out", "--course", course)
+    assert done.exit_code == 2
+    assert "it cannot be kept in" in " ".join(done.output.split()) and "Put a copy there" in " ".join(
+        done.output.split()
+    )
+    assert (tmp_path / "out" / "rotflex-course.zip").exists()
+
+
+def test_settings_that_are_not_understood_stop_every_command_in_words(tmp_path):
+    course = copied(tmp_path / "course", ["00_start.ipynb"])
+    (course / "course.toml").write_text('[bench]\nwhich = "mine"\n')
+    done = rotflex("release", tmp_path / "out", "--course", course)
+    assert done.exit_code == 2
+    said = " ".join(done.output.split())
+    assert 'course.toml cannot be used: bench.which: it is \'mine\', and should be "own", "same" or "preset"' in said
 
 
 @pytest.mark.parametrize("command", [["release", "out"], ["notebooks"]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -141,3 +142,30 @@ def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
     done = rotflex(installed, tmp_path, *words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "out" / "grades.csv").exists()
+
+
+def test_students_check_and_pack_their_work_with_their_own_wheel_alone(wheels, tmp_path):
+    alone, work = tmp_path / "alone", tmp_path / "work"
+    with zipfile.ZipFile(wheels[0]) as packed:
+        packed.extractall(alone)
+    assert not (alone / "rotflex" / "instructor").exists()
+    shutil.copytree(alone / "rotflex" / "_course" / "notebooks", work)
+    start = work / "00_start.ipynb"
+    answered = start.read_text("utf-8").replace("resolution = None", "resolution = helper.resolution")
+    start.write_text(answered.replace("import rotflex.lab", "import rotflex.lab\\n", 1), encoding="utf-8")
+    (work / "helper.py").write_text("resolution = 2 * 3.14159 / 4096\n", encoding="utf-8")
+    notebook = json.loads(start.read_text("utf-8"))
+    place = next(n for n, cell in enumerate(notebook["cells"]) if cell["id"] == "q0-1")
+    own = {"cell_type": "code", "id": "mine", "metadata": {}, "source": "import helper", "outputs": []}
+    notebook["cells"].insert(place, {**own, "execution_count": None})
+    start.write_text(json.dumps(notebook), encoding="utf-8")
+    # Before what this environment has: its own rotflex is the checkout's.
+    done = rotflex(alone, tmp_path, "submit", work, "--student", "ada", ROTFLEX_RUNNING="")
+    assert done.returncode == 1, done.stdout + done.stderr  # one question is answered, and the others are empty
+    assert "  00_start                   all there\n" in done.stdout
+    assert "02_finding_stiffness       nothing yet" in done.stdout
+    assert "cells of the course's were changed: setup" in done.stdout
+    with zipfile.ZipFile(tmp_path / "ada.zip") as packed:
+        assert {"00_start.ipynb", "10_control_results.ipynb", "helper.py", "receipt.json"} <= set(packed.namelist())
+    restored = rotflex(alone, tmp_path, "restore", "00", "--folder", work, ROTFLEX_RUNNING="")
+    assert restored.returncode == 0 and "setup is the course's again" in restored.stdout

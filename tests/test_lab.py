@@ -94,6 +94,29 @@ def test_the_parts_and_the_bench_are_the_students_own():
         quiet(bench="nowhere")
 
 
+def test_the_bench_is_the_one_that_the_course_file_gives(folder):
+    def bench_of(student, **said):
+        (folder / "course.json").write_text(json.dumps({"student": student, **said}))
+        lab = quiet(student)
+        return lab, lab.bench().identity
+
+    same = {"which": "same", "seed": 7}
+    assert bench_of("ada", draw=1, bench={"which": "own"})[1]["seed"] == student_seed("ada")
+    ada, of_ada = bench_of("ada", bench=same)
+    grace, of_grace = bench_of("grace", bench=same)
+    assert of_ada == of_grace and of_ada["seed"] == ada.seed == grace.seed == 7
+    assert ada.joint.arm_position == student_bench(7).arm_position
+    preset, of_preset = bench_of("ada", bench={"which": "preset", "preset": "workbook"})
+    assert of_preset["preset"] == "workbook" and "seed" not in of_preset
+    assert preset.bench("virtual:?seed=3").identity["seed"] == 3
+    with preset.bench() as bench:
+        assert bench.board.plant.parameters.K_s == 1.4
+    with pytest.raises(ConfigurationError, match=r"draw 2 .* course\.json"):
+        bench_of("ada", draw=2)
+    with pytest.raises(ConfigurationError, match="'real_bench', 'workbook'"):
+        bench_of("ada", bench={"which": "preset", "preset": "mars"})
+
+
 def test_answers_are_acknowledged_and_carried_to_the_next_notebook(capsys):
     lab = quiet()
     lab.answer("2.12", J_l=3.6e-3, K_s=np.float64(1.3))
@@ -166,13 +189,15 @@ def test_progress_and_summary_tell_what_is_missing(capsys):
     capsys.readouterr()
     lab.progress("02_finding_stiffness")
     out = capsys.readouterr().out
-    assert len(out.splitlines()) == 4
+    *lines, said = out.splitlines()
+    assert len(lines) == 4
+    assert said == "Answers in words are read from the saved notebooks: save, and run this cell again."
     assert "Natural frequency: missing: explanation" in out
     assert "Stiffness of the joint: answered" in out
     lab.summary()
     assert "02_finding_stiffness        1 of 4 questions answered" in capsys.readouterr().out
     lab.progress()
-    assert len(capsys.readouterr().out.splitlines()) == len(lab.questions)
+    assert len(capsys.readouterr().out.splitlines()) == len(lab.questions) + 1
     with pytest.raises(AnswerError, match="01_modeling_prelab"):
         lab.progress("01")
 

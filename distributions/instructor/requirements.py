@@ -16,6 +16,8 @@ LIBRARIES = (
     "papermill>=2.6",
     "jinja2>=3.1",
     "psutil>=5.9",
+    "markdown-it-py>=3.0",
+    "latex2mathml>=3.77",  # students' formulas as MathML, which browsers show without a script
     "sqlalchemy>=2.0",
     "alembic>=1.13",
     # A graded run replaces private interfaces of these. In other versions than those that were compared with a real

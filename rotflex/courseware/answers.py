@@ -1,8 +1,9 @@
 """The book in which a student's answers are kept: ``answers.json``, plain data, never lost.
 
 The file is ``{"format": 2, "student", "bench", "software", "probe_seed", "answers": {question: {part: answer}},
-"cells": {question: {part: id}}}``, an answer being the plain data of :mod:`rotflex.courseware.forms`, and the id that
-of the cell which recorded it, "" if none did (an explorer's button). Format 1 had no cells. It is read anew before each
+"cells": {question: {part: id}}, "when": {question: {part: s since 1970}}}``, an answer being the plain data of
+:mod:`rotflex.courseware.forms`, and the id that of the cell which recorded it, "" if none did (an explorer's button).
+Runs by programs leave no times, so that they repeat to the byte. Format 1 had no cells. It is read anew before each
 change, so that two notebooks may be open at once, and is written under a temporary name and renamed, so that a crash
 leaves the old one.
 """
@@ -12,7 +13,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ FORMAT = 2
 MAX_BYTES = 1_000_000  #: of the whole file
 _KEYS_1 = {"format", "student", "bench", "software", "probe_seed", "answers"}
 _KEYS = {1: _KEYS_1, FORMAT: {*_KEYS_1, "cells"}}
+_WHEN = "when"  # of format 2, too, where a person ran the notebooks
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def parse(data: bytes) -> dict[str, Any]:
                 found=repr(number)[:20], format=FORMAT
             )
         )
-    if not isinstance(content, dict) or content.keys() != _KEYS[number or FORMAT]:
+    if not isinstance(content, dict) or content.keys() - {_WHEN} != _KEYS[number or FORMAT]:
         raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS[FORMAT]))))
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
@@ -92,6 +94,12 @@ def parse(data: bytes) -> dict[str, Any]:
         isinstance(parts, dict) and all(isinstance(cell, str) for cell in parts.values()) for parts in cells.values()
     ):
         raise AnswerError(_("Its cells should be ids by question and part."))
+    times = content.get(_WHEN, {})
+    if not isinstance(times, dict) or not all(
+        isinstance(parts, dict) and all(type(time) is int and time >= 0 for time in parts.values())
+        for parts in times.values()
+    ):
+        raise AnswerError(_("Its times should be seconds by question and part."))
     return content
 
 
@@ -113,17 +121,26 @@ class AnswerBook:
     student : whose answers these are
     bench : identity of the bench, plain data
     probe_seed : from which the inputs of functions are drawn
+    clock : tells when an answer is recorded, s since 1970; None where that is not to be kept
 
     Attributes
     ----------
     notices : what happened that the student should know, such as a broken file that was put aside
     """
 
-    def __init__(self, path: str | os.PathLike[str], student: str, bench: Mapping[str, Any], probe_seed: int) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        student: str,
+        bench: Mapping[str, Any],
+        probe_seed: int,
+        clock: Callable[[], float] | None = None,
+    ) -> None:
         self.path = Path(path)
         self.student = student
         self.bench = dict(bench)
         self.probe_seed = probe_seed
+        self._clock = clock
         self.notices: list[str] = []
         self._known: tuple[int, ...] | None = None  # the file as it was read or written last
         self.refresh()
@@ -135,10 +152,11 @@ class AnswerBook:
         except OSError:
             found = None
         if found is None or found != self._known:
-            self._most_bytes = len(self._text({}, {}))  # that the file has with these answers
+            self._most_bytes = len(self._text({}, {}, {}))  # that the file has with these answers
             content = self._load()
             self._answers: dict[str, dict[str, Any]] = content.get("answers", {})
             self._cells: dict[str, dict[str, str]] = content.get("cells", {})
+            self._when: dict[str, dict[str, int]] = content.get(_WHEN, {})
             self._known = found
 
     def cell(self, question: str, part: str) -> str:
@@ -198,21 +216,25 @@ class AnswerBook:
         """Put an answer in its place, unless the file would grow too large with it."""
         cells = {**self._cells, question: {**self._cells.get(question, {}), part: cell}}
         changed = {**self._answers, question: {**self._answers.get(question, {}), part: content}}
+        times = self._when
+        if self._clock is not None:
+            times = {**times, question: {**times.get(question, {}), part: int(self._clock())}}
         # Mostly the size of the answer by itself shows that it fits, and the whole need not be serialised to see it.
-        self._most_bytes += len(json.dumps([{question: {part: content}}, {question: {part: cell}}])) + 2
+        new = [{question: {part: value}} for value in (content, cell, times.get(question, {}).get(part))]
+        self._most_bytes += len(json.dumps(new)) + 2
         if self._most_bytes > MAX_BYTES:
-            self._most_bytes = len(self._text(changed, cells))
+            self._most_bytes = len(self._text(changed, cells, times))
             if self._most_bytes > MAX_BYTES:
                 raise FormError(
                     _("with it, {name} would be larger than {max_bytes} bytes: give smaller figures").format(
                         name=self.path.name, max_bytes=MAX_BYTES
                     )
                 )
-        self._answers, self._cells = changed, cells
+        self._answers, self._cells, self._when = changed, cells, times
 
     # --- the file ------------------------------------------------------------------------------------------------
 
-    def _text(self, answers: Mapping[str, Any], cells: Mapping[str, Any]) -> bytes:
+    def _text(self, answers: Mapping[str, Any], cells: Mapping[str, Any], times: Mapping[str, Any]) -> bytes:
         content = {
             "format": FORMAT,
             "student": self.student,
@@ -221,11 +243,12 @@ class AnswerBook:
             "probe_seed": self.probe_seed,
             "answers": answers,
             "cells": cells,
+            **({_WHEN: times} if times else {}),
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
     def _save(self) -> None:
-        text = self._text(self._answers, self._cells)
+        text = self._text(self._answers, self._cells, self._when)
         if len(text) > MAX_BYTES:  # else it could not be read again
             raise AnswerError(
                 _("{name} would be larger than {max_bytes} bytes. The answer is not kept.").format(

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rotflex
+from rotflex.courseware import course_file
 from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
@@ -55,6 +56,15 @@ def masters(course: Path | None = None) -> dict[str, Notebook]:
     return {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.ipynb"))}
 
 
+def release() -> str:
+    """The name of the release that is installed; "" where there is none, as in a checkout."""
+    try:
+        named = (course_file.read(course_folder() / "notebooks") or {}).get(course_file.RELEASE)
+    except ConfigurationError:
+        return ""
+    return named if isinstance(named, str) else ""
+
+
 def imports_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
     """The import statements of masters, each once, in order."""
     found = [
@@ -64,6 +74,12 @@ def imports_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
         if isinstance(statement, ast.Import | ast.ImportFrom)
     ]
     return tuple(dict.fromkeys(found))
+
+
+def packages_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
+    """Top-level names of the modules that masters import, the course's packages among them."""
+    names = {name.partition(".")[0] for notebook in notebooks.values() for name in _modules(notebook)}
+    return tuple(sorted(names))
 
 
 def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:

@@ -2,51 +2,57 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.answers import AnswerBook
+from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import ReportItem
+from rotflex.courseware.session import Session
 from rotflex.errors import AnswerError
 
 
-def outline(catalogue: Catalogue, report: str, book: AnswerBook) -> str:
+def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
     """The rows of a report: what each says, on which questions it rests, and what of that is still missing.
 
     Parameters
     ----------
     catalogue : the course's
     report : its number, as in "First report"
-    book : the student's answers
+    lab : the student's session, with their answers
 
     Raises
     ------
     AnswerError
         If there is no such report.
     """
+    lab.refresh()
     rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
     for item in _items(catalogue, report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
-        rows.append(
-            f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, book)} |"
-        )
+        rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, lab)} |")
     return "\n".join(rows)
 
 
-def assembled(catalogue: Catalogue, report: str, book: AnswerBook) -> str:
-    """The recorded texts of a report, in order, under their headings.
+def assembled(catalogue: Catalogue, report: str, lab: Session) -> str:
+    """The texts of a report as they are saved, in order, under their headings.
 
     Raises
     ------
     AnswerError
         If there is no such report.
     """
+    lab.refresh()
     pieces = []
     for item in _items(catalogue, report):
         if item.part:
-            content = book.get(report, item.part)
-            text = content["value"] if content else "*not written yet*"
+            content = lab.content(report, item.part)
+            text = without_pictures(content["value"]) if content else "*not written yet*"
             pieces.append(f"**{item.number} {item.heading}**\n\n{text}")
     return "\n\n".join(pieces)
+
+
+def without_pictures(text: str) -> str:
+    """A text whose pictures are named: those pasted into a cell can be shown in that cell only."""
+    return PICTURE.sub(lambda match: _("*[picture {alt}]*").format(alt=match["alt"]).replace(" ]", "]"), text)
 
 
 def _items(catalogue: Catalogue, report: str) -> list[ReportItem]:
@@ -59,11 +65,11 @@ def _items(catalogue: Catalogue, report: str) -> list[ReportItem]:
     return catalogue.items(report)
 
 
-def _state(catalogue: Catalogue, item: ReportItem, book: AnswerBook) -> str:
+def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
     """Whether all that a row shows, discusses and says is recorded; nothing for a row on the report as a whole."""
     wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
     parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
-    missing = [f"{number} {part}" for number, part in parts if book.get(number, part) is None]
+    missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]
     if missing:
         return _("missing: {missing}").format(missing=", ".join(missing))
     return _("recorded") if parts else ""

@@ -5,14 +5,14 @@ A course's own ``lab`` builds on it, and adds the bench.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import forms, student_id
+from rotflex.courseware import course_file, forms, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
@@ -20,7 +20,8 @@ from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
-from rotflex.courseware.run import cell_reports
+from rotflex.courseware.run import by_program, cell_reports, from_notebook
+from rotflex.courseware.saved_words import SavedWords
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
@@ -40,17 +41,7 @@ def student_of(given: str, folder: Path) -> str:
     """
     student: Any = given
     if not given:
-        try:
-            course = json.loads((folder / COURSE_FILE).read_text(encoding="utf-8"))
-            student = course["student"] or DEMO
-        except FileNotFoundError:
-            student = DEMO
-        except (ValueError, TypeError, KeyError) as error:
-            raise ConfigurationError(
-                _('{course_file} should be {{"student": "your id"}}; it is not: {error!r}.').format(
-                    course_file=COURSE_FILE, error=error
-                )
-            ) from None
+        student = (course_file.read(folder) or {}).get("student") or DEMO
     try:
         return student_id.normalised(student)
     except StudentIDError as error:
@@ -87,23 +78,31 @@ class Session:
     ----------
     student : as given
     questions : everything that can be answered, by number
-    book : the answers so far
+    book : the answers so far, but for those in words
+    saved_words : the answers in words, as the notebooks in the folder hold them
     """
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
         self.student = student
         self.catalogue = catalogue
         self.questions = catalogue.everything
+        self._folder = folder
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
-            folder / ANSWERS_FILE, student, bench, seed if given_seed is None else check_seed(given_seed)
+            folder / ANSWERS_FILE,
+            student,
+            bench,
+            seed if given_seed is None else check_seed(given_seed),
+            None if by_program() else time.time,
         )
+        self.saved_words = SavedWords(folder, catalogue)
 
     def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""
-        for notice in self.book.notices:
-            print(_("Note      {notice}").format(notice=notice))
-        self.book.notices.clear()
+        for notices in (self.book.notices, self.saved_words.notices):
+            for notice in notices:
+                print(_("Note      {notice}").format(notice=notice))
+            notices.clear()
 
     # --- answers -------------------------------------------------------------------------------------------------
 
@@ -148,8 +147,8 @@ class Session:
         """
         asked = self.catalogue.find(question)
         wanted = asked.part(part)
-        self._refresh()
-        content = self.book.get(question, part)
+        self.refresh()
+        content = self.content(question, part)
         if content is not None:
             try:
                 return forms.decode(wanted, content)
@@ -163,6 +162,8 @@ class Session:
         missing = _("{question}  {part}  not answered yet: notebook {notebook} asks for it").format(
             question=question, part=part, notebook=asked.notebook
         )
+        if wanted.kind == "prose":
+            missing += _(" (words are read from the saved notebook)")
         if default is _RAISE:
             raise AnswerError(_("{missing}. Answer it there first.").format(missing=missing))
         print(missing)
@@ -177,8 +178,12 @@ class Session:
             If there is no such question or part.
         """
         self.catalogue.find(question).part(part)
-        self._refresh()
-        return self.book.get(question, part) is not None
+        self.refresh()
+        return self.content(question, part) is not None
+
+    def content(self, question: str, part: str) -> dict[str, Any] | None:
+        """An answer as plain data, or None: words as the saved notebook has them, else what was recorded."""
+        return self.saved_words.get(question, part) or self.book.get(question, part)
 
     def table(self, number: str) -> ResultsTable:
         """A results table, by its number as "Table 1", as filled in so far, to be shown.
@@ -194,13 +199,15 @@ class Session:
                     number=number, tables=", ".join(self.catalogue.tables)
                 )
             )
-        self._refresh()
+        self.refresh()
         return ResultsTable(self.catalogue.tables[number], self.book)
 
     # --- progress ------------------------------------------------------------------------------------------------
 
     def progress(self, notebook: str = "") -> None:
         """Print which questions are answered: all of the course, or those of one notebook.
+
+        Answers in words are read from the notebooks as they are saved.
 
         Raises
         ------
@@ -213,16 +220,17 @@ class Session:
                     notebook=notebook, notebooks=", ".join(self.catalogue.notebooks)
                 )
             )
-        self._refresh()
+        self.refresh()
         for question in self.questions.values():
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
                 state = _("missing: {missing}").format(missing=", ".join(missing)) if missing else _("answered")
                 print(f"{question.number:<16}  {question.title}: {state}")
+        self._say_what_is_read()
 
     def summary(self) -> None:
-        """Print how much of each notebook is answered, a line for each."""
-        self._refresh()
+        """Print how much of each notebook is answered, a line for each. Words count as they are saved."""
+        self.refresh()
         for notebook in self.catalogue.notebooks:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
@@ -231,11 +239,46 @@ class Session:
                     notebook=notebook, done=done, questions=plural(len(asked), "question")
                 )
             )
+        self._say_what_is_read()
 
-    def _refresh(self) -> None:
+    # --- before it is handed in ------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Print what is recorded of the saved notebooks when they are run for marking, what is not, and why.
+
+        They are run in a copy of the folder. Nothing is marked, and nothing is changed.
+        """
+        from_notebook.run("check", ["--student", self.student], self._folder, cell_now())
+
+    def submit(self, *partners: str) -> None:
+        """Check the saved notebooks, and pack them into one zip to be handed in, with a receipt.
+
+        Parameters
+        ----------
+        partners : IDs of those who hand in the same work
+        """
+        words = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
+        from_notebook.run("submit", words, self._folder, cell_now(), needs_saving=True)
+
+    def restore(self, *notebooks: str) -> None:
+        """Give back cells and text of the course's that were changed, moved or deleted. No answer is touched.
+
+        Parameters
+        ----------
+        notebooks : by their numbers, as in ``lab.restore("02")``; all unless given
+        """
+        from_notebook.run("restore", ["--", *notebooks], self._folder, cell_now(), needs_saving=True)
+
+    def _say_what_is_read(self) -> None:
+        if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
+            print(_("Answers in words are read from the saved notebooks: save, and run this cell again."))
+
+    def refresh(self) -> None:
+        """Read answers and saved notebooks again, where they have changed."""
         self.book.refresh()
+        self.saved_words.refresh()
         self.print_notices()
 
     def _missing(self, question: Question) -> list[str]:
         """Names of the parts that have no answer."""
-        return [part.name for part in question.parts if self.book.get(question.number, part.name) is None]
+        return [part.name for part in question.parts if self.content(question.number, part.name) is None]

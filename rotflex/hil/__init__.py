@@ -26,7 +26,8 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
 from rotflex.hil.replay import RecordedPlant
-from rotflex.hil.student_benches import preset, student_bench
+from rotflex.hil.student_benches import DRAW, student_bench
+from rotflex.hil.student_benches import preset as named_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 
@@ -36,13 +37,14 @@ _CLOCKS: dict[str, Callable[[], TimeSource]] = {"simulated": SimulatedClock, "wa
 _OPTIONS = ("seed", "arm_position", "preset", "encoder", "clock")
 
 
-def open(uri: str = "virtual", seed: int | None = None) -> Bench:
+def open(uri: str = "virtual", seed: int | None = None, preset: str | None = None, draw: int = DRAW) -> Bench:
     """The bench at an address, to be used in a ``with`` statement.
 
     Parameters
     ----------
     uri : as in the table above
-    seed : for a virtual bench whose address names neither a seed nor a preset
+    seed, preset : for a virtual bench whose address names neither; the preset counts, where there are both
+    draw : version of how benches are drawn from seeds
 
     Raises
     ------
@@ -63,14 +65,18 @@ def open(uri: str = "virtual", seed: int | None = None) -> Bench:
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     encoder = options.get("encoder", "E")
     identity: dict[str, str | int] = {"uri": uri}
-    if "preset" in options:
-        spec = preset(options["preset"])
-        identity["preset"] = options["preset"]
+    name = options.get("preset", None if "seed" in options else preset)
+    if name is not None:
+        if "arm_position" in options:
+            raise _both_told(uri)
+        spec = named_bench(name)
+        identity["preset"] = name
     else:
         chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
         position = options.get("arm_position")
-        spec = student_bench(chosen, None if position is None else _integer("arm_position", position))
+        spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
         identity["seed"] = chosen
+        identity["draw"] = draw
     identity |= {"arm_position": spec.arm_position, "encoder": encoder, "clock": clock}
     servo = srv02(encoder=encoder)
     return Bench(
@@ -115,8 +121,12 @@ def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[
             f"&: {', '.join(known)}."
         )
     if "preset" in options and ("seed" in options or "arm_position" in options):
-        raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
+        raise _both_told(uri)
     return options
+
+
+def _both_told(uri: str) -> BenchError:
+    return BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
 
 
 def _integer(name: str, value: str | int) -> int:

@@ -9,29 +9,46 @@ from __future__ import annotations
 import hashlib
 import hmac
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime, tzinfo
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import rotflex
 from rotflex.courseware.messages import _
-from rotflex.courseware.run.merge import merged
+from rotflex.courseware.run import cell_reports
+from rotflex.courseware.run.cell_reports import Reports
+from rotflex.courseware.run.reasons import explain
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+from rotflex.instructor.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
+from rotflex.instructor.graded_run import (
+    Facts,
+    facts_of,
+    plain_words,
+    recorded_in,
+    supplied_parts,
+    to_be_marked,
+    with_messages,
+)
 from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import Mark
-from rotflex.instructor.marking.marking_processes import Marked, Marker
-from rotflex.instructor.running import bundle, executors, intake, runner
+from rotflex.instructor.marking.marking_processes import Marker
+from rotflex.instructor.running import executors, intake, runner
+from rotflex.instructor.running.bundle import Bundle
+from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
-from rotflex.instructor.running.intake import Delivered as Intake
-from rotflex.instructor.running.intake import Submission
+from rotflex.instructor.running.intake import Item, Submission, newest
+from rotflex.instructor.running.prepared import Prepared, prepare
 from rotflex.instructor.running.runner import Job, Limits
+from rotflex.instructor.running.supplied import Supplied, together
+from rotflex.instructor.verdicts import Status
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 PROBE_SEED_BITS = 48
@@ -52,6 +69,9 @@ class Settings:
     probe_seed : for the inputs on which functions are tried; drawn from the gradebook's secret unless given
     isolated : in a sandbox, or with the rights of whoever grades
     every_cell : run the cells that only show something, too
+    supplied : values in place of missing answers
+    times : name of what lies among the submissions, or a student's, → when it was handed in
+    zone : of times in names and in zips, which do not say theirs
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -60,6 +80,9 @@ class Settings:
     probe_seed: int | None = None
     isolated: bool = True
     every_cell: bool = False
+    supplied: tuple[Supplied, ...] = ()
+    times: Mapping[str, datetime] = field(default_factory=dict)
+    zone: tzinfo = UTC
 
 
 @dataclass(frozen=True)
@@ -102,15 +125,28 @@ class Batch:
     def __init__(
         self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
     ) -> None:
-        self._submissions, self.ignored = intake.submissions(submissions)
+        self._settings = settings or Settings()
+        roster = [one for one in gradebook.students() if one.enrolled]
+        found = intake.find(submissions, roster, self._settings.times, self._settings.zone)
+        self._submissions, self.ignored = found.submissions, found.ignored
         self._course = course
         self._key_digest = marking_digest(course)
-        self._bundle = bundle.build(course)
+        self._bundles = Bundles(course)
+        self.ignored += self._bundles.releases.problems
+        self._masters = {
+            name: [cell["id"] for cell in notebook["cells"]]
+            for name, notebook in self._bundles.current.pristine.items()
+        }
         self._gradebook = gradebook
-        self._settings = settings or Settings()
         self._secret = gradebook.secret()
         there = {caseless(one.student) for one in self._submissions}
-        self.absent = [one.student for one in gradebook.students() if caseless(one.student) not in there]
+        there |= {caseless(one) for one in gradebook.handed_in()}
+        self.absent = [one.student for one in roster if caseless(one.student) not in there]
+
+    @property
+    def students(self) -> list[str]:
+        """IDs of those whose hand-ins are there."""
+        return [one.student for one in self._submissions]
 
     def __len__(self) -> int:
         return len(self._submissions)
@@ -154,29 +190,67 @@ class Batch:
     def _grade(self, submission: Submission, pool: Pool, marker: Marker) -> Step:
         """Grade one submission, whatever happens, unless it cannot be isolated."""
         try:
-            handed_in = intake.read(submission, self._bundle.answer_cells)
-            record = self._identity(submission.student, handed_in)
+            taken = self._taken_in(submission)
+            record = self._identity(taken)
             current = self._gradebook.current(submission.student)
-            if current and (current.run.key, current.key_digest) == (record.key, self._key_digest):
+            if current and _is_known(current, record, self._key_digest):
                 return Step(current, ran=False, new=False)
             known = self._gradebook.find(record.key)
-            ran = known is None
             if known is None:
                 marker.warm_up()
-            record = self._run(record, handed_in, pool) if known is None else known.run
-            return Step(self._marked(record, handed_in, marker), ran)
+                ran = self._run(record, taken, pool)
+            else:
+                facts = facts_of(known.run)
+                ran = _Ran(known.run.answers, facts.ended, facts.reports)
+            return Step(self._marked(self._explained(record, ran, taken), taken, marker), known is None)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
             return Step(self._failed(submission.student, error), ran=True)
 
-    def _identity(self, student: str, handed_in: Intake) -> RunRecord:
+    def _taken_in(self, submission: Submission) -> _Taken:
+        """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
+        read = intake.read(submission, self._bundles.names, self._masters, self._course.packages)
+        earlier = [one.name for one in self._gradebook.delivered(submission.student)]
+        problems = [*submission.problems, *intake.problems(read, earlier)]
+        notes = [*submission.notes, *(note for one in read for note in one.notes)]
+        self._gradebook.deliver(submission.student, [_delivery(item) for one in read for item in one.items()])
+        hand_in, said = newest(self._gradebook.delivered(submission.student), self._bundles.names)
+        chosen = self._bundles.of(hand_in)
+        student = submission.bench_of or submission.student
+        current = self._gradebook.current(submission.student)
+        supplied = together(
+            submission.student,
+            current.run.supplied if current else {},
+            self._settings.supplied,
+            self._course.catalogue,
+        )
+        prepared = prepare(
+            hand_in,
+            chosen.bundle,
+            self._course.catalogue,
+            student,
+            self._settings.every_cell,
+            supplied,
+        )
+        said += [
+            _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied
+        ]
+        return _Taken(
+            submission,
+            prepared,
+            chosen.bundle,
+            {one.name: one.value for one in supplied},
+            (*problems, *chosen.problems, *prepared.problems),
+            (*notes, *said, *chosen.notes, *prepared.notes),
+        )
+
+    def _identity(self, taken: _Taken) -> RunRecord:
         """What a submission's run is known by: equal content has been run already."""
-        settings = self._settings
-        submitted = _digest([handed_in.sources, handed_in.problems, handed_in.notes])
-        limits = asdict(settings.limits)
-        how = [limits, settings.isolated, settings.every_cell]
-        content = _digest([student, submitted, self._bundle.digest, rotflex.__version__, how])
+        settings, student = self._settings, taken.submission.student
+        how = [asdict(settings.limits), settings.isolated, settings.every_cell]
+        what = [student, taken.bench_of, taken.prepared.content()]
+        content = _digest([what, taken.bundle.digest, rotflex.__version__, how])
         seed = settings.probe_seed
         if seed is None:  # nobody can know it who does not have the gradebook
             drawn = hmac.digest(self._secret, content.encode(), "sha256")
@@ -184,70 +258,132 @@ class Batch:
         return RunRecord(
             key=_digest([content, seed]),
             student=student,
-            submission=submitted,
-            master=self._bundle.digest,
+            submission=_digest([taken.prepared.digest(), taken.problems, taken.notes]),
+            master=taken.bundle.digest,
             software=f"rotflex {rotflex.__version__}",
             probe_seed=seed,
             isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
-            answers=None,
-            problems=tuple(handed_in.problems),
-            notes=tuple(handed_in.notes),
+            claim={} if taken.prepared.claim is None else dict(taken.prepared.claim.cells),
+            words=plain_words(taken.prepared.words),
+            supplied=taken.supplied,
+            release=taken.bundle.release,
+            files=tuple(taken.prepared.files),
         )
 
-    def _run(self, record: RunRecord, handed_in: Intake, pool: Pool) -> RunRecord:
+    def _run(self, record: RunRecord, taken: _Taken, pool: Pool) -> _Ran:
         """Run a submission, and what its run left."""
-        if not handed_in.sources:
-            return record
-        settings, built = self._settings, self._bundle
-        notebooks = merged(built.pristine, handed_in.sources, settings.every_cell)
+        if not taken.prepared.handed_in:
+            return _Ran(None, (), Reports())
         job = Job(
-            student=record.student,
-            notebooks=notebooks,
+            student=taken.bench_of,
+            notebooks=taken.prepared.merged.notebooks,
             probe_seed=record.probe_seed,
-            parameters=built.parameters,
-            imports=built.imports,
-            limits=settings.limits,
-            isolated=settings.isolated,
+            parameters=taken.bundle.parameters,
+            imports=taken.bundle.imports,
+            files=taken.prepared.files,
+            limits=self._settings.limits,
+            isolated=self._settings.isolated,
         )
-        running = pool.executor.submit(runner.work, runner.job_bytes(job), built.packed)
+        running = pool.executor.submit(runner.work, runner.job_bytes(job), taken.bundle.packed)
         run = runner.run_from(running.result())
         if not run.complete:
             raise GradingError(_("the run was called off"))
-        return replace(record, answers=run.answers, problems=(*record.problems, *run.problems))
+        return _Ran(run.answers, run.problems, cell_reports.read(run.reports))
 
-    def _marked(self, record: RunRecord, handed_in: Intake, marker: Marker) -> Graded:
-        if not handed_in.sources:
+    def _explained(self, record: RunRecord, ran: _Ran, taken: _Taken) -> RunRecord:
+        """A run with what is to be said of it: what stopped, and what was recorded at home and is missing here."""
+        prepared, bundle_ = taken.prepared, taken.bundle
+        reasons = explain(
+            bundle_.pristine,
+            prepared.merged,
+            ran.reports,
+            (recorded_in(ran.answers) | set(prepared.words)) - supplied_parts(record),
+            self._course.catalogue,
+            handed_in=prepared.handed_in,
+            claim=prepared.claim,
+            seconds=self._settings.limits.cell,
+        )
+        facts = Facts(
+            ran.reports,
+            ran.ended,
+            (*taken.problems, *ran.ended, *reasons.stops, *reasons.lost),
+            taken.notes,
+            reasons.missing,
+            None if bundle_.release == self._bundles.current.release else sorted(bundle_.asked),
+            taken.bench_of,
+            bundle_.policy,
+        )
+        return replace(record, answers=ran.answers, problems=facts.problems, notes=facts.notes, cells=facts.plain())
+
+    def _marked(self, record: RunRecord, taken: _Taken, marker: Marker) -> Graded:
+        if not taken.prepared.handed_in:
             marks = tuple(marking.nothing_earned(self._course, _NOTHING_READ))
             return Graded(record, mark_records(marks), self._key_digest)
-        marked = marker.mark(record.student, record.answers, record.probe_seed)
+        marked = marker.mark(to_be_marked(record))
         return Graded(with_messages(record, marked), mark_records(marked.marks), self._key_digest)
 
     def _failed(self, student: str, error: Exception) -> Graded:
-        """No marks, for a reason that is not the student's. Its key is nobody's, so that it is tried again."""
+        """What stays where grading fails for a reason that is not the student's: what was there, or nothing marked yet.
+
+        It has nobody's key, so that it is tried again.
+        """
         fault = _("Grading failed, which is not the student's fault: {error_type}: {error}").format(
             error_type=type(error).__name__, error=error
         )
+        current = self._gradebook.current(student)
+        if current is not None:
+            problems = dict.fromkeys((*facts_of(current.run).problems, fault))
+            return Graded(replace(current.run, problems=tuple(problems)), current.marks, "")
         record = RunRecord(
             key=f"failed: {student}",
             student=student,
             submission="",
-            master=self._bundle.digest,
+            master=self._bundles.current.digest,
             software=f"rotflex {rotflex.__version__}",
             probe_seed=0,
             isolation=ISOLATED if self._settings.isolated else NOT_ISOLATED,
-            answers=None,
             problems=(fault,),
-            notes=(),
         )
-        return Graded(record, mark_records(tuple(marking.nothing_earned(self._course, _OUR_FAULT))), self._key_digest)
+        return Graded(
+            record, mark_records(tuple(marking.nothing_earned(self._course, _OUR_FAULT, Status.NOT_MARKED))), ""
+        )
 
 
-def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
-    """A run with the messages from marking its answers: each once, and by this key."""
-    problems = dict.fromkeys((*record.problems, *marked.problems))
-    kept = (note for note in record.notes if not note.endswith(marking.UNMARKED))
-    notes = dict.fromkeys((*kept, *marked.notes))
-    return replace(record, problems=tuple(problems), notes=tuple(notes))
+@dataclass(frozen=True)
+class _Taken:
+    """A submission that was read: what is to be run, with what, and what there is to say of it."""
+
+    submission: Submission
+    prepared: Prepared
+    bundle: Bundle
+    supplied: Mapping[str, Any]
+    problems: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def bench_of(self) -> str:
+        """Whose bench it is run on."""
+        return self.submission.bench_of or self.submission.student
+
+
+@dataclass(frozen=True)
+class _Ran:
+    """What a run left, and what went wrong with it as a whole."""
+
+    answers: bytes | None
+    ended: tuple[str, ...]
+    reports: Reports
+
+
+def _is_known(current: Graded, record: RunRecord, key_digest: str) -> bool:
+    """Whether nothing has changed since: neither what is run, nor words, nor key."""
+    before = current.run
+    return (before.key, before.submission, current.key_digest) == (record.key, record.submission, key_digest)
+
+
+def _delivery(item: Item) -> Delivery:
+    digest = hashlib.sha256(item.content).hexdigest()
+    return Delivery(item.name, digest, item.content, item.received, item.source)
 
 
 def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:

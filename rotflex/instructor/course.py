@@ -1,8 +1,9 @@
 """A course as one object: its questions, its key, the truth of a student's bench, and what students get.
 
-A course's folder holds the notebooks with solutions, and ``course.py``, whose ``COURSE`` is the object. Beside the
-folder lie the student notebooks (``notebooks/``, derived), and what may be handed out with them (``data/``). Each
-process that needs the course loads it once, by the folder and the entry point, and passes it on from there.
+A course's folder holds the notebooks with solutions, ``course.py``, whose ``COURSE`` is the object, and the settings,
+``course.toml``. Beside the folder lie the student notebooks (``notebooks/``, derived), what may be handed out with them
+(``data/``), and what was handed out before (``releases/``). Each process that needs the course loads it once, by the
+folder and the entry point, and passes it on from there.
 """
 
 from __future__ import annotations
@@ -11,14 +12,18 @@ import hashlib
 import importlib
 import importlib.util
 import sys
+import traceback
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rotflex.courseware.benches import FIRST_DRAW, BenchPolicy
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
+from rotflex.instructor import settings
+from rotflex.instructor.settings import CourseSettings
 
 if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can do
     from rotflex.courseware.catalogue import Catalogue
@@ -54,32 +59,49 @@ class Course:
     Attributes
     ----------
     name : of the folder and the zip that students get
-    title : of the course, for people
     catalogue : of its questions
     key : question → part → check
-    bench : student's ID → that student's bench as it really is, for the checks of the key
-    knows_bench : whether the truth is known of the bench that answers say they come from (``answers.json``'s ``bench``)
+    bench : student's ID, which bench each student has → that student's bench as it really is, for the checks of the key
+    title : of the course, for people; that of its settings counts, where they have one
+    presets : names of the benches that all students may be given
+    draw : version of how it draws benches
+    knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
+        say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
     packages : import names of the packages that students get; of each, everything but its folder ``instructor``
     requires : packages that these need besides what rotflex needs, as pip takes them
     parameters : what notebooks are run with when they are graded, besides ``student``
     imports : modules that notebooks use, to be imported once for all of them
     stated : numbers that texts repeat
+    settings : what is decided for a term
     folder, entry : where it was loaded from
     """
 
     name: str
-    title: str
     catalogue: Catalogue
     key: Key
-    bench: Callable[[str], Any]
+    bench: Callable[[str, BenchPolicy], Any]
+    title: str = ""
+    presets: tuple[str, ...] = ()
+    draw: int = FIRST_DRAW
     knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
     packages: tuple[str, ...] = ("rotflex",)
     requires: tuple[str, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
     stated: Sequence[Stated] = ()
+    settings: CourseSettings = field(default_factory=CourseSettings)
     folder: Path = Path()
     entry: str = ENTRY
+
+    def true_bench(self, student: str, policy: BenchPolicy | None = None) -> Any:
+        """A student's bench as it really is.
+
+        Parameters
+        ----------
+        student : the ID
+        policy : which bench each student has; as the settings say unless given (by an older release)
+        """
+        return self.bench(student, self.settings.bench if policy is None else policy)
 
     @property
     def notebooks(self) -> list[Path]:
@@ -95,6 +117,11 @@ class Course:
     def data(self) -> Path:
         """The folder of what may be handed out with the notebooks."""
         return self.folder.parent / "data"
+
+    @property
+    def releases(self) -> Path:
+        """The folder in which releases are kept."""
+        return self.folder.parent / self.settings.releases
 
 
 def find(given: str | Path | None = None) -> Course:
@@ -136,7 +163,7 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     Raises
     ------
     GradingError
-        If it cannot be loaded, or if its key does not fit its catalogue.
+        If it cannot be loaded, if its key does not fit its catalogue, or if its settings are not understood.
     """
     folder = folder.resolve()
     module_name, _sign, name = entry.partition(":")
@@ -154,8 +181,8 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
         module = importlib.import_module(f"{package}.{module_name}")
     except Exception as error:
         raise GradingError(
-            _("The course in {folder} cannot be loaded: {kind}: {error}").format(
-                folder=folder, kind=type(error).__name__, error=error
+            _("The course in {folder} cannot be loaded: {kind}: {error}{where}").format(
+                folder=folder, kind=type(error).__name__, error=error, where=_where(error, folder)
             )
         ) from error
     course = getattr(module, name, None)
@@ -166,7 +193,18 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
             )
         )
     _check_key(course)
-    return replace(course, folder=folder, entry=entry)
+    decided = settings.read(folder, course.presets, course.draw)
+    title = decided.title or course.title or course.name
+    return replace(course, folder=folder, entry=entry, settings=decided, title=title)
+
+
+def _where(error: Exception, folder: Path) -> str:
+    """The course's file and line that an error came from; a syntax error says its own."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    if isinstance(error, SyntaxError) or not ours:
+        return ""
+    return _(" ({file}, line {line})").format(file=Path(ours[-1].filename).name, line=ours[-1].lineno)
 
 
 def package_folder(name: str) -> Path:

@@ -4,23 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from rotflex.courseware.messages import _
-from rotflex.errors import AnswerError, GradingError
-from rotflex.instructor.batch import mark_records, with_messages
+from rotflex.errors import AnswerError, GradingError, RotflexError
+from rotflex.instructor.batch import mark_records
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
+from rotflex.instructor.graded_run import to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
 
 ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
 
 
-def regrade(
-    gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1
-) -> Iterator[tuple[Graded, Graded]]:
-    """Mark everybody's stored answers by the key as it is now; each student's marks before and after.
+@dataclass(frozen=True)
+class Regraded:
+    """A student's marks before and after; and why they could not be marked again, where that is so."""
+
+    before: Graded
+    after: Graded
+    problem: str = ""
+
+
+def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
+    """Mark everybody's stored answers by the key as it is now. Where that fails for a student, the marks stay.
 
     Parameters
     ----------
@@ -40,15 +48,15 @@ def regrade(
         if not everybody:
             raise GradingError(_("There is nothing in the gradebook to mark again."))
         digest = marking_digest(course)
-        for before, after in zip(
-            everybody, graders.map(lambda one: _marked(one, marker, questions, digest), everybody), strict=True
-        ):
-            gradebook.record(
-                after,
-                actor=ACTOR,
-                reason=_("marked again: {questions}").format(questions=", ".join(questions) or _("all questions")),
-            )
-            yield before, gradebook.current(before.run.student) or after
+        for done in graders.map(lambda one: _marked(one, marker, questions, digest), everybody):
+            yield done if done.problem else _recorded(gradebook, done, questions)
+
+
+def _recorded(gradebook: Gradebook, done: Regraded, questions: Collection[str]) -> Regraded:
+    reason = _("marked again: {questions}").format(questions=", ".join(questions) or _("all questions"))
+    gradebook.record(done.after, actor=ACTOR, reason=reason)
+    # As it is in the gradebook: there, a mark that a person gave has stayed.
+    return replace(done, after=gradebook.current(done.after.run.student) or done.after)
 
 
 def _check(questions: Collection[str], course: Course) -> None:
@@ -61,14 +69,19 @@ def _check(questions: Collection[str], course: Course) -> None:
             raise GradingError(_("The key has no question {number}.").format(number=number))
 
 
-def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Graded:
+def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
     run = graded.run
-    if run.answers is None:  # nothing was read of it, or it could not be run: there is nothing to mark
-        return graded
-    marked = marker.mark(run.student, run.answers, run.probe_seed)
+    if (
+        run.answers is None and not run.words
+    ):  # nothing was read of it, or it could not be run: there is nothing to mark
+        return Regraded(graded, graded)
+    try:
+        marked = marker.mark(to_be_marked(run))
+    except RotflexError as error:
+        return Regraded(graded, graded, str(error))
     if not questions:
-        return Graded(with_messages(run, marked), mark_records(marked.marks), digest)
+        return Regraded(graded, Graded(with_messages(run, marked), mark_records(marked.marks), digest))
     new = {(one.question, one.part): one for one in mark_records(marked.marks) if one.question in questions}
     kept = [new.pop((one.question, one.part), one) for one in graded.marks]
     # The other marks are still those of the key before: the next grading of the class looks at them again.
-    return replace(graded, marks=(*kept, *new.values()))
+    return Regraded(graded, replace(graded, marks=(*kept, *new.values())))

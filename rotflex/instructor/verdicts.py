@@ -20,6 +20,8 @@ class Status(StrEnum):
     MISSING = "missing"
     FOR_A_PERSON = "for a person"
     BY_A_PERSON = "given by a person"
+    SUPPLIED = "supplied by your instructor"
+    NOT_MARKED = "not marked: key fault"
 
 
 class Own(Protocol):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex import experiments, hil
+from rotflex import experiments
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
@@ -137,7 +137,7 @@ class BenchConsole(Explorer):
         """
         if self._bench is None:
             self._state = "not connected"
-            bench = hil.open(self.address, seed=self._lab.seed)
+            bench = self._lab.bench(self.address)
             self._bench = bench.__enter__()
             self._state, self._message = "connected", "The motor is at 0 V."
 

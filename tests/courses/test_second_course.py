@@ -83,8 +83,8 @@ def rows(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def points(row: dict[str, str]) -> tuple[float, ...]:
-    """The points of a row, question by question."""
-    return tuple(float(row[number]) for number in ("1.1", "1.2", "1.3", "1.4"))
+    """The points of a row, question by question; what is not decided yet, and so empty, has none."""
+    return tuple(float(row[number] or 0) for number in ("1.1", "1.2", "1.3", "1.4"))
 
 
 def statuses(folder: Path, student: str) -> dict[str, str]:
@@ -192,6 +192,7 @@ def test_each_submission_gets_what_the_key_gives_by_hand(graded: Path) -> None:
         assert float(table[student]["total"]) == sum(handed.points)
         assert float(table[student]["out_of"]) == 8
         assert float(table[student]["awaiting a person"]) == (student != "empty")
+        assert table[student]["1.4"] == ("0" if student == "empty" else "")  # words, which wait for a person
         assert handed.statuses.items() <= statuses(graded, student).items(), student
         assert table[student]["notes"].endswith("Run in isolation.")
 

@@ -46,6 +46,17 @@ def test_the_file_is_the_documented_plain_data(path):
     assert text == json.dumps(json.loads(text), sort_keys=True) + "\n"
 
 
+def test_when_an_answer_was_recorded_is_kept_where_a_clock_is_given_and_nowhere_else(path):
+    timed = AnswerBook(path, "ada", BENCH, 12, clock=lambda: 1234.9)
+    timed.answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    assert parse(path.read_bytes())["when"] == {"2.11": {"omega_n": 1234}}
+    book_at(path).answer(CATALOGUE.find("2.12"), {"K_s": 1.5})
+    assert parse(path.read_bytes())["when"] == {"2.11": {"omega_n": 1234}}
+    path.unlink()
+    book_at(path).answer(CATALOGUE.find("2.12"), {"K_s": 1.5})
+    assert "when" not in parse(path.read_bytes())
+
+
 def test_a_file_of_the_format_before_is_read_and_knows_no_cells(path):
     book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
     content = json.loads(path.read_text())
@@ -225,6 +236,10 @@ def test_an_answer_with_which_the_file_would_grow_too_large_is_refused_and_the_o
         {"more": 1},
         {"cells": []},
         {"cells": {"2.11": {"omega_n": 1}}},
+        {"when": []},
+        {"when": {"2.11": {"omega_n": -1}}},
+        {"when": {"2.11": {"omega_n": 1.5}}},
+        {"when": {"2.11": {"omega_n": True}}},
     ],
 )
 def test_an_untrusted_file_of_another_form_is_not_read(path, change):

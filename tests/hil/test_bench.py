@@ -356,6 +356,7 @@ def test_identity_is_plain_data_that_says_which_bench_it_is():
     expected = {
         "uri": "virtual:?arm_position=2&encoder=EHR",
         "seed": 7,
+        "draw": 1,
         "arm_position": 2,
         "encoder": "EHR",
         "clock": "simulated",
@@ -378,6 +379,26 @@ def test_a_preset_is_that_plant():
         assert bench.board.plant.parameters == preset("real_bench").parameters
         assert bench.identity["preset"] == "real_bench"
         assert "seed" not in bench.identity
+
+
+def test_the_callers_preset_goes_before_their_seed_and_the_address_before_both():
+    bench = hil.open("virtual", seed=7, preset="workbook")
+    assert bench.identity == {
+        "uri": "virtual",
+        "preset": "workbook",
+        "arm_position": 1,
+        "encoder": "E",
+        "clock": "simulated",
+    }
+    assert hil.open("virtual:?seed=3", preset="workbook").identity["seed"] == 3
+    assert hil.open("virtual:?preset=real_bench", preset="workbook").identity["preset"] == "real_bench"
+    with pytest.raises(BenchError, match="a preset has its own parameters"):
+        hil.open("virtual:?arm_position=2", preset="workbook")
+
+
+def test_benches_of_an_unknown_draw_are_refused():
+    with pytest.raises(ConfigurationError, match="Benches of the draw 9 are not known"):
+        hil.open("virtual", seed=7, draw=9)
 
 
 def test_time_waits_for_the_program_unless_it_is_the_computers():

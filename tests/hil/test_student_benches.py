@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rotflex.config import joint, srv02
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import ConfigurationError
-from rotflex.hil.student_benches import PRESETS, preset, student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, PRESETS, preset, student_bench, student_seed
 from rotflex.units import HZ
 
 SEEDS = range(500)
@@ -96,6 +96,13 @@ def test_a_bench_of_old_is_still_the_same():
     assert bench.arm_position == 3
     drawn = [bench.parameters.K_s, bench.parameters.J_eq, bench.parameters.B_l]
     np.testing.assert_allclose(drawn, [1.5986069004847876, 2.049815793042526e-3, 1.1003325698224508e-3], rtol=1e-9)
+
+
+def test_the_first_draw_is_that_bench_and_another_version_is_told():
+    assert DRAW == 1
+    assert student_bench(7, draw=1) == student_bench(7)
+    with pytest.raises(ConfigurationError, match=r"draw 2 .* which knows 1\. Install the release .* course\.json"):
+        student_bench(7, draw=2)
 
 
 @pytest.mark.parametrize("position", [1, 2, 3])

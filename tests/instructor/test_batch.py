@@ -6,6 +6,7 @@ import csv
 import json
 from base64 import b64encode
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from made_courses import loaded
@@ -22,7 +23,7 @@ from rotflex.instructor.regrade import regrade
 from rotflex.instructor.reports.grades import GRADES_FILE, Reports
 from rotflex.instructor.running import runner
 from rotflex.instructor.running.bundle import Bundle
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.instructor.running.bundles import Chosen
 from solutions.true_bench import TrueBench
 
 KEY = """
@@ -53,9 +54,28 @@ class InlineMarker:
     def warm_up(self):
         pass
 
-    def mark(self, student, answers, probe_seed):
+    def mark(self, asked):
         marker._courses[:] = [self.course]
-        return marker._mark(student, answers, probe_seed)
+        return marker._mark(asked)
+
+
+class OneBundle:
+    """Every hand-in is run with the same."""
+
+    def __init__(self, made):
+        self.current, self.names = made, tuple(made.pristine)
+        self.releases = SimpleNamespace(problems=[])
+
+    def of(self, hand_in):
+        return Chosen(self.current)
+
+
+CELLS = [
+    {"id": "q1", "cell_type": "code", "source": "", "metadata": {"nbgrader": {"grade_id": "q1", "solution": True}}},
+    {"id": "q1-answer", "cell_type": "code", "source": 'lab.answer("2.11", omega_n=omega_n)', "metadata": {}},
+    {"id": "q2", "cell_type": "code", "source": "", "metadata": {"nbgrader": {"grade_id": "q2", "solution": True}}},
+    {"id": "q2-answer", "cell_type": "code", "source": 'lab.answer("0.1", resolution=omega_n)', "metadata": {}},
+]
 
 
 class FakeClass:
@@ -68,11 +88,10 @@ class FakeClass:
     """
 
     def __init__(self, folder, monkeypatch):
-        self.folder, self.runs, self.leaves, self.seeds = folder, [], {}, {}
+        self.folder, self.runs, self.leaves, self.seeds, self.asked = folder, [], {}, {}, {}
         self.key(1.0)
-        pristine = {"a.ipynb": {"cells": [{"id": "q1", "cell_type": "code", "source": "", "metadata": {}}]}}
-        made = Bundle(b"", pristine, {"a.ipynb": ["q1"]}, {}, (), "0" * 64)
-        monkeypatch.setattr(batch.bundle, "build", lambda course: made)
+        self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {"a.ipynb": ["q1"]}, {}, (), "0" * 64)
+        monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
         monkeypatch.setattr(batch.runner, "work", self.work)
         monkeypatch.setattr(batch, "Marker", InlineMarker)
         monkeypatch.setattr("rotflex.instructor.regrade.Marker", InlineMarker)
@@ -96,7 +115,10 @@ class FakeClass:
         if isinstance(left, Exception):
             raise left
         answers = None if left.answers is None else b64encode(left.answers).decode()
-        return json.dumps({"answers": answers, "problems": left.problems, "complete": left.complete}).encode()
+        self.asked[student] = asked
+        reports = b64encode(left.reports).decode()
+        found = {"answers": answers, "problems": left.problems, "complete": left.complete, "reports": reports}
+        return json.dumps(found).encode()
 
     def grade(self, book="book.sqlite", **settings):
         """Grade; each student's points."""
@@ -227,11 +249,10 @@ def test_changed_marking_code_marks_again_without_a_run(fake_class, monkeypatch)
         assert book.current("ada").key_digest == "as if a check had changed"
 
 
-def test_a_changed_bundle_runs_again(fake_class, monkeypatch):
+def test_a_changed_bundle_runs_again(fake_class):
     fake_class.hand_in("ada")
     fake_class.grade()
-    other = replace(batch.bundle.build(fake_class.course), digest="1" * 64)
-    monkeypatch.setattr(batch.bundle, "build", lambda course: other)
+    fake_class.made = replace(fake_class.made, digest="1" * 64)
     fake_class.grade()
     assert fake_class.runs == ["ada", "ada"]
 
@@ -286,10 +307,10 @@ def test_regrade_changes_the_marks_of_the_questions_that_are_named(fake_class):
     fake_class.grade()
     fake_class.key(2.0)
     with fake_class.book() as book:
-        assert next(after for _, after in regrade(book, fake_class.course, ["0.1"])).marks == book.current("ada").marks
+        assert next(regrade(book, fake_class.course, ["0.1"])).after.marks == book.current("ada").marks
         assert sum(mark.points for mark in book.current("ada").marks) == 2
-        ((before, after),) = regrade(book, fake_class.course, ["2.11"])
-        assert [sum(mark.points for mark in one.marks) for one in (before, after)] == [2, 0]
+        (one,) = regrade(book, fake_class.course, ["2.11"])
+        assert [sum(mark.points for mark in side.marks) for side in (one.before, one.after)] == [2, 0]
     assert fake_class.runs == ["ada"]
 
 
@@ -298,8 +319,8 @@ def test_regrade_keeps_what_a_person_gave(fake_class):
     fake_class.grade()
     with fake_class.book() as book:
         book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
-        ((_, after),) = regrade(book, fake_class.course)
-        (mark,) = [mark for mark in after.marks if mark.part == "explanation"]
+        (one,) = regrade(book, fake_class.course)
+        (mark,) = [mark for mark in one.after.marks if mark.part == "explanation"]
         assert (mark.status, mark.points) == ("given by a person", 1.0)
 
 
@@ -309,6 +330,24 @@ def test_regrade_refuses_a_question_that_is_not_there(fake_class, question, word
     fake_class.grade()
     with fake_class.book() as book, pytest.raises(GradingError, match=words):
         list(regrade(book, fake_class.course, [question]))
+
+
+def test_where_one_cannot_be_marked_again_their_marks_stay_and_the_others_are_marked(fake_class, monkeypatch):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade()
+    fake_class.key(2.0)
+    honest = InlineMarker.mark
+
+    def mark(self, asked):
+        if asked.student == "ada":
+            raise GradingError("The answers could not be marked (BrokenProcessPool).")
+        return honest(self, asked)
+
+    monkeypatch.setattr(InlineMarker, "mark", mark)
+    with fake_class.book() as book:
+        ada, bob = regrade(book, fake_class.course)
+        assert "could not be marked" in ada.problem and ada.after == book.current("ada") == ada.before
+        assert bob.problem == "" and sum(mark.points for mark in book.current("bob").marks) == 0
 
 
 def test_regrade_of_an_empty_gradebook_is_refused(fake_class):
@@ -331,7 +370,7 @@ def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp
     (fake_class.folder / "class.csv").write_text(f"id\n{composed}\n", encoding="utf-8")
     seed = 7
     fake_class.leaves[composed] = runner.Run(perfect(apart, seed))
-    with fake_class.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+    with fake_class.book() as book, Reports(tmp_path / "out", fake_class.course, book) as reports:
         book.import_roster(fake_class.folder / "class.csv")
         a_class = Batch(fake_class.folder / "in", fake_class.course, book, Settings(probe_seed=seed))
         assert a_class.absent == []
@@ -348,7 +387,7 @@ def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp
 def test_reports_are_written_for_each_and_for_all(fake_class, tmp_path):
     fake_class.hand_in("ada", "bob")
     fake_class.leaves["bob"] = runner.Run(None, ("The run was stopped.",))
-    with fake_class.book() as book, Reports(tmp_path / "out", CATALOGUE) as reports:
+    with fake_class.book() as book, Reports(tmp_path / "out", fake_class.course, book) as reports:
         for step in Batch(fake_class.folder / "in", fake_class.course, book).grade():
             reports.write(step.graded)
     with (tmp_path / "out" / GRADES_FILE).open(newline="", encoding="utf-8") as file:

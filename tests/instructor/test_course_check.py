@@ -94,6 +94,75 @@ def test_a_cell_that_records_what_there_is_not_is_told(copy):
     assert any("q2-11-answer" in line and "no question '2.91'" in line for line in found(copy))
 
 
+# --- answers in words -------------------------------------------------------------------------------------------------
+
+EXPLANATION = "q2-11-explanation"
+
+
+def test_words_that_no_text_cell_asks_for_are_told(copy):
+    edit(copy, STIFFNESS, lambda cells: cells.pop(EXPLANATION))
+    assert "question 2.11, explanation: no cell of 02_finding_stiffness records it." in found(copy)
+
+
+def test_words_that_a_cell_with_code_records_as_well_are_told(copy):
+    def change(cells):
+        cells["q2-11-answer"]["source"] = 'lab.answer("2.11", omega_n=omega_n, explanation=None)'
+
+    edit(copy, STIFFNESS, change)
+    places = "; ".join(f"{STIFFNESS}, cell '{cell}'" for cell in (EXPLANATION, "q2-11-answer"))
+    assert f"question 2.11, explanation: 2 cells record it: {places}." in found(copy)
+
+
+@pytest.mark.parametrize(
+    ("about", "told"),
+    [
+        ({"question": "2.91", "part": "explanation"}, "There is no question '2.91'."),
+        ({"question": "2.11", "part": "reason"}, "Question 2.11 has no part 'reason'; it has omega_n, explanation."),
+        ({"question": "2.11", "part": "omega_n"}, "omega_n is no answer in words, but of kind number."),
+        ({"question": "2.16", "part": "comparison"}, "it records question 2.16, which the catalogue has in 03_"),
+        ({}, 'its metadata should have "rotflex": {"question": ..., "part": ...}.'),
+    ],
+    ids=["question", "part", "kind", "notebook", "nothing"],
+)
+def test_a_text_cell_for_what_there_is_not_is_told(copy, about, told):
+    edit(copy, STIFFNESS, lambda cells: cells[EXPLANATION]["metadata"].update(rotflex=about))
+    assert any(line.startswith(f"{STIFFNESS}, cell '{EXPLANATION}': {told}") for line in found(copy))
+
+
+def test_a_text_cell_without_a_heading_or_with_anothers_is_told(copy):
+    def change(cells):
+        cells[EXPLANATION]["source"] = cells[EXPLANATION]["source"][1:]
+
+    edit(copy, STIFFNESS, change)
+    assert any("it should begin with one heading for students" in line for line in found(copy))
+
+    def double(cells):
+        cells["q2-5-strategy"]["source"][0] = cells["q2-4-strategy"]["source"][0]
+
+    edit(copy, "01_modeling_prelab.ipynb", double)
+    assert "01_modeling_prelab.ipynb, cell 'q2-5-strategy': it has the heading of cell 'q2-4-strategy', too." in found(
+        copy
+    )
+
+
+def test_a_model_answer_in_a_cell_that_is_no_answer_cell_is_told(copy):
+    edit(copy, STIFFNESS, lambda cells: cells[EXPLANATION]["metadata"]["nbgrader"].update(solution=False))
+    assert (
+        f"{STIFFNESS}, cell '{EXPLANATION}': it has a solution, but its metadata do not make it an answer cell."
+        in found(copy)
+    )
+
+
+def test_a_model_answer_that_is_not_there_is_missed(copy, sandbox):
+    def empty(cells):
+        cells[EXPLANATION]["source"][2:] = ["<!-- BEGIN SOLUTION -->\n", "<!-- END SOLUTION -->"]
+
+    edit(copy, STIFFNESS, empty)
+    assert "the key, 2.11 explanation: the solution records no answer: does its cell run to its end?" in found(
+        copy, run=True
+    )
+
+
 def test_a_part_that_is_recorded_twice_and_one_that_is_not_are_told(copy):
     edit(copy, STIFFNESS, lambda cells: cells["q2-12-answer"].update(source='lab.answer("2.11", omega_n=K_s)'))
     said = found(copy)

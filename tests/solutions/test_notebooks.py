@@ -10,6 +10,7 @@ import nbformat
 import pytest
 from checkout import ROOT
 
+from rotflex.courseware.words import where_of
 from rotflex.workbook.questions import CATALOGUE
 
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
@@ -26,8 +27,13 @@ def tags(cell: nbformat.NotebookNode) -> list[str]:
     return cell.metadata.get("tags", [])
 
 
+def in_words(path: Path) -> dict[tuple[str, str], nbformat.NotebookNode]:
+    """(question, part) → the text cell that is the answer to it."""
+    return {where: cell for cell in cells(path) if (where := where_of(cell))}
+
+
 def answered(path: Path) -> dict[str, list[nbformat.NotebookNode]]:
-    """Question number → the cells that record it: one, but for the reports, which have one for each item."""
+    """Question number → the cells that record it, but for answers in words."""
     found: dict[str, list[nbformat.NotebookNode]] = {}
     for cell in cells(path):
         call = re.match(r'lab\.answer\(\s*"([^"]+)"', cell.source) if cell.cell_type == "code" else None
@@ -107,18 +113,45 @@ class TestEverySolutionForStudents:
 
     def test_records_every_question_of_its_section_with_all_parts(self, path):
         expected = {number for number, question in CATALOGUE.everything.items() if question.notebook == path.stem}
-        assert set(answered(path)) == expected
-        for number, recording in answered(path).items():
-            calls = [ast.parse(cell.source).body[0].value for cell in recording]
+        assert set(answered(path)) | {number for number, _part in in_words(path)} == expected
+        for number in expected:
+            calls = [ast.parse(cell.source).body[0].value for cell in answered(path).get(number, ())]
             names = [keyword.arg for call in calls for keyword in call.keywords]
             if None not in names:  # no ** in a call
+                names += [part for asked, part in in_words(path) if asked == number]
                 assert sorted(names) == sorted(part.name for part in CATALOGUE.everything[number].parts), number
 
     def test_points_are_those_of_the_catalogue(self, path):
         by_id = {cell.id: cell for cell in cells(path)}
+        sums: dict[str, float] = {}
+        for (number, part), cell in in_words(path).items():
+            assert cell.metadata.nbgrader.points == CATALOGUE.everything[number].part(part).points
+            sums[number] = sums.get(number, 0) + cell.metadata.nbgrader.points
         for number, recording in answered(path).items():
             given = sum(by_id[cell.id.removesuffix("-answer")].metadata.nbgrader.points for cell in recording)
-            assert given == sum(part.points for part in CATALOGUE.everything[number].parts)
+            sums[number] = sums.get(number, 0) + given
+        assert sums == {
+            number: question.points
+            for number, question in CATALOGUE.everything.items()
+            if question.notebook == path.stem
+        }
+
+    def test_every_answer_in_words_has_a_text_cell_of_its_own_just_before_its_code(self, path):
+        ids = [cell.id for cell in cells(path)]
+        asked = {
+            (number, part.name)
+            for number, question in CATALOGUE.everything.items()
+            for part in question.parts
+            if question.notebook == path.stem and part.kind == "prose"
+        }
+        assert set(in_words(path)) == asked
+        for (number, part), cell in in_words(path).items():
+            assert cell.metadata.nbgrader.grade_id == cell.id
+            assert cell.id.endswith(f"-{part.replace('_', '-')}")
+            if number[0].isdigit():
+                question = f"q{number.replace('.', '-')}"
+                assert cell.id == f"{question}-{part}"
+                assert question not in ids or ids.index(question) == ids.index(cell.id) + 1
 
     def test_every_question_is_recorded_in_the_stored_run(self, path):
         for recording in answered(path).values():

@@ -6,15 +6,15 @@ import re
 
 import pytest
 
-from rotflex.courseware.answers import AnswerBook
+from rotflex.courseware.session import Session
 from rotflex.errors import AnswerError
 from rotflex.workbook import reports
 from rotflex.workbook.questions import CATALOGUE
 
 
 @pytest.fixture
-def book(tmp_path):
-    return AnswerBook(tmp_path / "answers.json", "ada", {}, 1)
+def lab(tmp_path):
+    return Session("ada", tmp_path, CATALOGUE, {}, 1)
 
 
 def rows(markdown):
@@ -24,51 +24,49 @@ def rows(markdown):
 
 
 @pytest.mark.parametrize("report", CATALOGUE.reports)
-def test_outline_has_every_row_of_the_scoring_sheet_with_as_many_cells_as_headings(report, book):
-    markdown = reports.outline(report, book)
+def test_outline_has_every_row_of_the_scoring_sheet_with_as_many_cells_as_headings(report, lab):
+    markdown = reports.outline(report, lab)
     headings = markdown.splitlines()[0].count("|")
     assert {line.count("|") for line in markdown.splitlines()} == {headings}
     assert list(rows(markdown)) == [item.number for item in CATALOGUE.report_items if item.report == report]
 
 
-def test_outline_names_what_a_row_still_lacks(book):
-    row = rows(reports.outline("Control report", book))["III.7"]
+def test_outline_names_what_a_row_still_lacks(lab):
+    row = rows(reports.outline("Control report", lab))["III.7"]
     assert row[3:] == ["3.17", "missing: 3.17 explanation, Control report comparison_analysis"]
-    book.answer(CATALOGUE.find("3.17"), {"explanation": "Nobody damps the link."})
-    row = rows(reports.outline("Control report", book))["III.7"]
+    lab.answer("3.17", explanation="Nobody damps the link.")
+    row = rows(reports.outline("Control report", lab))["III.7"]
     assert row[4] == "missing: Control report comparison_analysis"
 
 
-def test_outline_says_when_a_row_is_complete(book):
-    book.answer(CATALOGUE.find("3.17"), {"explanation": "Nobody damps the link."})
-    book.answer(CATALOGUE.find("Control report"), {"comparison_analysis": "As said in question 3.17."})
-    assert rows(reports.outline("Control report", book))["III.7"][4] == "recorded"
+def test_outline_says_when_a_row_is_complete(lab):
+    lab.answer("3.17", explanation="Nobody damps the link.")
+    lab.answer("Control report", comparison_analysis="As said in question 3.17.")
+    assert rows(reports.outline("Control report", lab))["III.7"][4] == "recorded"
 
 
-def test_row_that_shows_a_whole_question_wants_all_its_parts(book):
-    state = rows(reports.outline("Control report", book))["II.1"][4]
+def test_row_that_shows_a_whole_question_wants_all_its_parts(lab):
+    state = rows(reports.outline("Control report", lab))["II.1"][4]
     assert state == "missing: 3.7 T, 3.7 T_c, 3.7 W"
 
 
-def test_rows_on_the_report_as_a_whole_rest_on_nothing(book):
+def test_rows_on_the_report_as_a_whole_rest_on_nothing(lab):
     for report in CATALOGUE.reports:
-        for number, cells in rows(reports.outline(report, book)).items():
+        for number, cells in rows(reports.outline(report, lab)).items():
             if number.startswith("Format"):
                 assert cells[3:] == ["", ""]
 
 
-def test_assembled_puts_the_texts_under_their_headings_in_order(book):
-    book.answer(
-        CATALOGUE.find("Modeling report"), {"model_conclusion": "It is good.", "stiffness_procedure": "We shook it."}
-    )
-    text = reports.assembled("Modeling report", book)
+def test_assembled_puts_the_texts_under_their_headings_in_order(lab):
+    lab.answer("Modeling report", model_conclusion="It is good.", stiffness_procedure="We shook it.")
+    text = reports.assembled("Modeling report", lab)
     assert "**I.1 Procedure: finding the stiffness**\n\nWe shook it." in text
     assert text.index("We shook it.") < text.index("It is good.")
     assert re.findall(r"^\*\*(\S+)", text, re.M) == ["I.1", "I.2", "I.3", "III.1", "III.2", "IV.1"]
     assert text.count("*not written yet*") == 4
 
 
-def test_unknown_report_is_refused_with_the_names_of_those_that_there_are(book):
+def test_unknown_report_is_refused_with_the_names_of_those_that_there_are(lab):
     for function in (reports.outline, reports.assembled):
         with pytest.raises(AnswerError, match="Control report"):
-            function("Table 3", book)
+            function("Table 3", lab)

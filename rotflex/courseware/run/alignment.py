@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import Any
 
 from rotflex.courseware.messages import _
@@ -189,7 +190,12 @@ class _Aligner:
 
     def _same(self, master: int, cell: int) -> bool:
         mine, theirs = self.master[master], self.cells[cell]
-        return mine["cell_type"] == theirs.kind and _plain(source_of(mine)) == _plain(theirs.source)
+        return mine["cell_type"] == theirs.kind and self._lines[0][master] == self._lines[1][cell]
+
+    @cached_property
+    def _lines(self) -> tuple[list[str], list[str]]:
+        """The text of the course's cells, and of the student's, without what cannot be seen: each is compared often."""
+        return [_plain(source_of(cell)) for cell in self.master], [_plain(cell.source) for cell in self.cells]
 
     def _by_place(self) -> None:
         """An answer cell that lost its name: what stands between its neighbours, all of it."""
@@ -265,8 +271,8 @@ class _Aligner:
         return Placed(self.roles[master], master, self.pieces.get(master, [None])[0])
 
     def _place_of(self, master: int, order: Sequence[Placed]) -> int:
-        """Where a cell of the course's belongs: after the last one before it that is in its place; what records answers,
-        after all of its answer, wherever that is.
+        """Where a cell of the course's belongs: after the last one before it that is in its place; what records an
+        answer, after all of it, wherever that is.
 
         A cell that the student added below an answer belongs to it.
         """
@@ -294,8 +300,8 @@ class _Aligner:
         return order
 
 
-def _plain(source: str) -> list[str]:
-    return [line.rstrip() for line in source.strip().splitlines()]
+def _plain(source: str) -> str:
+    return "\n".join(line.rstrip() for line in source.strip().splitlines())
 
 
 def _longest_rise(numbers: Sequence[int], light: Callable[[int], bool]) -> set[int]:

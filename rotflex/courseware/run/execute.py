@@ -1,7 +1,7 @@
 """Runs notebooks, one after the other, each with a kernel of its own, in a folder that is there for the run.
 
-It is what a student's own machine can do: a kernel as JupyterLab starts it, and no sandbox. While one notebook runs, the
-kernel of the next is started, and imports what notebooks use. What cells show is nowhere received.
+It is what a student's own machine can do: a kernel as JupyterLab starts it, and no sandbox. While one notebook runs,
+the kernel of the next is started, and imports what notebooks use. What cells show is nowhere received.
 """
 
 from __future__ import annotations
@@ -153,8 +153,8 @@ class _Kernels:
             if not kernel.ready():
                 raise CheckError(
                     _(
-                        "A Python kernel does not start here. Try whether JupyterLab starts one; if it does not, install "
-                        "ipykernel anew: {python} -m pip install --force-reinstall ipykernel"
+                        "A Python kernel does not start here. Try whether JupyterLab starts one; if it does not, "
+                        "install ipykernel anew: {python} -m pip install --force-reinstall ipykernel"
                     ).format(python=sys.executable)
                 )
         if another:

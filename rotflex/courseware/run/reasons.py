@@ -8,9 +8,12 @@ earlier answers that it asked for. All of it is taken from claims of the run, an
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
+from collections import deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
@@ -115,6 +118,7 @@ class _Cell:
     role: Role
     source: str
     report: CellReport | None
+    readable: bool  # so that its names can be told
 
     @property
     def stopped(self) -> bool:
@@ -122,19 +126,21 @@ class _Cell:
 
     @cached_property
     def binds(self) -> set[str]:
-        return _names(skippable_cells.bound, self.source)
+        return _names(skippable_cells.bound, self.source) if self.readable else set()
 
     @cached_property
     def uses(self) -> set[str]:
         error = self.report.error if self.report else None
         undefined = _UNDEFINED.search(error.message) if error and error.type == "NameError" else None
-        return {undefined[1]} if undefined else _names(skippable_cells.uses, self.source)
+        if undefined:
+            return {undefined[1]}
+        return _names(skippable_cells.uses, self.source) if self.readable else set()
 
 
 def _names(read: Any, source: str) -> set[str]:
     try:
         return set(read(source))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone, or too long
         return set()
 
 
@@ -167,13 +173,14 @@ class _Run:
         self.catalogue, self.recorded = catalogue, recorded
         self.refusals = {(one.question, one.part): one.why for one in reports.refusals}
         by_cell = {(one.notebook, one.cell): one for one in reports.cells}
-        self.cells = {
-            name: [
-                _Cell(name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])))
-                for place, cell in enumerate(notebook["cells"])
+        self.cells: dict[str, list[_Cell]] = {}
+        for name, notebook in merged.notebooks.items():
+            cells = notebook["cells"]
+            readable = skippable_cells.readable(map(source_of, cells))
+            self.cells[name] = [
+                _Cell(name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])), readable)
+                for place, cell in enumerate(cells)
             ]
-            for name, notebook in merged.notebooks.items()
-        }
         self.recorder: dict[Where, tuple[str, int]] = {}  # notebook, and place in it
         self.questions: dict[str, dict[int, str]] = {}  # notebook → place of a recorder → question
         for name, notebook in pristine.items():
@@ -186,6 +193,7 @@ class _Run:
                 for part in one.of(question):
                     self.recorder[question.number, part] = name, places[one.cell]
         self._causes: dict[Where, _Cause] = {}
+        self._roots: dict[_Cell, _Cause] = {}
 
     def missing(self) -> list[Where]:
         """What was asked and not recorded, in the order in which it is asked."""
@@ -206,8 +214,6 @@ class _Run:
         return self._causes[where]
 
     def _cause(self, where: Where) -> _Cause:
-        if where in self.refusals:
-            return _Refused(self.refusals[where])
         name, recorder = self.recorder[where]
         cells = self.cells[name]
         before = max((place for place in self.questions[name] if place < recorder), default=-1)
@@ -217,31 +223,62 @@ class _Run:
                 return self._root(cell)
         if cells[recorder].report is None:  # it was never come to
             return next((cell for cell in reversed(cells[:recorder]) if cell.report and not cell.report.finished), None)
-        used = set().union(*(cell.uses for cell in own))
-        lacking = [cell for cell in cells[: recorder + 1] if cell in own or cell.binds & used]
-        return self._lacked(where, lacking)
+        for cell in self._upstream(own):
+            lacked = self._lacked(cell, where)
+            if lacked is not None or cell.stopped:
+                return lacked or self._root(cell)
+        return _Refused(self.refusals[where]) if where in self.refusals else None
 
     def _root(self, cell: _Cell) -> _Cause:
         """The first cause of a cell's stop: itself, or what it builds on."""
-        lacked = self._lacked(None, [cell])
-        if lacked is not None:
-            return lacked
-        for earlier in reversed(self.cells[cell.notebook][: cell.place]):
-            if not earlier.binds & cell.uses:
-                continue
-            if earlier.stopped:
-                return self._root(earlier)
-            lacked = self._lacked(None, [earlier])
-            if lacked is not None:
-                return lacked
-        return cell
+        passed = []
+        cause: _Cause = None
+        while cause is None:
+            passed.append(cell)
+            cause = self._roots.get(cell) or self._lacked(cell)
+            for earlier in () if cause else islice(self._upstream([cell]), 1, None):
+                cause = self._lacked(earlier)
+                if cause or earlier.stopped:
+                    cell = earlier
+                    break
+            else:
+                cause = cause or cell
+        self._roots |= dict.fromkeys(passed, cause)
+        return cause
 
-    def _lacked(self, where: Where | None, cells: Sequence[_Cell]) -> _Cause:
-        """The cause that lies in earlier answers which cells asked for and did not get."""
-        for cell in cells:
-            for needed in cell.report.lacked if cell.report else ():
-                if needed in self.recorder and needed not in self.recorded and needed != where:
-                    return self.cause_of(needed) or _Unanswered(needed[0])
+    def _upstream(self, cells: Sequence[_Cell]) -> Iterator[_Cell]:
+        """Cells, and all that they build on by the names that they use: those that bound a name last, and theirs."""
+        found = set(cells)
+        waiting = deque(cells)
+        yield from cells
+        while waiting:
+            cell = waiting.popleft()
+            for name in sorted(cell.uses):
+                places = self._binders[cell.notebook].get(name, ())
+                place = bisect_left(places, cell.place) - 1
+                if place >= 0:
+                    binder = self.cells[cell.notebook][places[place]]
+                    if binder not in found:
+                        found.add(binder)
+                        waiting.append(binder)
+                        yield binder
+
+    @cached_property
+    def _binders(self) -> dict[str, dict[str, list[int]]]:
+        """Notebook → name → places of the cells that bind it."""
+        found: dict[str, dict[str, list[int]]] = {}
+        for notebook, cells in self.cells.items():
+            names = found.setdefault(notebook, {})
+            for cell in cells:
+                for name in cell.binds:
+                    names.setdefault(name, []).append(cell.place)
+        return found
+
+    def _lacked(self, cell: _Cell, where: Where | None = None) -> _Cause:
+        """The cause that lies in an earlier answer which a cell asked for and did not get."""
+        for needed in cell.report.lacked if cell.report else ():
+            if needed in self.recorder and needed not in self.recorded and needed != where:
+                return self.cause_of(needed) or _Unanswered(needed[0])
         return None
 
 
@@ -261,10 +298,10 @@ class _Words:
             return _("It builds on {question}, which is not answered.").format(question=cause.question)
         if cause is None:
             return ""
-        what = _("{cell} stopped: {error}.").format(cell=self.name(run, cause), error=self.of_error(cause))
+        cell, error = self.name(run, cause), self.of_error(cause)
         if run.question_of(cause) == where[0]:
-            return what
-        return _("It builds on what stopped before it. {what}").format(what=what)
+            return _("{cell} stopped: {error}.").format(cell=cell, error=error)
+        return _("It builds on what stopped before it: {cell} ({error}).").format(cell=cell, error=error)
 
     def of_stop(self, run: _Run, cell: _Cell, questions: Sequence[str]) -> str:
         """What stopped, and all that builds on it, in a sentence."""

@@ -105,8 +105,8 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
     except NotebookError as error:
         raise CheckError(
             _(
-                "{name} cannot be read: {why} Nothing was changed. If you have no better copy, give it another name and "
-                "restore again: you then get a new one."
+                "{name} cannot be read: {why} Nothing was changed. If you have no better copy, give it another name "
+                "and restore again: you then get a new one."
             ).format(name=name, why=error)
         ) from None
     if not lines or dry_run:

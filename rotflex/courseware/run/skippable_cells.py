@@ -12,7 +12,12 @@ import symtable
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from rotflex.courseware.messages import _
+
 ILLUSTRATION = "illustration"
+#: Characters of a cell whose names are looked at, and of all of a notebook's. Python takes seconds to tell the names of
+#: a long cell that was written for that, and nothing else gets its turn meanwhile.
+LONGEST, LONGEST_TOGETHER = 20_000, 100_000
 #: With these, a cell can reach a name without writing it.
 _NAMESPACES = {"globals", "locals", "vars", "dir", "__main__", "get_ipython", "In", "Out", "_", "__", "___"}
 _ROUNDABOUT = _NAMESPACES | {"eval", "exec", "compile", "__import__", "importlib", "sys", "inspect", "gc", "builtins"}
@@ -26,13 +31,15 @@ def skippable(cells: Iterable[dict[str, Any]]) -> set[str]:
     cells : of a notebook of the course, with a submission's answer cells in it
     """
     code = [cell for cell in cells if cell["cell_type"] == "code"]
+    if not readable(map(_source, code)):
+        return set()
     optional = {cell["id"]: cell for cell in code if ILLUSTRATION in cell["metadata"].get("tags", [])}
     try:
         certain = [_source(cell) for cell in code if cell["id"] not in optional]
         used = set().union(*map(uses, certain))
         imported = set().union(*map(bound, certain))
         binds = {name: bound(_source(cell)) for name, cell in optional.items()}
-    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone: an error, or a magic
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone, or too long
         return set()
     if (used | imported) & _ROUNDABOUT:
         return set()
@@ -42,8 +49,19 @@ def skippable(cells: Iterable[dict[str, Any]]) -> set[str]:
     return set(optional)
 
 
+def readable(sources: Iterable[str]) -> bool:
+    """Whether the cells of a notebook are together short enough that their names can be looked at."""
+    return sum(map(len, sources)) <= LONGEST_TOGETHER
+
+
 def _source(cell: dict[str, Any]) -> str:
     return "".join(cell["source"])
+
+
+def _table(source: str) -> symtable.SymbolTable:
+    if len(source) > LONGEST:
+        raise ValueError(_("it has more than {longest} characters").format(longest=LONGEST))
+    return symtable.symtable(source, "cell", "exec")
 
 
 def bound(source: str) -> set[str]:
@@ -53,9 +71,11 @@ def bound(source: str) -> set[str]:
     ------
     SyntaxError
         If it is not Python.
+    ValueError
+        If it is too long.
     """
     found = set()
-    for scope in _scopes(symtable.symtable(source, "cell", "exec")):
+    for scope in _scopes(_table(source)):
         top = scope.get_type() == "module"
         for symbol in scope.get_symbols():
             if (symbol.is_assigned() or symbol.is_imported()) and (top or symbol.is_declared_global()):
@@ -70,8 +90,10 @@ def uses(source: str) -> set[str]:
     ------
     SyntaxError
         If it is not Python.
+    ValueError
+        If it is too long.
     """
-    table = symtable.symtable(source, "cell", "exec")
+    table = _table(source)
     inner = {
         symbol.get_name()
         for scope in _scopes(table)
@@ -80,7 +102,7 @@ def uses(source: str) -> set[str]:
         if symbol.is_referenced() and symbol.is_global()
     }
     outer = {symbol.get_name() for symbol in table.get_symbols()}
-    read, _ = _flow(ast.parse(source).body, frozenset())
+    read = _flow(ast.parse(source).body, frozenset())[0]
     return read & (inner | outer)
 
 

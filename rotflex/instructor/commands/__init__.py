@@ -3,7 +3,7 @@
 ===========  ==========================================================================
 ``course``   release, notebooks, check-course
 ``grade``    doctor, grade
-``marks``    regrade, mark, history, roster
+``marks``    regrade, report, mark, comment, history, roster
 ``options``  what several of them take, their exit codes, and how a gradebook is opened
 ===========  ==========================================================================
 """
@@ -17,7 +17,7 @@ from rotflex.instructor.commands import course, grade, marks
 _COMMANDS = (
     *(course.release, course.notebooks, course.check_course),
     *(grade.doctor, grade.grade),
-    *(marks.regrade, marks.mark, marks.history, marks.roster),
+    *(marks.regrade, marks.report, marks.mark, marks.comment, marks.history, marks.roster),
 )
 
 

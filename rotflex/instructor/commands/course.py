@@ -17,15 +17,26 @@ def release(
     course: CourseFolder = None,
     with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep/--no-keep", help="Keep the zip beside the course, for work begun under it.")
+    ] = True,
 ) -> None:
     """Make the students' folder and zip: no solutions, no key, none of the instructor's modules."""
+    from rotflex.instructor.release import releases
     from rotflex.instructor.release.student_course import release as make
 
-    made = make(courses.find(course), out, with_data, replace)
+    found = courses.find(course)
+    made = make(found, out, with_data, replace)
     typer.echo(
         _("{count} notebooks: {notebooks}").format(count=len(made.notebooks), notebooks=", ".join(made.notebooks))
     )
     typer.echo(f"{made.folder}\n{made.archive}")
+    if keep:
+        typer.echo(_("Release {name}, kept as {file}").format(name=made.id, file=releases.keep(found, made)))
+    else:
+        typer.echo(
+            _("Release {name}, not kept: what is done with it is run with the course as it is.").format(name=made.id)
+        )
 
 
 def notebooks(course: CourseFolder = None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from datetime import UTC, tzinfo
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,7 +44,8 @@ def doctor(as_json: Json = False) -> None:
 
 def grade(
     submissions: Annotated[
-        Path, typer.Argument(help="Holds a folder or a zip for each student, named by their ID.", file_okay=False)
+        Path,
+        typer.Argument(help="A folder, or a zip, with what each student handed in, as learning platforms give it."),
     ],
     out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
     course: CourseFolder = None,
@@ -67,6 +69,19 @@ def grade(
     every_cell: Annotated[
         bool, typer.Option("--every-cell", help="Run the cells that only show something, too: slower, same marks.")
     ] = False,
+    supply: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STUDENT:QUESTION.PART=VALUE",
+            help="A value in place of a missing answer: it earns nothing, what builds on it can. Empty takes it back.",
+        ),
+    ] = None,
+    times: Annotated[
+        Path | None, typer.Option(help="A CSV of names and times: what was handed in when.", dir_okay=False)
+    ] = None,
+    time_zone: Annotated[
+        str, typer.Option(help="Of times in names and zips, which do not say theirs, as Europe/Berlin.")
+    ] = "UTC",
     as_json: Json = False,
     unsafe_no_isolation: Annotated[
         bool, typer.Option("--unsafe-no-isolation", help="Run students' code with your own rights.")
@@ -78,34 +93,58 @@ def grade(
     3 nothing graded, as students' code cannot be isolated here.
     """
     from rotflex.instructor.batch import Batch, Settings
-    from rotflex.instructor.reports.grades import Reports
+    from rotflex.instructor.reports.changes import Before
+    from rotflex.instructor.reports.grades import Reports, make_folder
     from rotflex.instructor.reports.live_report import JsonLines, Screen
-    from rotflex.instructor.running import intake, isolation_report
+    from rotflex.instructor.running import isolation_report, supplied
+    from rotflex.instructor.running.intake import times as handing_in
     from rotflex.instructor.running.runner import Limits
 
     if not math.isfinite(deadline):
         raise typer.BadParameter(_("It should be a number of seconds."), param_hint="--deadline")
+    if not submissions.exists():  # or nothing is made
+        raise GradingError(_("There is no folder {folder}.").format(folder=submissions))
+    if submissions.is_dir() and not any(submissions.iterdir()):
+        raise GradingError(_("There is nothing in {folder}.").format(folder=submissions))
     if out.resolve().is_relative_to(submissions.resolve()):
         raise GradingError(
             _("{out} lies among the submissions: choose another folder for the results.").format(out=out)
         )
+    zone = _zone(time_zone)
+    when, untold = handing_in.read(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
-    settings = Settings(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell)
     try:
-        intake.find(submissions)  # or nothing is made
         found = courses.find(course)
+        values = tuple(supplied.read(one, found.catalogue) for one in supply or ())
+        settings = Settings(
+            limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone
+        )
         _check_isolation(settings)
-        reports = Reports(out, found.catalogue)
+        make_folder(out)
         with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
             batch = Batch(submissions, found, book, settings)
-            progress = (JsonLines if as_json else Screen)(len(batch), batch.ignored, batch.absent)
-            with reports, progress:
+            before = Before(book)
+            progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *untold], batch.absent)
+            with Reports(out, found, book, batch.students) as reports, progress:
                 for step in batch.grade():
-                    progress.add(step.ran, reports.write(step.graded))
+                    progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
+        if reports.closed:
+            typer.echo(reports.closed, err=True)
     except IsolationError as error:
         isolation_report.refuse(error)
         raise typer.Exit(NOT_ISOLATED) from None
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
+
+
+def _zone(name: str) -> tzinfo:
+    from zoneinfo import ZoneInfo
+
+    try:
+        return UTC if name == "UTC" else ZoneInfo(name)
+    except (ValueError, OSError, LookupError):
+        raise typer.BadParameter(
+            _("There is no time zone {name!r}; write it as Europe/Berlin.").format(name=name), param_hint="--time-zone"
+        ) from None
 
 
 def _check_isolation(settings: Settings) -> None:

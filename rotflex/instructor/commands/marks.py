@@ -1,14 +1,16 @@
-"""Commands on what is in a gradebook: regrade, mark, history, roster."""
+"""Commands on what is in a gradebook: regrade, report, mark, comment, history, roster."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rotflex.courseware.messages import _
+from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
     SOME_TROUBLE,
@@ -18,6 +20,11 @@ from rotflex.instructor.commands.options import (
     open_existing,
     open_gradebook,
 )
+
+if TYPE_CHECKING:
+    from rotflex.instructor.gradebook import Gradebook, MarkRecord
+
+_SHOWN = 60  # characters of an answer that was marked
 
 
 def regrade(
@@ -32,36 +39,61 @@ def regrade(
     jobs: Annotated[int, typer.Option(min=1, help="Submissions to mark at a time.")] = 1,
     as_json: Json = False,
 ) -> None:
-    """Mark the answers in the gradebook again, by the key as it is now. No notebook is run."""
+    """Mark the answers in the gradebook again, by the key as it is now, and tell what changed. No notebook is run.
+
+    Exit code: 0 all marked, 1 some could not be marked (their marks stay as they were), 2 nothing marked.
+    """
+    from contextlib import nullcontext
+
     from rotflex.instructor.regrade import regrade as mark_again
+    from rotflex.instructor.reports.changes import changes
     from rotflex.instructor.reports.grades import Reports
-    from rotflex.instructor.reports.result import result_of
+
+    found = courses.find(course)
+    changed = failed = 0
+    with open_existing(gradebook) as book, nullcontext() if out is None else Reports(out, found, book):
+        for done in mark_again(book, found, question or (), jobs):
+            told = changes(done.before, done.after)
+            changed += bool(told.parts)
+            failed += bool(done.problem)
+            if as_json:
+                typer.echo(json.dumps({**told.as_data(), "problem": done.problem}))
+                continue
+            if done.problem:
+                _say(
+                    _("{student}: {why} The marks stay as they were.").format(student=told.student, why=done.problem),
+                    err=True,
+                )
+            if told.parts:
+                _say(str(told))
+    if not as_json:
+        typer.echo(
+            _("{changes} of the students have other marks now.").format(changes=changed)
+            if changed
+            else _("Nobody's marks changed.")
+        )
+    if failed:
+        raise typer.Exit(SOME_TROUBLE)
+
+
+def report(
+    gradebook: Book,
+    out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+) -> None:
+    """Write grades.csv and the feedback of everybody in the gradebook and its roster. Nothing is run or marked.
+
+    Exit code: 0 all written, 2 something could not be.
+    """
+    from rotflex.instructor.reports.grades import Reports
 
     found = courses.find(course)
     with open_existing(gradebook) as book:
-        changes = 0
-        reports = None if out is None else Reports(out, found.catalogue)
-        for before, after in mark_again(book, found, question or (), jobs):
-            if reports is not None:
-                reports.write(after)
-            old, new = result_of(before), result_of(after)
-            changes += old.marks != new.marks
-            if as_json:
-                typer.echo(json.dumps({"student": new.student, "before": old.total, "after": new.total}))
-            elif old.marks != new.marks:
-                typer.echo(
-                    _("{student}: {before:g} → {after:g} of {out_of:g} points").format(
-                        student=new.student, before=old.total, after=new.total, out_of=new.out_of
-                    )
-                )
-        if reports is not None:
-            reports.close()
-    if not as_json:
-        typer.echo(
-            _("{changes} of the students have other marks now.").format(changes=changes)
-            if changes
-            else _("Nobody's marks changed.")
-        )
+        reports = Reports(out, found, book)
+        count = reports.write_all()
+    typer.echo(_("{count} students: {out}").format(count=count, out=out))
+    if reports.closed:
+        typer.echo(reports.closed)
 
 
 def mark(
@@ -72,15 +104,67 @@ def mark(
     reason: Annotated[str, typer.Option(help="For the student, and for the record.")],
     by: Annotated[str, typer.Option(help="Who gives them.")],
     gradebook: Book,
+    expect: Annotated[
+        float | None,
+        typer.Option(
+            help="The points that these replace. Needed where a person has given some already.", show_default="none yet"
+        ),
+    ] = None,
 ) -> None:
-    """Give points to an answer that a person has read. They stay for as long as the answer is the same."""
+    """Give points to an answer that a person has read. They stay for as long as the answer is the same.
+
+    Points that a person gave before are replaced only if --expect names them: of two who mark the same answer, the
+    second is told who was first.
+    """
     with open_existing(gradebook) as book:
-        book.set_mark(student, question, part, points, reason, actor=by)
-    typer.echo(
-        _("{student}, {question}, {part}: {points:g}. Grade again to have it in the reports.").format(
-            student=student, question=question, part=part, points=points
+        seen = _seen(book, student, question, part)
+        book.set_mark(student, question, part, points, reason, by, _expected(seen, expect))
+    given = " ".join(seen.given.split()) if seen is not None else ""
+    shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}…"
+    _say(
+        _("{student}, {question}, {part}: {points:g}, for the answer {shown!r}. rotflex report writes it down.").format(
+            student=student, question=question, part=part, points=points, shown=shown
         )
     )
+
+
+def _seen(book: Gradebook, student: str, question: str, part: str) -> MarkRecord | None:
+    """A mark as it is now; None if there is none."""
+    graded = book.current(student)
+    marks = () if graded is None else graded.marks
+    return next((one for one in marks if one.where == (question, part)), None)
+
+
+def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | None:
+    """What is to be replaced: a mark of these points; without any, one that no person gave."""
+    from rotflex.instructor.gradebook import GIVEN_BY_A_PERSON
+    from rotflex.instructor.verdicts import Status
+
+    if seen is None:
+        return None
+    if points is not None:
+        return replace(seen, points=points)
+    return replace(seen, status=Status.FOR_A_PERSON.value) if seen.status == GIVEN_BY_A_PERSON else seen
+
+
+def comment(
+    student: Annotated[str, typer.Argument(help="To whom.")],
+    text: Annotated[str, typer.Argument(help="What there is to say; it is shown in the feedback.")],
+    by: Annotated[str, typer.Option(help="Who says it.")],
+    gradebook: Book,
+    question: Annotated[str | None, typer.Option(help="On this question, as 1.11; else on all of the work.")] = None,
+) -> None:
+    """Write a word to a student, on a question or on everything."""
+    with open_existing(gradebook) as book:
+        graded = book.current(student)
+        if question is not None and graded is not None and question not in {one.question for one in graded.marks}:
+            raise GradingError(
+                _("{student!r} has no marks for a question {question!r}: a word on it would be seen nowhere.").format(
+                    student=student, question=question
+                )
+            )
+        book.comment(student, text, by, question)
+    _say(_("{student}: noted. rotflex report writes it down.").format(student=student))
 
 
 def history(
@@ -90,8 +174,6 @@ def history(
     gradebook: Book,
 ) -> None:
     """Show every change of a mark: what it was and became, when, by whom, and why."""
-    from rotflex.instructor.reports.safe_text import no_escapes
-
     with open_existing(gradebook) as book:
         for entry in book.audit(student, question):
             before, after = (
@@ -105,22 +187,32 @@ def history(
                 before=before,
                 after=after,
             )
-            typer.echo(no_escapes(f"{words}  {entry.actor}: {entry.reason}"))
+            _say(f"{words}  {entry.actor}: {entry.reason}")
 
 
 def roster(
     file: Annotated[Path, typer.Argument(help="A CSV file with a line for each student.", dir_okay=False)],
     gradebook: Book,
 ) -> None:
-    """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read."""
+    """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read.
+
+    Exit code: 0 all taken, 1 some lines were not, 2 nothing taken.
+    """
     with open_gradebook(gradebook) as book:
-        report = book.import_roster(file)
+        taken = book.import_roster(file)
     typer.echo(
         _("{added} added, {changed} changed, {unchanged} as they were.").format(
-            added=report.added, changed=report.changed, unchanged=report.unchanged
+            added=taken.added, changed=taken.changed, unchanged=taken.unchanged
         )
     )
-    for problem in report.problems:
+    for problem in taken.problems:
         typer.secho(problem, err=True, fg="yellow")
-    if report.problems:
+    if taken.problems:
         raise typer.Exit(SOME_TROUBLE)
+
+
+def _say(words: str, err: bool = False) -> None:
+    """Words that may hold a student's, without what steers a terminal."""
+    from rotflex.instructor.reports.safe_text import no_escapes
+
+    typer.echo(no_escapes(words), err=err)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 
@@ -38,6 +39,10 @@ def open_gradebook(url: str) -> Gradebook:
 
 def open_existing(url: str) -> Gradebook:
     """A gradebook that something is to be done with: a slip in its name must not make a new one."""
+    if "://" not in url and Path(url).is_dir():
+        raise GradingError(
+            _("{url} is a folder; the gradebook is a file in it, mostly {file}.").format(url=url, file=GRADEBOOK_FILE)
+        )
     if "://" not in url and not Path(url).is_file():
         raise GradingError(_("There is no gradebook {url}. (rotflex grade makes one.)").format(url=url))
     return open_gradebook(url)

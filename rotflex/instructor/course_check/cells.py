@@ -7,14 +7,13 @@ from collections.abc import Iterator
 
 from nbformat import NotebookNode
 
+from rotflex.courseware import words
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import skippable_cells
 from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.course_check.finding import Finding, in_cell
 from rotflex.instructor.release import student_course, student_notebooks
-
-_PARAMETERS = "parameters"  # the tag of the cell in which a run is told its student
 
 
 def check(course: Course) -> Iterator[Finding]:
@@ -24,11 +23,13 @@ def check(course: Course) -> Iterator[Finding]:
     for name, path in by_name.items():
         notebook = student_notebooks.read(path)
         yield from _form(course, path.name, notebook)
+        yield from _in_words(path.name, notebook)
         ids = [cell.id for cell in notebook.cells]
+        in_words = {cell.id for cell in notebook.cells if words.where_of(cell)}
         recording = set()
         for one in student_notebooks.recorded(notebook):
             where = in_cell(path.name, one.cell)
-            recording.add(ids.index(one.cell) - 1)
+            recording.add(ids.index(one.cell) - (one.cell not in in_words))
             try:
                 question = course.catalogue.find(one.question)
                 parts = [question.part(part) for part in one.of(question)]
@@ -36,6 +37,11 @@ def check(course: Course) -> Iterator[Finding]:
                 yield Finding(where, str(error))
                 continue
             for part in parts:
+                if one.cell in in_words and part.kind != "prose":
+                    yield Finding(
+                        where,
+                        _("{name} is no answer in words, but of kind {kind}.").format(name=part.name, kind=part.kind),
+                    )
                 asked.setdefault((question.number, part.name), []).append(where)
             if question.notebook != name:
                 yield Finding(
@@ -68,9 +74,35 @@ def check(course: Course) -> Iterator[Finding]:
                 )
 
 
+def _in_words(name: str, notebook: NotebookNode) -> Iterator[Finding]:
+    """Text cells for answers that do not say, or not plainly, what is to be written in them."""
+    seen: dict[str, str] = {}
+    for cell in notebook.cells:
+        if cell.cell_type != "markdown" or not student_notebooks.is_answer(cell):
+            continue
+        where = in_cell(name, cell.id)
+        if words.where_of(cell) is None:
+            yield Finding(
+                where,
+                _('its metadata should have "{key}": {{"question": ..., "part": ...}}.').format(key=words.KEY),
+            )
+        found = words.headings(cell.source.partition(words.BEGIN)[0])
+        if len(found) != 1:
+            yield Finding(
+                where,
+                _("it should begin with one heading for students, such as {example}").format(
+                    example=words.heading("Your answer: 1.1, why")
+                ),
+            )
+        for heading in found:
+            if heading in seen:
+                yield Finding(where, _("it has the heading of cell {other!r}, too.").format(other=seen[heading]))
+            seen[heading] = cell.id
+
+
 def _form(course: Course, name: str, notebook: NotebookNode) -> Iterator[Finding]:
     """What a run of the notebook, or its student version, would stumble over."""
-    tagged = [cell.id for cell in notebook.cells if _PARAMETERS in cell.metadata.get("tags", [])]
+    tagged = [cell.id for cell in notebook.cells if student_notebooks.PARAMETERS_TAG in cell.metadata.get("tags", [])]
     if len(tagged) != 1:
         yield Finding(
             name,
@@ -80,7 +112,8 @@ def _form(course: Course, name: str, notebook: NotebookNode) -> Iterator[Finding
         )
     for cell in notebook.cells:
         released = student_notebooks.INSTRUCTOR_TAG not in cell.metadata.get("tags", [])
-        if released and student_notebooks.BEGIN in cell.source and not student_notebooks.is_answer(cell):
+        solved = student_notebooks.BEGIN in cell.source or words.BEGIN in cell.source
+        if released and solved and not student_notebooks.is_answer(cell):
             yield Finding(
                 in_cell(name, cell.id), _("it has a solution, but its metadata do not make it an answer cell.")
             )

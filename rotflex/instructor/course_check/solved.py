@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
-from rotflex.courseware.run.handed_in import Cell, as_released
+from rotflex.courseware.run.handed_in import Cell, as_released, cells_of
 from rotflex.courseware.run.merge import merged
 from rotflex.errors import AnswerError
 from rotflex.instructor.course import Course
@@ -39,7 +40,7 @@ def check(course: Course) -> Iterator[Finding]:
 
 def judged(course: Course, claims: Claims) -> Iterator[Finding]:
     """What the key makes of the solutions' answers, and of wrong ones made of them."""
-    case = marking.case_of(course, claims, course.bench(STUDENT), _SEED)
+    case = marking.case_of(course, claims, course.true_bench(STUDENT), _SEED)
     for number, checks in course.key.items():
         question = course.catalogue.find(number)
         for part in question.parts:
@@ -104,6 +105,10 @@ def answers_of_solutions(course: Course) -> Claims:
     run = runner.run(made.packed, job)
     claims = decoding.decode(run.answers, _SEED, course.catalogue)
     claims.problems.extend(run.problems)
+    for path in course.notebooks:
+        written = words.written(made.pristine[path.name]["cells"], cells_of(path.read_bytes()))
+        claims = decoding.with_words(claims, written.words, course.catalogue)
+        claims.problems.extend(f"{path.name}: {told}" for told in [*written.problems, *written.notes])
     return claims
 
 

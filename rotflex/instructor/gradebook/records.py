@@ -112,13 +112,18 @@ class Graded:
 
 @dataclass(frozen=True)
 class StudentRecord:
-    """A student; all but the ID may be empty. ``aliases`` are other names by which platforms know them."""
+    """A student; all but the ID may be empty.
+
+    ``aliases`` are other names by which platforms know them; ``enrolled`` says whether they are on the roster, and not
+    only known from what they handed in.
+    """
 
     student: str
     name: str = ""
     email: str = ""
     section: str = ""
     aliases: tuple[str, ...] = ()
+    enrolled: bool = False
 
 
 @dataclass(frozen=True)

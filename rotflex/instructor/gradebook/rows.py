@@ -79,7 +79,9 @@ def known_student(connection: Connection, student: str) -> int:
 
 def student_record(row: Row[Any]) -> StudentRecord:
     """A student from their row."""
-    return StudentRecord(row.student, row.name, row.email, row.section, tuple(row.aliases or ()))
+    details = (row.name, row.email, row.section)
+    enrolled = any(details) if row.enrolled is None else row.enrolled
+    return StudentRecord(row.student, *details, tuple(row.aliases or ()), enrolled)
 
 
 def student_for(connection: Connection, student: str) -> int:
@@ -90,7 +92,8 @@ def student_for(connection: Connection, student: str) -> int:
 
 def add_student(connection: Connection, student: str, details: Mapping[str, Any]) -> int:
     """A new row for a student; its number."""
-    row = {"student": student, "folded": caseless(student), "name": "", "email": "", "section": "", **details}
+    nothing = {"name": "", "email": "", "section": "", "enrolled": False}
+    row = {"student": student, "folded": caseless(student), **nothing, **details}
     return _added(connection, insert(students).values(row))
 
 

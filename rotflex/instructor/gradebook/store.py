@@ -26,7 +26,7 @@ from rotflex.instructor.gradebook.records import (
     RosterReport,
     StudentRecord,
 )
-from rotflex.instructor.gradebook.tables import audit, comments, meta, students
+from rotflex.instructor.gradebook.tables import audit, comments, deliveries, meta, students
 
 
 class Gradebook:
@@ -92,11 +92,11 @@ class Gradebook:
             there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
             for entry in entries:
                 if caseless(entry.student) not in there:
-                    rows.add_student(connection, entry.student, entry.details)
+                    rows.add_student(connection, entry.student, {**entry.details, "enrolled": True})
                     added += 1
                     continue
                 student_id, record = there[caseless(entry.student)]
-                new = {"student": entry.student, **entry.details}
+                new = {"student": entry.student, **entry.details, "enrolled": True}
                 if replace(record, **new) != record:
                     connection.execute(update(students).where(students.c.id == student_id).values(new))
                     changed += 1
@@ -110,7 +110,7 @@ class Gradebook:
 
     # --- what was handed in -------------------------------------------------------------------------------------------
 
-    def deliver(self, student: str, deliveries: Sequence[Delivery]) -> int:
+    def deliver(self, student: str, files: Sequence[Delivery]) -> int:
         """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
 
         What has the name, the digest and the time of one that is there is the same.
@@ -126,7 +126,7 @@ class Gradebook:
             If the student's ID cannot be one, or a file is too large.
         """
         student = storable.student(student)
-        new = list(map(storable.delivery, deliveries))
+        new = list(map(storable.delivery, files))
         with self._database.writing() as connection:
             return rows.put_deliveries(connection, rows.student_for(connection, student), new)
 
@@ -135,6 +135,12 @@ class Gradebook:
         with self._database.reading() as connection:
             student_id = rows.find_student(connection, storable.text(student))
             return [] if student_id is None else rows.newest_deliveries(connection, student_id)
+
+    def handed_in(self) -> list[str]:
+        """Students of whom there are files, graded or not."""
+        found = select(students.c.student).where(students.c.id.in_(select(deliveries.c.student_id)))
+        with self._database.reading() as connection:
+            return list(connection.scalars(found.order_by(students.c.folded)))
 
     # --- runs and marks -----------------------------------------------------------------------------------------------
 

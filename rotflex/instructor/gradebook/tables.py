@@ -73,6 +73,7 @@ students = Table(
     _must("email", Text),
     _must("section", Text),
     Column("aliases", JSON),  # NULL: none
+    Column("enrolled", Boolean),  # NULL: not known, from before it was kept
 )
 
 #: The files that students handed in, each version of them.

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rotflex.courseware import answers, expressions, forms
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
+from rotflex.courseware.words import Words
 from rotflex.errors import AnswerError
 from rotflex.instructor.marking.time_limit import within
 
@@ -93,6 +94,33 @@ def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer:
         claims.malformed[number, name] = _("It cannot be worked out ({error_type}).").format(
             error_type=type(error).__name__
         )
+
+
+def with_words(claims: Claims, written: Mapping[tuple[str, str], Words], catalogue: Catalogue) -> Claims:
+    """Claims with the answers in words that the saved notebooks hold; they count before what a run recorded.
+
+    Parameters
+    ----------
+    claims : of a run; they stay as they are
+    written : (question, part) → words, see :mod:`rotflex.courseware.words`
+    catalogue : of what can be answered
+    """
+    found = replace(
+        claims,
+        values=dict(claims.values),
+        contents=dict(claims.contents),
+        malformed=dict(claims.malformed),
+        problems=list(claims.problems),
+        notes=list(claims.notes),
+    )
+    everything = catalogue.everything
+    for (number, name), words in written.items():
+        if number in everything and name in everything[number].names and everything[number].part(name).kind == "prose":
+            found.malformed.pop((number, name), None)
+            for kept in (found.values, found.contents):
+                kept.pop((number, name), None)
+            _claim(found, catalogue, number, name, {"kind": "prose", "value": words.text})
+    return found
 
 
 def _drop_functions(claims: Claims, catalogue: Catalogue) -> None:

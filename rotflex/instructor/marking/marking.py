@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import traceback
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +19,10 @@ from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.time_limit import within
 from rotflex.instructor.verdicts import Case, Check, Key, Status, Verdict, for_a_person, wrong
 
-_MISSING = "No answer was recorded when your notebooks were run; the line lab.answer(...) says why when you run it."
+_MISSING = _("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
+_SUPPLIED = _(
+    "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
+)
 
 UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
 _PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
@@ -50,21 +56,64 @@ class Mark:
         return self.out_of if self.status is Status.FOR_A_PERSON else 0.0
 
 
-def mark(course: Course, claims: Claims, bench: Any, probe_seed: int) -> list[Mark]:
+@dataclass(frozen=True)
+class About:
+    """What is known of a run besides its answers.
+
+    Attributes
+    ----------
+    missing : (question, part) → why there is no answer
+    supplied : (question, part) of values that an instructor supplied
+    asked : (question, part) that the release which was worked with asks; None if that is all that the course asks
+    """
+
+    missing: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    supplied: Collection[tuple[str, str]] = ()
+    asked: Collection[tuple[str, str]] | None = None
+
+
+class KeyFault(Exception):
+    """A check of the key that failed for a reason of its own; the message names its place."""
+
+
+def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: About = About()) -> list[Mark]:
     """Marks for every part of every question in the key, in its order.
+
+    A fault of the key costs the part that it marks, and no other.
 
     Parameters
     ----------
     course : with the key
-    claims : from :func:`rotflex.instructor.marking.decoding.decode`
+    claims : from :func:`rotflex.instructor.marking.decoding.decode`; faults of the key are added to its problems
     bench : the student's own, as it really is: what ``course.bench`` gives
     probe_seed : from which the inputs of functions were drawn
+    about : what else is known of the run
     """
     case = case_of(course, claims, bench, probe_seed)
     marks = []
     for number, checks in course.key.items():
         question = course.catalogue.find(number)
-        marks += [mark_part(question, part, checks[part.name], claims, case) for part in question.parts]
+        for part in question.parts:
+            where = (number, part.name)
+            if about.asked is not None and where not in about.asked:
+                continue
+            try:
+                one = mark_part(question, part, checks[part.name], claims, case)
+            except KeyFault as fault:
+                claims.problems.append(
+                    _("{number}, {part} is not marked: the key failed. {fault}").format(
+                        number=number, part=part.name, fault=fault
+                    )
+                )
+                why = _("The key that it is marked by has a fault; it will be marked when that is mended.")
+                given = _given(part, claims.contents[where], claims.values[where])
+                one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
+            if where in about.supplied:
+                why = about.missing.get(where, "")
+                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
+            elif one.status is Status.MISSING and where in about.missing:
+                one = replace(one, reason=about.missing[where])
+            marks.append(one)
     return marks
 
 
@@ -74,11 +123,17 @@ def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case
     def own(question: str, part: str) -> Any:
         return claims.values[question, part]  # a KeyError is a LookupError
 
-    return Case(bench, own, probe_seed, course.knows_bench(claims.bench))
+    return Case(bench, own, probe_seed, course.knows_bench(course.parameters))
 
 
 def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
-    """The mark for one part."""
+    """The mark for one part.
+
+    Raises
+    ------
+    KeyFault
+        If its check fails for a reason of its own.
+    """
     where = (question.number, part.name)
     given = ""
     if where in claims.values:
@@ -104,6 +159,20 @@ def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
                 error_type=type(error).__name__, error=error
             )
         )
+    except Exception as error:
+        raise KeyFault(_where(error)) from error
+
+
+def _where(error: Exception) -> str:
+    """What failed, and the line of the course's that it came from: the last that is none of the package's."""
+    ours = Path(__file__).resolve().parent
+    lines = [one for one in traceback.extract_tb(error.__traceback__) if Path(one.filename).resolve().parent != ours]
+    what = f"{type(error).__name__}: {error}"
+    if not lines:
+        return what
+    return _("{what} ({file}, line {line})").format(
+        what=what, file=Path(lines[-1].filename).name, line=lines[-1].lineno
+    )
 
 
 def _given(part: Part, content: dict[str, Any], value: Any) -> str:
@@ -122,10 +191,10 @@ def unmarked(key: Key, claims: Claims) -> list[str]:
     return [_("Question {number} {unmarked}").format(number=number, unmarked=UNMARKED) for number in numbers]
 
 
-def nothing_earned(course: Course, reason: str) -> list[Mark]:
-    """Marks for a submission of which nothing could be read."""
+def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING) -> list[Mark]:
+    """Marks for a submission of which nothing could be read, or none that could be marked."""
     return [
-        Mark(number, part.name, Status.MISSING, 0.0, part.points, reason)
+        Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key
         for part in course.catalogue.find(number).parts
     ]

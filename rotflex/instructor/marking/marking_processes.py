@@ -8,24 +8,31 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import json
 import multiprocessing
 import os
 import threading
+from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from rotflex.courseware import student_id
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.messages import _
+from rotflex.courseware.words import Words
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.course import Course
 from rotflex.instructor.marking import decoding, marking
-from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.marking.decoding import Claims
+from rotflex.instructor.marking.marking import About, Mark
 
 _MEMORY = 4 * 1024**3  # bytes of address space
 _IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
 _PATIENCE = 600.0  # s for all answers of a submission
+_LONGEST_BENCH = 200  # characters of what answers say of their bench, in a message
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,28 @@ class Marked:
     marks: tuple[Mark, ...]
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A submission to be marked.
+
+    Attributes
+    ----------
+    student : whose bench it was run on
+    answers : what the run left; None if nothing
+    probe_seed : from which the inputs of functions were drawn
+    words : the answers in words, from the saved notebooks
+    about : what else is known of the run
+    policy : which bench each student has, if not as the course's settings say
+    """
+
+    student: str
+    answers: bytes | None
+    probe_seed: int
+    words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
+    about: About = field(default_factory=About)
+    policy: BenchPolicy | None = None
 
 
 class Marker:
@@ -69,7 +98,7 @@ class Marker:
         with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
             self._pool.submit(_warm)
 
-    def mark(self, student: str, answers: bytes | None, probe_seed: int) -> Marked:
+    def mark(self, asked: Asked) -> Marked:
         """Mark a submission's answers.
 
         Raises
@@ -79,7 +108,7 @@ class Marker:
         """
         pool = self._pool
         try:
-            return pool.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
+            return pool.submit(_mark, asked).result(timeout=_PATIENCE)
         except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
             with self._lock:
                 if self._pool is pool:
@@ -88,7 +117,7 @@ class Marker:
         # It may have been another submission's answers that broke the pool.
         alone = self._new_pool(1)
         try:
-            return alone.submit(_mark, student, answers, probe_seed).result(timeout=_PATIENCE)
+            return alone.submit(_mark, asked).result(timeout=_PATIENCE)
         except (BrokenExecutor, TimeoutError) as error:
             raise GradingError(
                 _("The answers could not be marked ({error_type}).").format(error_type=type(error).__name__)
@@ -132,12 +161,31 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _mark(student: str, answers: bytes | None, probe_seed: int) -> Marked:
+def _mark(asked: Asked) -> Marked:
     (course,) = _courses
-    claims = decoding.decode(answers, probe_seed, course.catalogue)
-    if claims.student and student_id.caseless(claims.student) != student_id.caseless(student):
+    claims = decoding.decode(asked.answers, asked.probe_seed, course.catalogue)
+    if claims.student and student_id.caseless(claims.student) != student_id.caseless(asked.student):
         claims.notes.append(
             _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
         )
-    marks = marking.mark(course, claims, course.bench(student), probe_seed)
+    bench = course.true_bench(asked.student, asked.policy)
+    claims.problems.extend(_other_bench(course, bench, claims))
+    claims = decoding.with_words(claims, asked.words, course.catalogue)
+    marks = marking.mark(course, claims, bench, asked.probe_seed, asked.about)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
+
+
+def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
+    """A message where answers say that they come from another bench than the one that they were run on."""
+    identity = getattr(bench, "identity", None)
+    if not claims.bench or identity is None:
+        return []
+    # Earlier releases may have said less of a bench.
+    if all(claims.bench[name] == value for name, value in identity.items() if name in claims.bench):
+        return []
+    return [
+        _(
+            "The answers say that they come from another bench than the one on which they were run: {claimed}. They "
+            "are marked by the one on which they were run."
+        ).format(claimed=json.dumps(claims.bench, sort_keys=True)[:_LONGEST_BENCH])
+    ]

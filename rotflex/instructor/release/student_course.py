@@ -14,15 +14,18 @@ import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from rotflex.courseware import files
+from rotflex.courseware import course_file, files
+from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
-from rotflex.instructor.release import student_notebooks
+from rotflex.instructor.release import identity, student_notebooks
+from rotflex.instructor.release.identity import DATA, NOTEBOOKS
 
 DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
-_COURSE = "_course"  # in the package, where an installed one has its notebooks
+_COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
 _NEVER = ("__pycache__", "*.pyc", ".*")
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold; every file bears it, so that bytes repeat
 
@@ -48,21 +51,42 @@ Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex
 JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID that your instructor knows you by: your
 own virtual bench is made from it.
 
-Write in the cells that say `# Your code here.` and leave the others as they are: when your work is marked, the code of
-those cells is taken over, and nothing else. Before you hand in, choose *Kernel → Restart Kernel and Run All Cells…* in
-each notebook and see that it runs to its end.
+Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
+Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside
+the notebooks: when your work is marked, your notebooks are run from the first cell to the last, with your answers, your
+cells and your files. The course's own cells are run as the course has them.
 
-Hand in the folder `notebooks`, or a zip of it.
+Save, and see beforehand what comes of it, and what does not, and why; nothing is marked by it:
+
+    .venv/bin/rotflex check
+
+If you changed or deleted something of the course's in a notebook, say in `02_...`, this gives it back, and touches no
+answer:
+
+    .venv/bin/rotflex restore 02
+
+To hand in, say
+
+    .venv/bin/rotflex submit
+
+It checks once more, and packs all that counts into one zip named by your ID (`--with THEIR-ID` if you worked with
+somebody), beside the folder `notebooks`. Upload that one file; the receipt says what is in it. (The folder `notebooks`,
+or a zip of it, is taken as well.) In a notebook the three are `lab.check()`, `lab.restore("02")` and `lab.submit()`.
+
+If your instructor hands out a newer release: unpack it somewhere else, not over this folder. Then, in this folder, say
+`.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
+become the new ones, and copies of your notebooks as they were are kept.
 """
 
 
 @dataclass(frozen=True)
 class Release:
-    """Where a release lies, and the names of its notebooks."""
+    """Where a release lies, the names of its notebooks, and what it is known by."""
 
     folder: Path
     archive: Path
     notebooks: tuple[str, ...]
+    id: str
 
 
 def derived(course: Course) -> dict[str, str]:
@@ -132,21 +156,23 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
             )
         )
     texts = derived(course)
-    about = _distribution()
-    (folder / "notebooks").mkdir(parents=True)
+    distribution = _distribution()
+    (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
-        (folder / "notebooks" / name).write_text(content, encoding="utf-8", newline="\n")
+        (folder / NOTEBOOKS / name).write_text(content, encoding="utf-8", newline="\n")
     for name in course.packages:
         _copy_package(package_folder(name), folder / name)
+    about = course_file.text(_about(course, folder))
+    (folder / NOTEBOOKS / COURSE_FILE).write_text(about, encoding="utf-8", newline="\n")
     if with_data:
         if not course.data.is_dir():
             raise GradingError(_("There is no data to hand out: {folder} is missing.").format(folder=course.data))
-        shutil.copytree(course.data, folder / "data", ignore=shutil.ignore_patterns(*_NEVER))
-    (folder / "LICENSE").write_text(_licence(about), encoding="utf-8", newline="\n")
-    python = (about.metadata["Requires-Python"] or "").removeprefix(">=")
+        shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
+    (folder / "LICENSE").write_text(_licence(distribution), encoding="utf-8", newline="\n")
+    python = (distribution.metadata["Requires-Python"] or "").removeprefix(">=")
     readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem)
     (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
-    project = _project_file(course, about, with_data)
+    project = _project_file(course, distribution, with_data)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
     return tuple(texts)
 
@@ -175,12 +201,27 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
     with tempfile.TemporaryDirectory(prefix=".rotflex-release-", dir=out) as scratch:
         built = Path(scratch) / course.name
         names = build(course, built, with_data)
+        about = course_file.read(built / NOTEBOOKS) or {}
         _write_archive(built, Path(scratch) / archive.name)
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
         (Path(scratch) / archive.name).replace(archive)
-    return Release(folder, archive, names)
+    return Release(folder, archive, names, about[course_file.RELEASE])
+
+
+def _about(course: Course, folder: Path) -> dict[str, Any]:
+    """The ``course.json`` of the release in a folder: what of the settings concerns students, and its name."""
+    settings = course.settings
+    about = {
+        course_file.STUDENT: "",
+        "title": course.title,
+        "term": settings.term,
+        "draw": settings.bench.draw,
+        "bench": settings.bench.plain(),
+    }
+    name = identity.name_of(identity.contents(folder), about, settings.term or course.name)
+    return {**about, course_file.RELEASE: name}
 
 
 def _copy_package(package: Path, target: Path) -> None:
@@ -225,9 +266,9 @@ def _project_file(course: Course, about: importlib.metadata.Distribution, with_d
         "dynamic": ["version"],
         "dependencies": needed,
     }
-    installed = {"notebooks": f"{DISTRIBUTION}/{_COURSE}/notebooks"}
+    installed = {NOTEBOOKS: f"{DISTRIBUTION}/{course_file.RELEASED.as_posix()}"}
     if with_data:
-        installed["data"] = f"{DISTRIBUTION}/{_COURSE}/data"
+        installed[DATA] = f"{DISTRIBUTION}/{_COURSE}/{DATA}"
     return "\n".join(
         [
             "[build-system]",

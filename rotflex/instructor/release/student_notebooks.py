@@ -1,8 +1,10 @@
 """The course's notebooks: what a student gets of an instructor's notebook, and which of its cells are answers.
 
 In an instructor's notebook, the part of an answer cell that students are to write stands between two lines,
-``### BEGIN SOLUTION`` and ``### END SOLUTION``; cells tagged ``instructor`` are for instructors' eyes only. Points
-stand in the catalogue alone, and are written into the cells here.
+``### BEGIN SOLUTION`` and ``### END SOLUTION``; in a text cell for an answer in words they are
+``<!-- BEGIN SOLUTION -->`` and ``<!-- END SOLUTION -->``, which are not seen when the cell is rendered. Cells tagged
+``instructor`` are for instructors' eyes only. Points stand in the catalogue alone, and are written into the cells here.
+So is what students may change: answers, the parameters, and cells tagged ``open``, which a text asks them to change.
 """
 
 from __future__ import annotations
@@ -12,7 +14,9 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
+from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
@@ -34,8 +38,9 @@ from nbformat.reader import NotJSONError  # noqa: E402
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 STUB = "# Your code here."
-INSTRUCTOR_TAG = "instructor"
-_KEPT_CELL_METADATA = ("deletable", "editable", "jupyter", "nbgrader", "tags")
+_WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
+INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = "instructor", "open", "parameters"
+_KEPT_CELL_METADATA = ("jupyter", "nbgrader", "tags", words.KEY)
 
 
 def read(path: Path) -> NotebookNode:
@@ -73,31 +78,27 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
     ------
     GradingError
         If a solution would stay in it: markers that do not pair, or an answer cell without any. If a cell records what
-        the catalogue does not have.
+        the catalogue does not have, or is for words and does not say of which question.
     """
     points = points_of(notebook, name, catalogue)
+    asked = _asked_in(notebook)
     cells = []
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
-        where = _("{name}, cell {cell!r}").format(name=name, cell=cell.id)
-        source = _without_solutions(cell.source, where)
-        if is_answer(cell) and source == cell.source:
-            raise GradingError(
-                _("{where}: an answer cell without {begin!r} would be released with its solution.").format(
-                    where=where, begin=BEGIN
-                )
-            )
-        if cell.cell_type != "code" and source != cell.source:
-            raise GradingError(_("{where}: a solution must be in a code cell.").format(where=where))
-        metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata}
+        source = _released_source(cell, _("{name}, cell {cell!r}").format(name=name, cell=cell.id))
+        if cell.id in asked:
+            cells.append(_band(cell.id, asked[cell.id]))
+        if cell.id in asked and not source.startswith("%%"):  # a cell magic must come first
+            source = f"# {words.MARK} Your answer: {', '.join(asked[cell.id])} ".ljust(_WIDTH, "─") + f"\n{source}"
+        metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata} | _locks(cell)
         if cell.id in points:
             metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}
         kept = NotebookNode(id=cell.id, cell_type=cell.cell_type, metadata=NotebookNode(metadata), source=source)
         if cell.cell_type == "code":
             kept.update(execution_count=None, outputs=[])
-        elif "attachments" in cell:
-            kept["attachments"] = cell.attachments
+        elif shown := {name: data for name, data in cell.get("attachments", {}).items() if _shows(source, name)}:
+            kept["attachments"] = shown
         cells.append(kept)
     about = {"language_info": {"name": "python"}}
     if "kernelspec" in notebook.metadata:
@@ -106,6 +107,58 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         {"cells": cells, "metadata": about, "nbformat": notebook.nbformat, "nbformat_minor": notebook.nbformat_minor}
     )
     return released
+
+
+def _released_source(cell: NotebookNode, where: str) -> str:
+    """What a cell holds for students."""
+    in_words = is_answer(cell) and cell.cell_type == "markdown"
+    if in_words and words.where_of(cell) is None:
+        raise GradingError(
+            _('{where}: its metadata should have "{key}": {{"question": ..., "part": ...}}.').format(
+                where=where, key=words.KEY
+            )
+        )
+    begin, end, stub = (words.BEGIN, words.END, words.STUB) if in_words else (BEGIN, END, STUB)
+    source = _without_solutions(cell.source, where, begin, end, stub)
+    if is_answer(cell) and source == cell.source:
+        raise GradingError(
+            _("{where}: an answer cell without {begin!r} would be released with its solution.").format(
+                where=where, begin=begin
+            )
+        )
+    if cell.cell_type != "code" and not in_words and source != cell.source:
+        raise GradingError(_("{where}: a solution must be in a code cell, or in an answer cell.").format(where=where))
+    return source
+
+
+def _locks(cell: NotebookNode) -> dict[str, bool]:
+    """What JupyterLab lets students do with a cell, by what the cell is for."""
+    tags = cell.metadata.get("tags", [])
+    if is_answer(cell) or PARAMETERS_TAG in tags or OPEN_TAG in tags:
+        return {"deletable": False}
+    return {"deletable": False, "editable": False}
+
+
+def _band(answer: str, questions: list[str]) -> NotebookNode:
+    """The line in colour above an answer cell with code, which cannot have a colour itself."""
+    label = _("Your answer: {questions} (code, in the next cell)").format(questions=", ".join(questions))
+    metadata = NotebookNode(deletable=False, editable=False)
+    return NotebookNode(id=f"{answer}-here", cell_type="markdown", metadata=metadata, source=words.heading(label))
+
+
+def _shows(source: str, name: str) -> bool:
+    """Whether a text shows the picture of a name."""
+    return f"attachment:{name}" in source or f"attachment:{quote(name)}" in source
+
+
+def _asked_in(notebook: NotebookNode) -> dict[str, list[str]]:
+    """Id of each code answer cell → the questions that are recorded of it."""
+    answers = {cell.id: cell for cell in notebook.cells if is_answer(cell)}
+    found: dict[str, list[str]] = {}
+    for latest, one in _by_answer(notebook):
+        if latest and answers[latest].cell_type == "code" and one.question not in found.setdefault(latest, []):
+            found[latest].append(one.question)
+    return found
 
 
 def text(notebook: NotebookNode) -> str:
@@ -119,13 +172,13 @@ def is_answer(cell: NotebookNode) -> bool:
 
 
 def answer_cells(notebook: NotebookNode) -> list[str]:
-    """The ids of a course notebook's answer cells, in order."""
-    return [cell.id for cell in notebook.cells if is_answer(cell)]
+    """The ids of a course notebook's answer cells with code, in order."""
+    return [cell.id for cell in notebook.cells if is_answer(cell) and cell.cell_type == "code"]
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a locked cell records: ``lab.answer(question, part=..., ...)``.
+    """What a locked cell records: ``lab.answer(question, part=..., ...)``; or a text cell, which is the answer itself.
 
     Attributes
     ----------
@@ -146,6 +199,9 @@ class Recorded:
 def recorded(notebook: NotebookNode) -> Iterator[Recorded]:
     """What the cells of a course notebook record, in order. (Cells that are not Python alone record nothing.)"""
     for cell in notebook.cells:
+        where = words.where_of(cell)
+        if where is not None and is_answer(cell):
+            yield Recorded(cell.id, where[0], (where[1],))
         if cell.cell_type != "code" or is_answer(cell):
             continue
         try:
@@ -182,44 +238,49 @@ def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
 
 
 def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, float]:
-    """Id of each answer cell → points of what is recorded of it before the next answer cell.
+    """Id of each answer cell → points of what is recorded of it before the next answer cell, or of its words.
 
     Raises
     ------
     GradingError
         If a cell records what the catalogue does not have.
     """
-    by_cell: dict[str, list[Recorded]] = {}
-    for one in recorded(notebook):
-        by_cell.setdefault(one.cell, []).append(one)
-    points: dict[str, float] = {}
-    latest = ""
-    for cell in notebook.cells:
-        if is_answer(cell):
-            latest = cell.id
-            points[latest] = 0
-        for one in by_cell.get(cell.id, ()):
-            try:
-                question = catalogue.find(one.question)
-                sums = sum(question.part(part).points for part in one.of(question))
-            except AnswerError as error:
-                raise GradingError(
-                    _("{name}, cell {cell!r}: {error}").format(name=name, cell=cell.id, error=error)
-                ) from None
-            if latest:
-                points[latest] += sums
+    points: dict[str, float] = {cell.id: 0 for cell in notebook.cells if is_answer(cell)}
+    for latest, one in _by_answer(notebook):
+        try:
+            question = catalogue.find(one.question)
+            sums = sum(question.part(part).points for part in one.of(question))
+        except AnswerError as error:
+            raise GradingError(
+                _("{name}, cell {cell!r}: {error}").format(name=name, cell=one.cell, error=error)
+            ) from None
+        if latest:
+            points[latest] += sums
     return {cell: int(value) if value == int(value) else value for cell, value in points.items()}
 
 
-def _without_solutions(source: str, where: str) -> str:
+def _by_answer(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:
+    """What is recorded, with the answer cell that it is recorded of: a text cell itself, or the last one with code."""
+    by_cell: dict[str, list[Recorded]] = {}
+    for one in recorded(notebook):
+        by_cell.setdefault(one.cell, []).append(one)
+    latest = ""
+    for cell in notebook.cells:
+        if is_answer(cell) and cell.cell_type == "code":
+            latest = cell.id
+        for one in by_cell.get(cell.id, ()):
+            yield (cell.id if is_answer(cell) else latest), one
+
+
+def _without_solutions(source: str, where: str, begin: str, end: str, stub: str) -> str:
     kept, inside = [], False
     for line in source.split("\n"):
         word = line.strip()
-        if word == (END if inside else BEGIN):
+        if word == (end if inside else begin):
             if not inside:
-                kept.append(line[: len(line) - len(line.lstrip())] + STUB)
+                kept.append(line[: len(line) - len(line.lstrip())] + stub)
             inside = not inside
-        elif word in (BEGIN, END):
+        elif word in (begin, end):
             raise GradingError(
                 _("{where}: {word!r} without its {which}.").format(
                     where=where, word=word, which=_("end") if inside else _("beginning")
@@ -228,11 +289,11 @@ def _without_solutions(source: str, where: str) -> str:
         elif "BEGIN SOLUTION" in line.upper() or "END SOLUTION" in line.upper():
             raise GradingError(
                 _("{where}: {word!r} should be exactly {begin!r} or {end!r}, alone on its line.").format(
-                    where=where, word=word, begin=BEGIN, end=END
+                    where=where, word=word, begin=begin, end=end
                 )
             )
         elif not inside:
             kept.append(line)
     if inside:
-        raise GradingError(_("{where}: {begin!r} without its end.").format(where=where, begin=BEGIN))
+        raise GradingError(_("{where}: {begin!r} without its end.").format(where=where, begin=begin))
     return "\n".join(kept)

@@ -1,90 +1,175 @@
-"""Marks for people: ``grades.csv``, and for each student ``marks.json`` and ``feedback.html``."""
+"""Marks for people, all of them from the gradebook and its roster, whatever was graded just now.
+
+``grades.csv`` has a row for everybody; each student of whom something was graded has ``marks.json`` and
+``feedback.html`` in a folder of their own.
+"""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
+from collections.abc import Collection
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import rotflex
 from rotflex.courseware import files
-from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
-from rotflex.courseware.student_id import GRADES_FILE
+from rotflex.courseware.student_id import GRADES_FILE, caseless
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook import Graded
-from rotflex.instructor.reports import feedback
-from rotflex.instructor.reports.feedback import points
-from rotflex.instructor.reports.result import Result, result_of
-from rotflex.instructor.reports.safe_text import spreadsheet_cell
+from rotflex.instructor.course import Course
+from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRecord
+from rotflex.instructor.reports import feedback, grades_table
+from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
+from rotflex.instructor.reports.result import Result, lapse, result_of
+
+_PROBE = ".rotflex-probe"  # written, and taken away again
+MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
 
 
-class Reports:
-    """The folder of results: ``grades.csv``, and for each student ``marks.json`` and ``feedback.html``.
-
-    Parameters
-    ----------
-    out : the folder; made if needed
-    catalogue : of the course, for the questions' titles
+def make_folder(out: Path) -> None:
+    """Make the folder of results, unless it is there, and see that it can be written to: before a class is run.
 
     Raises
     ------
     GradingError
-        If it cannot be made.
+        If it cannot.
+    """
+    table = out / GRADES_FILE
+    if table.is_dir():
+        raise GradingError(
+            _("{table} is a folder, where a file is to be written. Move it away, or choose another folder.").format(
+                table=table
+            )
+        )
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / _PROBE
+        files.write(probe, b"")
+        probe.unlink()
+    except OSError as error:
+        raise GradingError(_("There can be no results in {out}: {why}.").format(out=out, why=error.strerror)) from None
+
+
+class Reports:
+    """The folder of results.
+
+    In a ``with`` block, everybody's reports are written at its end, also where an error or an interrupt ends it.
+
+    Parameters
+    ----------
+    out : the folder; made if needed
+    course : whose questions these are
+    book : what the reports are made from
+    handed_in : students who are known to have handed in something, besides those of whom the gradebook knows it
+
+    Raises
+    ------
+    GradingError
+        If the folder cannot be made.
     """
 
-    def __init__(self, out: Path, catalogue: Catalogue) -> None:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise GradingError(
-                _("There can be no results in {out}: {why}.").format(out=out, why=error.strerror)
-            ) from None
-        self._out, self._catalogue = out, catalogue
-        self._results: dict[str, Result] = {}
+    def __init__(self, out: Path, course: Course, book: Gradebook, handed_in: Collection[str] = ()) -> None:
+        make_folder(out)
+        self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
+        self._failures: dict[Path, str] = {}
 
     def __enter__(self) -> Reports:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        self.write_all()
 
     def write(self, graded: Graded) -> Result:
-        """Put a student's pages in place of earlier ones."""
-        result = result_of(graded)
+        """Write a student's pages in place of earlier ones. What cannot be written is told by :meth:`write_all`."""
+        about = {caseless(one.student): one for one in self._book.students()}.get(caseless(graded.run.student))
+        return self._pages(graded, about)
+
+    @property
+    def closed(self) -> str:
+        """What an instructor should know of pages that students may not see yet; "" where they may."""
+        seen = self._course.settings.feedback
+        if seen.opens is None or seen.is_open(datetime.now(UTC)):
+            return ""
+        return _(
+            "Feedback pages say that they open at {when:%Y-%m-%d %H:%M %Z} (course.toml); then say rotflex report."
+        ).format(when=seen.opens)
+
+    def write_all(self) -> int:
+        """Write everybody's pages, and ``grades.csv``.
+
+        Returns
+        -------
+        int
+            How many students there are.
+
+        Raises
+        ------
+        GradingError
+            If something of it cannot be written; all that can be is written.
+        """
+        self._failures.clear()
+        waiting = {caseless(one): StudentRecord(one) for one in (*self._handed_in, *self._book.handed_in())}
+        everybody = waiting | {caseless(one.student): one for one in self._book.students()}
+        rows: list[Result | Unmarked] = []
+        for known_as, about in sorted(everybody.items()):
+            graded = self._book.current(about.student)
+            if graded is None:
+                rows.append(Unmarked(about, NOT_GRADED_YET if known_as in waiting else NOTHING_HANDED_IN))
+            else:
+                rows.append(self._pages(graded, about))
+        if rows:
+            self._write(self._out / GRADES_FILE, grades_table.text(rows, self._course.key))
+        if self._failures:
+            raise _not_written(self._failures)
+        return len(rows)
+
+    def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
+        result = result_of(graded, about, self._book.comments(graded.run.student))
         folder = self._out / result.student
-        folder.mkdir(exist_ok=True)
-        totals = {"total": result.total, "out_of": result.out_of, "awaiting": result.awaiting}
-        record = {**asdict(result), **totals, "software": f"rotflex {rotflex.__version__}"}
-        files.write(folder / "marks.json", json.dumps(record, indent=1, sort_keys=True) + "\n")
-        files.write(folder / "feedback.html", feedback.page(result, self._catalogue))
-        self._results[result.student] = result
+        self._write(folder / MARKS_FILE, json.dumps(_record(result), indent=1, sort_keys=True) + "\n")
+        self._write(folder / FEEDBACK_FILE, self._feedback(result, graded.run))
         return result
 
-    def close(self) -> None:
-        """Write ``grades.csv`` with all that were written."""
-        if self._results:
-            write_grades(self._out / GRADES_FILE, [self._results[student] for student in sorted(self._results)])
+    def _feedback(self, result: Result, run: RunRecord) -> str:
+        """What a student may see now."""
+        course, settings = self._course, self._course.settings
+        opens = settings.feedback.opens
+        if opens is not None and not settings.feedback.is_open(datetime.now(UTC)):
+            return feedback.not_open_yet(result, opens, course.title, settings.term)
+        return feedback.page(result, course.catalogue, course.title, run, settings.term, settings.feedback)
+
+    def _write(self, path: Path, content: str) -> None:
+        try:
+            path.parent.mkdir(exist_ok=True)
+            files.write(path, content)
+        except OSError as error:
+            self._failures[path] = error.strerror or str(error)
 
 
-def write_grades(path: Path, results: list[Result]) -> None:
-    """One row for each student, one column for each question that has points."""
-    table = io.StringIO(newline="")
-    writer = csv.writer(table)
-    questions = list(results[0].by_question()) if results else []
-    writer.writerow(["student", *questions, "total", "out_of", "awaiting a person", "notes"])
-    for result in results:
-        earned = result.by_question()
-        writer.writerow(
-            [
-                spreadsheet_cell(result.student),
-                *(points(earned[number][0]) for number in questions),
-                points(result.total),
-                points(result.out_of),
-                points(result.awaiting),
-                spreadsheet_cell(" ".join((*result.problems, *result.notes, result.stamp))),
-            ]
-        )
-    files.write(path, table.getvalue())
+def _not_written(failures: dict[Path, str]) -> GradingError:
+    path, why = next(reversed(failures.items()))  # of grades.csv, if it is among them
+    others = _(" So it is with {count} more.").format(count=len(failures) - 1) if len(failures) > 1 else ""
+    return GradingError(
+        _(
+            "{path} cannot be written: {why}.{others} All marks are in the gradebook: when that is mended, "
+            "`rotflex report` writes what is missing."
+        ).format(path=path, why=why, others=others)
+    )
+
+
+def _record(result: Result) -> dict[str, Any]:
+    """A student's marks as plain data."""
+    totals = {
+        "total": result.total,
+        "out_of": result.out_of,
+        "awaiting": result.awaiting,
+        "not_marked": result.not_marked,
+        "software": f"rotflex {rotflex.__version__}",
+    }
+    comments = [
+        {"question": one.question, "text": one.text, "by": one.actor, "when": one.when.isoformat()}
+        for one in result.comments
+    ]
+    return {**asdict(result), **totals, "comments": comments, "lapsed": list(map(lapse, result.lapsed))}

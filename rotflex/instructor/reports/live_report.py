@@ -7,11 +7,11 @@ import sys
 from types import TracebackType
 
 from rotflex.courseware.messages import _
-from rotflex.instructor.reports.feedback import points
-from rotflex.instructor.reports.result import Result
+from rotflex.instructor.reports.changes import HANDED_IN_AGAIN, Changes
+from rotflex.instructor.reports.result import Result, lapse, points
 from rotflex.instructor.reports.safe_text import no_escapes
 
-_MOST_ROWS = 60  # of the table at the end
+_MOST_ROWS = 60  # of the table at the end; of students whose marks changed, too
 
 
 class ProgressReport:
@@ -40,8 +40,8 @@ class ProgressReport:
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
         pass
 
-    def add(self, ran: bool, result: Result) -> None:
-        """Note one submission, and whether it was run just now."""
+    def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
+        """Note one submission, whether it was run just now, and what changed for a student who had marks before."""
         self.ran += ran
         self.known += not ran
         self.failed += bool(result.problems)
@@ -58,9 +58,9 @@ class JsonLines(ProgressReport):
             self._print({"event": "absent", "student": student})
         return self
 
-    def add(self, ran: bool, result: Result) -> None:
-        """Note one submission, and whether it was run just now."""
-        super().add(ran, result)
+    def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
+        """Note one submission, whether it was run just now, and what changed for a student who had marks before."""
+        super().add(ran, result, changed)
         self._print(
             {
                 "event": "graded",
@@ -69,7 +69,10 @@ class JsonLines(ProgressReport):
                 "points": result.total,
                 "out_of": result.out_of,
                 "awaiting": result.awaiting,
+                "not_marked": result.not_marked,
                 "problems": result.problems,
+                "lapsed": list(map(lapse, result.lapsed)),
+                **({} if changed is None else {"why": changed.why, "changes": changed.as_data()["changes"]}),
                 "stamp": result.stamp,
             }
         )
@@ -105,6 +108,7 @@ class Screen(ProgressReport):
             console=self._console,
         )
         self._results: list[Result] = []
+        self._changed: list[Changes] = []
 
     def __enter__(self) -> Screen:
         for message in self.ignored:
@@ -113,10 +117,12 @@ class Screen(ProgressReport):
         self._task = self._bar.add_task("", total=self.total, counts="")
         return self
 
-    def add(self, ran: bool, result: Result) -> None:
-        """Note one submission, and whether it was run just now."""
-        super().add(ran, result)
+    def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
+        """Note one submission, whether it was run just now, and what changed for a student who had marks before."""
+        super().add(ran, result, changed)
         self._results.append(result)
+        if changed is not None and changed.why != HANDED_IN_AGAIN:
+            self._changed.append(changed)
         counts = _("{ran} run, {known} known, {failed} with trouble").format(
             ran=self.ran, known=self.known, failed=self.failed
         )
@@ -126,12 +132,28 @@ class Screen(ProgressReport):
         self._bar.stop()
         if self._results:
             self._table()
+        self._marked_again()
+        for result in self._results:
+            for given in result.lapsed:
+                self._say(f"{result.student}, {lapse(given)}")
         if self.absent:
-            self._console.print(
-                no_escapes(_("Nothing handed in: {students}").format(students=", ".join(self.absent))), markup=False
-            )
+            self._say(_("Nothing handed in: {students}").format(students=", ".join(self.absent)))
         if kind is not None:
             self._console.print(_("What is graded is in the gradebook: the same command goes on from here."))
+
+    def _say(self, words: str) -> None:
+        self._console.print(no_escapes(words), markup=False, highlight=False, soft_wrap=True)
+
+    def _marked_again(self) -> None:
+        """What changed for those who did nothing for it."""
+        for one in sorted(self._changed, key=lambda one: one.student)[:_MOST_ROWS]:
+            self._say(str(one))
+        if len(self._changed) > _MOST_ROWS:
+            self._say(
+                _("The marks of {count} more changed: rotflex history shows them.").format(
+                    count=len(self._changed) - _MOST_ROWS
+                )
+            )
 
     def _table(self) -> None:
         from rich.table import Table

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rotflex.instructor.gradebook import Graded
+from rotflex.courseware.messages import _
+from rotflex.instructor.gradebook import CommentRecord, GivenMark, Graded, StudentRecord
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.verdicts import Status
+
+#: Nothing is decided yet; not to be taken for no points.
+UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
+
+
+def points(number: float) -> str:
+    """Points for people: "2", "1.5"."""
+    return f"{round(number, 2):g}"
 
 
 @dataclass(frozen=True)
@@ -20,6 +30,9 @@ class Result:
     problems : what went wrong with the submission
     notes : what else is worth knowing
     stamp : how it was run
+    name, email, section : from the roster; empty where it does not say
+    comments : by persons, in order
+    lapsed : marks by persons that do not hold any more
     """
 
     student: str
@@ -27,10 +40,15 @@ class Result:
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     stamp: str = ""
+    name: str = ""
+    email: str = ""
+    section: str = ""
+    comments: tuple[CommentRecord, ...] = ()
+    lapsed: tuple[GivenMark, ...] = ()
 
     @property
     def total(self) -> float:
-        """Points earned."""
+        """Points earned so far."""
         return sum(mark.points for mark in self.marks)
 
     @property
@@ -43,20 +61,68 @@ class Result:
         """Points that a person has yet to give or not."""
         return sum(mark.awaiting for mark in self.marks)
 
-    def by_question(self) -> dict[str, tuple[float, float]]:
-        """Points earned and possible, for each question that has any."""
-        found: dict[str, tuple[float, float]] = {}
+    @property
+    def not_marked(self) -> float:
+        """Points that could not be marked, through a fault of the key."""
+        return sum(mark.out_of for mark in self.marks if mark.status is Status.NOT_MARKED)
+
+    def undecided(self) -> list[Mark]:
+        """What is worth points that nobody has given or refused yet."""
+        return [mark for mark in self.marks if mark.out_of and mark.status in UNDECIDED]
+
+    def by_question(self) -> dict[str, tuple[float | None, float]]:
+        """Points earned and possible, for each question that has any; earned is None where nothing is decided yet."""
+        found: dict[str, tuple[float | None, float]] = {}
         for mark in self.marks:
-            earned, possible = found.get(mark.question, (0.0, 0.0))
-            found[mark.question] = (earned + mark.points, possible + mark.out_of)
-        return {number: sums for number, sums in found.items() if sums[1]}
+            if not mark.out_of:
+                continue
+            earned, possible = found.get(mark.question, (None, 0.0))
+            if mark.status not in UNDECIDED:
+                earned = (earned or 0.0) + mark.points
+            found[mark.question] = (earned, possible + mark.out_of)
+        return found
 
 
-def result_of(graded: Graded) -> Result:
-    """What the gradebook holds of a student, as a result."""
+def result_of(graded: Graded, about: StudentRecord | None = None, comments: Sequence[CommentRecord] = ()) -> Result:
+    """What the gradebook holds of a student, as a result.
+
+    Parameters
+    ----------
+    graded : the run that counts, and its marks
+    about : what the roster says of the student
+    comments : by persons
+    """
     run = graded.run
+    about = about or StudentRecord(run.student)
     marks = tuple(
         Mark(one.question, one.part, Status(one.status), one.points, one.out_of, one.reason, one.given)
         for one in graded.marks
     )
-    return Result(run.student, marks, run.problems, run.notes, run.isolation)
+    return Result(
+        about.student,
+        marks,
+        run.problems,
+        run.notes,
+        run.isolation,
+        about.name,
+        about.email,
+        about.section,
+        tuple(comments),
+        graded.lapsed,
+    )
+
+
+def lapse(given: GivenMark) -> str:
+    """What there is to say of a person's mark that does not hold any more."""
+    mark = given.mark
+    return _(
+        "{question}, {part}: {actor} gave {points:g} of {out_of:g} points on {when:%Y-%m-%d} for another answer than "
+        "there is now, or when there were other points for it. They do not count; a person has to look again."
+    ).format(
+        question=mark.question,
+        part=mark.part,
+        actor=given.actor,
+        points=mark.points,
+        out_of=mark.out_of,
+        when=given.when,
+    )

@@ -1,4 +1,7 @@
-"""What submissions are run with: the course as students have it, built once for a batch, sent along as one zip."""
+"""What submissions are run with: the course as students have it, sent along as one zip.
+
+Work is run with the release that it was begun under: the course as it is now, or one that was handed out before.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +13,35 @@ import shutil
 import tempfile
 import threading
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from rotflex.courseware import course_file, words
+from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
+from rotflex.courseware.run import cell_reports
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.release import student_course, student_notebooks
+from rotflex.instructor.release.identity import NOTEBOOKS
+from rotflex.instructor.release.releases import KeptRelease
+
+if TYPE_CHECKING:
+    from nbformat import NotebookNode
 
 INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
+_REPORTS = Path(cell_reports.__file__)  # goes along with them: the packages of an early release do not have it
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # every file bears it, so that the same course gives the same bytes
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """What all submissions of a batch are run with. Made by :func:`build`.
+    """What submissions are run with. Made by :func:`build` or :func:`of_release`.
 
     Attributes
     ----------
@@ -37,6 +51,9 @@ class Bundle:
     parameters : of the notebooks, besides the student
     imports : modules that notebooks use
     digest : of all of this; another digest is another bundle
+    release : name of the release that it is
+    policy : which bench each student has
+    asked : the (question, part) that its notebooks ask for, of those that the course has
     """
 
     packed: bytes
@@ -45,10 +62,13 @@ class Bundle:
     parameters: Mapping[str, str]
     imports: tuple[str, ...]
     digest: str
+    release: str = ""
+    policy: BenchPolicy = THEIR_OWN
+    asked: frozenset[tuple[str, str]] = frozenset()
 
 
 def build(course: Course) -> Bundle:
-    """The bundle of a course.
+    """The bundle of a course as it is now.
 
     Raises
     ------
@@ -57,22 +77,80 @@ def build(course: Course) -> Bundle:
     """
     with tempfile.TemporaryDirectory(prefix="rotflex-course-") as scratch:
         folder = Path(scratch) / "course"
-        names = student_course.build(course, folder)
-        texts = {name: (folder / "notebooks" / name).read_text(encoding="utf-8") for name in names}
-        cells = {
-            name: student_notebooks.answer_cells(student_notebooks.read(folder / "notebooks" / name)) for name in names
-        }
-        packed = _pack([*(folder / name for name in course.packages), _PROGRAMS])
-    pristine = {name: json.loads(text) for name, text in texts.items()}
-    about = [texts, dict(course.parameters), course.imports]
-    digest = hashlib.sha256(packed + json.dumps(about, sort_keys=True).encode()).hexdigest()
-    return Bundle(packed, pristine, cells, dict(course.parameters), course.imports, digest)
+        student_course.build(course, folder)
+        about = course_file.read(folder / NOTEBOOKS) or {}
+        return _bundle(course, folder, course.packages, about[course_file.RELEASE], course.settings.bench)
 
 
-def _pack(folders: Iterable[Path]) -> bytes:
-    """A zip of some folders, side by side."""
+def of_release(release: KeptRelease, course: Course) -> Bundle:
+    """The bundle of a release that was handed out before, with its notebooks and packages as they were.
+
+    Parameters
+    ----------
+    release : as it was kept
+    course : as it is now
+
+    Raises
+    ------
+    GradingError
+        If the release cannot be read.
+    """
+    with tempfile.TemporaryDirectory(prefix="rotflex-release-") as scratch:
+        folder = Path(scratch)
+        release.unpack(folder)
+        return _bundle(course, folder, release.packages, release.id, release.policy)
+
+
+def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: str, policy: BenchPolicy) -> Bundle:
+    """The bundle of a release that lies in a folder."""
+    paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
+    notebooks = {path.name: student_notebooks.read(path) for path in paths}
+    about = folder / NOTEBOOKS / COURSE_FILE
+    if about.exists():  # where an installed release has it: it says which bench students have
+        place = folder / student_course.DISTRIBUTION / course_file.RELEASED
+        place.mkdir(parents=True)
+        shutil.copyfile(about, place / COURSE_FILE)
+    packed = _pack([*(folder / name for name in packages), _PROGRAMS], {f"{INSIDE}/{_REPORTS.name}": _REPORTS})
+    texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
+    imports = tuple(name for name in course.imports if _is_there(name, folder, packages))
+    depends = [texts, dict(course.parameters), imports]
+    digest = hashlib.sha256(packed + json.dumps(depends, sort_keys=True).encode()).hexdigest()
+    return Bundle(
+        packed=packed,
+        pristine={name: json.loads(text) for name, text in texts.items()},
+        answer_cells={name: student_notebooks.answer_cells(notebook) for name, notebook in notebooks.items()},
+        parameters=dict(course.parameters),
+        imports=imports,
+        digest=digest,
+        release=release,
+        policy=policy,
+        asked=frozenset(_asked(notebooks, course.catalogue)),
+    )
+
+
+def _is_there(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
+    """Whether a module can be imported: an older release may not have all that the course has now."""
+    if module.partition(".")[0] not in packages:
+        return True  # of a library
+    place = folder.joinpath(*module.split("."))
+    return place.with_suffix(".py").is_file() or (place / "__init__.py").is_file()
+
+
+def _asked(notebooks: Mapping[str, NotebookNode], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
+    for notebook in notebooks.values():
+        yield from filter(None, (words.where_of(cell) for cell in notebook.cells))
+        for one in student_notebooks.recorded(notebook):
+            question = catalogue.everything.get(one.question)
+            if question is not None:
+                yield from ((one.question, part) for part in one.of(question) if part in question.names)
+
+
+def _pack(folders: Iterable[Path], more: Mapping[str, Path]) -> bytes:
+    """A zip of some folders, side by side, and of more files: name → where it is."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, path in more.items():
+            archive.writestr(zipfile.ZipInfo(name, _EPOCH), path.read_bytes(), zipfile.ZIP_DEFLATED)
         for folder in folders:
             for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
                 entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", _EPOCH)

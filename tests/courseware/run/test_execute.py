@@ -1,4 +1,4 @@
-"""Notebooks are run as JupyterLab would, with a real kernel each; whatever a cell does, the others are run and it is told."""
+"""Notebooks are run as JupyterLab would, with a real kernel each; whatever a cell does, others run, and it is told."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_what_cannot_be_begun_is_an_error_in_words(tmp_path):
 
 def test_a_kernel_that_does_not_start_is_an_error_that_says_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setattr("ipykernel.kernelspec.make_ipkernel_cmd", lambda: [sys.executable, "-c", "pass"])
-    with pytest.raises(CheckError, match="does not start here.*ipykernel"):
+    with pytest.raises(CheckError, match=r"does not start here.*ipykernel"):
         run(tmp_path, {"one.ipynb": notebook(code("a", "1"))})
 
 
@@ -125,7 +125,8 @@ sys.path[:0] = [{str(ROOT)!r}, {str(ROOT / "tests/helpers")!r}]
 from made_notebooks import code, notebook
 from rotflex.courseware.run import execute
 cell = "import os, pathlib, time; pathlib.Path('pid').write_text(str(os.getpid())); time.sleep(300)"
-execute.run({{"a": notebook(code("a", cell)), "b": notebook(code("b", "1"))}}, pathlib.Path({str(tmp_path)!r}), parameters={{}})
+ran = {{"a": notebook(code("a", cell)), "b": notebook(code("b", "1"))}}
+execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
 """
     child = subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL)
     try:

@@ -105,7 +105,7 @@ def test_what_stopped_and_all_that_builds_on_it():
     assert found.stops == ("1 stopped: NameError, name 'omgea' is not defined, line 3; 2, 3 and 4 build on it.",)
     assert found.missing["1", "x"] == "1 stopped: NameError, name 'omgea' is not defined, line 3."
     assert found.missing["4", "x"] == (
-        "It builds on what stopped before it. 1 stopped: NameError, name 'omgea' is not defined, line 3."
+        "It builds on what stopped before it: 1 (NameError, name 'omgea' is not defined, line 3)."
     )
 
 

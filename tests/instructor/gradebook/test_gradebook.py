@@ -408,7 +408,14 @@ def test_the_same_file_of_the_same_time_is_kept_once(book):
 def test_who_has_handed_in_nothing_has_no_files(book):
     assert book.delivered("ada") == []
     record(book, graded())
-    assert book.delivered("ada") == []
+    assert book.delivered("ada") == book.handed_in() == []
+
+
+def test_who_has_handed_in_is_known_before_anything_is_graded(book):
+    record(book, graded("zoe"))
+    for student in ("bob", "Ada"):
+        book.deliver(student, [handed_in()])
+    assert book.handed_in() == ["Ada", "bob"]
 
 
 def test_hostile_names_of_files_are_kept_as_any_text(book):
@@ -937,7 +944,7 @@ def test_a_gradebook_of_the_first_revision_reads_as_before(url):
     with Gradebook(url) as book:
         assert book.secret() == b"s" * 32
         assert book.current("ada") == one
-        assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A")]
+        assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A", enrolled=True)]
         assert book.delivered("ada") == []
         before = book.dump()
         assert record(book, one) == 0

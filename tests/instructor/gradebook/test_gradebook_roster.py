@@ -14,7 +14,7 @@ from rotflex.courseware.student_id import caseless, normalised
 from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook import Gradebook, Graded, RosterReport, RunRecord, StudentRecord, roster
 
-ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A")
+ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True)
 
 
 @pytest.fixture
@@ -99,9 +99,9 @@ def test_only_what_the_roster_has_a_column_for_changes(imported):
     assert imported("section,id\nC,bob\nA,ADA\nC,eve\n") == (
         RosterReport(added=1, changed=2, unchanged=0),
         [
-            StudentRecord("ADA", ADA.name, ADA.email, "A"),
-            StudentRecord("bob", "Bob", "", "C"),
-            StudentRecord("eve", "", "", "C"),
+            StudentRecord("ADA", ADA.name, ADA.email, "A", enrolled=True),
+            StudentRecord("bob", "Bob", "", "C", enrolled=True),
+            StudentRecord("eve", "", "", "C", enrolled=True),
         ],
     )
     assert imported("student\nbob\n")[0] == RosterReport(added=0, changed=0, unchanged=1)
@@ -111,7 +111,7 @@ def test_those_who_are_graded_already_get_their_names(book, imported):
     run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "isolated")
     book.record(Graded(run, (), "key"), "batch", "")
     report, students = imported("Student,Name\nAda,Ada Lovelace\n")
-    assert (report.changed, students) == (1, [StudentRecord("Ada", "Ada Lovelace")])
+    assert (report.changed, students) == (1, [StudentRecord("Ada", "Ada Lovelace", enrolled=True)])
     assert book.current("Ada").run == run
 
 
@@ -143,7 +143,7 @@ def test_an_id_is_kept_as_everywhere_else(imported):
 
 def test_cells_are_text_whatever_they_begin_with(imported):
     _, (student,) = imported('student,name,email,section\n="0042","=HYPERLINK(""x"")",@ada,-1+1\n')
-    assert student == StudentRecord("0042", '=HYPERLINK("x")', "@ada", "-1+1")
+    assert student == StudentRecord("0042", '=HYPERLINK("x")', "@ada", "-1+1", enrolled=True)
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,10 @@ def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeyp
 def test_other_names_of_a_student_are_kept(book, imported, monkeypatch):
     imported("student,name\nada,Ada\n")
     monkeypatch.setattr(roster, "read", lambda _: ([roster.Entry("ada", {"aliases": ("A. L.", "17")})], []))
-    assert imported("") == (RosterReport(0, 1, 0), [StudentRecord("ada", "Ada", aliases=("A. L.", "17"))])
+    assert imported("") == (
+        RosterReport(0, 1, 0),
+        [StudentRecord("ada", "Ada", aliases=("A. L.", "17"), enrolled=True)],
+    )
     assert imported("")[0] == RosterReport(0, 0, 1)
     assert book.dump()["students"][0]["aliases"] == ["A. L.", "17"]
 

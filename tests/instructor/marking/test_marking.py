@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from dataclasses import replace
@@ -22,9 +21,6 @@ from rotflex.hil.student_benches import student_bench, student_seed
 from rotflex.instructor import course as courses
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.checks import ForAPerson, Number
-from rotflex.instructor.marking.marking import Mark
-from rotflex.instructor.reports import feedback, grades
-from rotflex.instructor.reports.grades import Result
 from rotflex.instructor.verdicts import Status
 from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
@@ -521,46 +517,7 @@ def test_answers_that_the_key_does_not_mark_are_noted():
     assert marking.unmarked(key, read) == ["Question 2.12 was answered; the key does not mark it."]
 
 
-# --- grades and feedback ----------------------------------------------------------------------------------------------
-
-
-def result(student="ada", points=1.0, **others):
-    mark = Mark("2.11", "omega_n", Status.RIGHT, points, 2.0, "Reason.", "19.9 rad/s")
-    return Result(student, (mark,), stamp="Run in isolation.", **others)
-
-
-def test_cells_that_a_spreadsheet_would_calculate_are_made_text(tmp_path):
-    names = ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "plain"]
-    grades.write_grades(tmp_path / "grades.csv", [result(name) for name in names])
-    with (tmp_path / "grades.csv").open(newline="", encoding="utf-8") as file:
-        written = [row["student"] for row in csv.DictReader(file)]
-    assert written == ["'=1+1", "'+1", "'-1", "'@x", "'\tx", "\\rx", "plain"]
-
-
-def test_grades_are_replaced_in_one_go(tmp_path):
-    grades.write_grades(tmp_path / "grades.csv", [result(points=1.0)])
-    grades.write_grades(tmp_path / "grades.csv", [result(points=0.5)])
-    assert [path.name for path in tmp_path.iterdir()] == ["grades.csv"]
-    text = (tmp_path / "grades.csv").read_bytes().decode()
-    assert text == "student,2.11,total,out_of,awaiting a person,notes\r\nada,0.5,0.5,2,0,Run in isolation.\r\n"
-
-
-def test_feedback_escapes_whatever_a_student_can_put_in():
-    evil = "<script>alert(1)</script><img src=x onerror=y>"
-    mark = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0, 1, "A person will read this.", evil)
-    page = feedback.page(Result(evil, (mark,), problems=(evil,), notes=(evil,)), CATALOGUE)
-    assert "<script" not in page and "<img" not in page
-    assert page.count("&lt;script&gt;") == 5  # the title, the heading, the problem, the note, the answer
-
-
-def test_feedback_says_in_words_what_colours_say_and_heads_its_columns():
-    page = feedback.page(result(), CATALOGUE)
-    assert '<html lang="en">' in page and "<title>" in page
-    assert 'scope="col"' in page and 'scope="row"' in page
-    assert ">right<" in page
-
-
-# --- the pages --------------------------------------------------------------------------------------------------------
+# --- what is shown of an answer --------------------------------------------------------------------------------------
 
 
 def test_feedback_shows_the_students_own_expression_and_equation():

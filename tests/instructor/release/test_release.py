@@ -16,7 +16,9 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS
 
+from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.parts import Question, number, prose
 from rotflex.errors import GradingError
 from rotflex.instructor.release import student_course, student_notebooks
 
@@ -61,7 +63,7 @@ def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
     cell.metadata["execution"] = {"iopub.status.busy": "2026"}
     (kept,) = stripped(cell)
     assert (kept.outputs, kept.execution_count) == ([], None)
-    assert set(kept.metadata) == {"nbgrader"}
+    assert set(kept.metadata) == {"deletable", "nbgrader"}
 
 
 @pytest.mark.parametrize(
@@ -80,9 +82,89 @@ def test_an_answer_that_would_be_released_with_its_solution_is_refused_by_name(s
         stripped(answer(source))
 
 
-def test_a_solution_outside_of_code_is_refused():
-    with pytest.raises(GradingError, match="code cell"):
-        stripped(nbformat.v4.new_markdown_cell("### BEGIN SOLUTION\nx\n### END SOLUTION", id="m"))
+def test_a_solution_outside_of_an_answer_cell_is_refused():
+    for source in ("### BEGIN SOLUTION\nx\n### END SOLUTION", f"{words.BEGIN}\nx\n{words.END}"):
+        with pytest.raises(GradingError, match=r"code cell|alone on its line"):
+            stripped(nbformat.v4.new_markdown_cell(source, id="m"))
+
+
+# --- answers in words -------------------------------------------------------------------------------------------------
+
+HEADING = words.heading("Your answer: 1.1, why")
+WORDS_CATALOGUE = Catalogue(
+    [
+        Question("1.1", "1", "demo", "Why", (), (prose("why", "", "Why?", points=3), number("k", "N", None, "", "k?"))),
+        Question("1.2", "1", "demo", "How", (), (prose("how", "", "How?", points=2),)),
+    ]
+)
+
+
+def in_words(source, cell_id="q1-1-why", question="1.1", part="why", **more):
+    about = {"grade_id": cell_id, "solution": True, "grade": True, "locked": False, "schema_version": 3}
+    metadata = {"nbgrader": about, words.KEY: {"question": question, "part": part}}
+    return nbformat.v4.new_markdown_cell(source, id=cell_id, metadata=metadata, **more)
+
+
+def released_cells(*cells):
+    notebook = nbformat.v4.new_notebook(cells=list(cells))
+    return student_notebooks.student_version(notebook, "demo.ipynb", WORDS_CATALOGUE).cells
+
+
+def test_a_model_answer_in_words_becomes_a_line_to_be_written_over_and_its_pictures_go():
+    pictures = {"model.png": {"image/png": "bW9kZWw="}, "hint.png": {"image/png": "aGludA=="}}
+    source = f"{HEADING}\n\n![](attachment:hint.png)\n{words.BEGIN}\nSecret.\n\n![](attachment:model.png)\n{words.END}"
+    (cell,) = released_cells(in_words(source, attachments=pictures))
+    assert cell.source == f"{HEADING}\n\n![](attachment:hint.png)\n{words.STUB}"
+    assert cell.attachments == {"hint.png": {"image/png": "aGludA=="}}
+    assert cell.metadata[words.KEY] == {"question": "1.1", "part": "why"}
+    assert cell.metadata.nbgrader.points == 3
+    assert "editable" not in cell.metadata and cell.metadata.deletable is False
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["It bends.", f"{words.BEGIN}\nIt bends.", "### BEGIN SOLUTION\nIt bends.\n### END SOLUTION"],
+    ids=["none", "no end", "the marks of code"],
+)
+def test_a_model_answer_that_would_be_released_is_refused_by_name(source):
+    with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'q1-1-why'"):
+        released_cells(in_words(source))
+
+
+def test_an_answer_cell_for_words_that_does_not_say_whose_is_refused():
+    cell = in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}")
+    del cell.metadata[words.KEY]
+    with pytest.raises(GradingError, match=r'"rotflex": \{"question"'):
+        released_cells(cell)
+
+
+def test_points_of_words_are_their_own_and_code_says_which_question_it_answers():
+    kept = released_cells(
+        in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}"),
+        answer("k = None\n### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1"),
+        code('lab.answer("1.1", k=k)', "q1-1-answer"),
+        in_words(f"**✎ 1.2, how**\n{words.BEGIN}\nx\n{words.END}", "q1-2-how", "1.2", "how"),
+        answer("%%time\n### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1b"),
+        code('lab.answer("1.1", k=k)', "q1-1b-answer"),
+    )
+    assert [cell.metadata.nbgrader.get("points") for cell in kept if student_notebooks.is_answer(cell)] == [3, 1, 2, 1]
+    assert kept[1].source == words.heading("Your answer: 1.1 (code, in the next cell)")
+    assert kept[1].metadata == {"deletable": False, "editable": False}
+    assert kept[2].source == "# ✎ Your answer: 1.1 " + 67 * "─" + "\nk = None\n# Your code here."
+    assert kept[6].source.startswith("%%time\n")  # which must come first
+
+
+def test_what_students_may_change_is_by_role_and_not_by_hand():
+    kept = released_cells(
+        nbformat.v4.new_markdown_cell("Text.", id="text", metadata={"editable": True}),
+        code("student = ''", "parameters", tags=["parameters"]),
+        code("1", "locked", deletable=True),
+        code("2", "open-cell", tags=["open"], editable=False),
+        answer("### BEGIN SOLUTION\n1\n### END SOLUTION", "q1"),
+        in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}"),
+    )
+    assert {cell.id for cell in kept if cell.metadata.get("editable") is False} == {"text", "locked"}
+    assert all(cell.metadata.deletable is False for cell in kept)
 
 
 # --- the repository ---------------------------------------------------------------------------------------------------
@@ -129,7 +211,9 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
         ".js",
         ".css",
         ".ipynb",
+        ".json",
     }
+    assert [path.name for path in released.folder.rglob("*.json")] == ["course.json"]
 
 
 def test_a_release_has_none_of_the_instructors_modules(released):
@@ -179,8 +263,9 @@ def test_no_line_of_a_solution_is_left_in_the_released_notebooks(released):
 def _solution_lines(source):
     inside, lines = False, []
     for line in source.split("\n"):
-        inside = (inside or line.strip() == student_notebooks.BEGIN) and line.strip() != student_notebooks.END
-        if inside and len(line.strip()) > 3 and line.strip() != student_notebooks.BEGIN:
+        begin, end = (student_notebooks.BEGIN, words.BEGIN), (student_notebooks.END, words.END)
+        inside = (inside or line.strip() in begin) and line.strip() not in end
+        if inside and len(line.strip()) > 3 and line.strip() not in begin:
             lines.append(line)
     return lines
 

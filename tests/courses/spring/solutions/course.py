@@ -14,7 +14,7 @@ COURSE = Course(
     title="A mass on a spring",
     catalogue=CATALOGUE,
     key=KEY,
-    bench=lambda student: Spring(seed_of(student)),
+    bench=lambda student, policy: Spring(policy.seed_for(student, seed_of)),
     packages=("rotflex", "springlab"),
     imports=("springlab.lab",),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.session import Session, student_of
 from springlab.catalogue import CATALOGUE
 from springlab.plant import Spring, seed_of
@@ -13,7 +14,7 @@ class Lab(Session):
     """A student's session with their own spring."""
 
     def __init__(self, student: str, folder: Path) -> None:
-        self.seed = seed_of(student)
+        self.seed = bench_policy(folder).seed_for(student, seed_of)
         super().__init__(student, folder, CATALOGUE, bench={"uri": "virtual", "seed": self.seed}, seed=self.seed)
 
     def bench(self) -> Spring:

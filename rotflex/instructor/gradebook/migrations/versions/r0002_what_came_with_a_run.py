@@ -17,6 +17,7 @@ def upgrade() -> None:
         op.add_column("runs", sa.Column(name, sa.JSON(), nullable=True))
     op.add_column("runs", sa.Column("release", sa.Text(), nullable=True))
     op.add_column("students", sa.Column("aliases", sa.JSON(), nullable=True))
+    op.add_column("students", sa.Column("enrolled", sa.Boolean(), nullable=True))
     op.create_table(
         "deliveries",
         sa.Column("id", sa.Integer(), nullable=False),

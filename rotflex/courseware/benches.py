@@ -1,0 +1,83 @@
+"""Which virtual bench each student has: their own, the same for all, or a named one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError
+
+OWN, SAME, PRESET = "own", "same", "preset"
+WHICH = (OWN, SAME, PRESET)
+FIRST_DRAW = 1  #: the version of the draws of whoever names none
+MOST_SEED = 2**32 - 1
+
+
+@dataclass(frozen=True)
+class BenchPolicy:
+    """Which virtual bench each student has.
+
+    Attributes
+    ----------
+    which : "own", drawn from the student's ID; "same", drawn from ``seed``; "preset", the one named ``preset``
+    seed : of everybody's bench, where it is the same
+    preset : name of everybody's bench, where it is a preset
+    draw : version of how benches are drawn from seeds
+    """
+
+    which: str = OWN
+    seed: int = 0
+    preset: str = ""
+    draw: int = FIRST_DRAW
+
+    def seed_for(self, student: str, own: Callable[[str], int]) -> int:
+        """The seed of a student's bench. (Of a preset nothing is drawn; it is then good for other draws.)
+
+        Parameters
+        ----------
+        student : the ID
+        own : the ID → the seed of the student's own bench, as the course has it
+        """
+        return self.seed if self.which == SAME else own(student)
+
+    def plain(self) -> dict[str, Any]:
+        """What stands under "bench" in ``course.json``."""
+        more: dict[str, dict[str, Any]] = {SAME: {"seed": self.seed}, PRESET: {"preset": self.preset}}
+        return {"which": self.which, **more.get(self.which, {})}
+
+
+THEIR_OWN = BenchPolicy()  #: where nothing is said
+
+
+def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
+    """The policy that a ``course.json`` says; benches are the students' own where it says nothing.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be understood.
+    """
+    said, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
+    if not isinstance(said, Mapping) or said.get("which", OWN) not in WHICH:
+        raise ConfigurationError(
+            _('"bench" should be as {{"which": "own"}}, with "own", "same" or "preset"; it is {said!r:.80}.').format(
+                said=said
+            )
+        )
+    policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw)
+    if not is_seed(policy.seed):
+        raise ConfigurationError(_('the bench\'s "seed" is {seed!r:.80}, which is none.').format(seed=policy.seed))
+    if not isinstance(policy.preset, str):
+        raise ConfigurationError(
+            _('the bench\'s "preset" should be a name, not {name!r:.80}.').format(name=policy.preset)
+        )
+    if not isinstance(draw, int) or isinstance(draw, bool):
+        raise ConfigurationError(_('"draw" should be a whole number, not {draw!r:.80}.').format(draw=draw))
+    return policy
+
+
+def is_seed(value: object) -> bool:
+    """Whether everybody's bench can be drawn from it."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST_SEED

@@ -1,0 +1,77 @@
+"""``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
+
+It is ``{"student", "release", "draw", "title", "term", "bench"}``. The one that a release brings names no student; old
+ones name nothing else. What a later release may add is kept.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import rotflex
+from rotflex.courseware import benches
+from rotflex.courseware.benches import BenchPolicy
+from rotflex.courseware.files import COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError
+
+STUDENT, RELEASE = "student", "release"
+#: In the students' package, where an installed one has the notebooks and the course file as they were released.
+RELEASED = Path("_course", "notebooks")
+
+
+def read(folder: Path) -> dict[str, Any] | None:
+    """What the folder's ``course.json`` says; None where there is none.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be read, or is not an object that names a student.
+    """
+    try:
+        content = (folder / COURSE_FILE).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise _unreadable(error) from None
+    try:
+        course = json.loads(content)
+        if not isinstance(course, dict):
+            raise TypeError(_("it is no object"))
+        course[STUDENT]
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise _unreadable(error) from None
+    return course
+
+
+def _unreadable(error: Exception) -> ConfigurationError:
+    return ConfigurationError(
+        _('{course_file} should be {{"student": "your id"}}; it is not: {error!r}.').format(
+            course_file=COURSE_FILE, error=error
+        )
+    )
+
+
+def text(course: Mapping[str, Any]) -> str:
+    """The file's content."""
+    return json.dumps(dict(course), ensure_ascii=False) + "\n"
+
+
+def bench_policy(folder: Path) -> BenchPolicy:
+    """Which bench a student who works in a folder has: as its ``course.json`` says, else as the installed release does.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read.
+    """
+    course = read(folder)
+    if course is None:
+        course = read(Path(rotflex.__file__).parent / RELEASED)
+    try:
+        return benches.policy_of(course or {})
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{COURSE_FILE}: {error}") from None

@@ -1,0 +1,350 @@
+"""A student's work, run at home as grading runs it: what is recorded, what is not, and why. Nothing is marked.
+
+The notebooks as they were saved are put into the course's frame and run from the first cell to the last, in a copy of
+the folder. There is no sandbox: it is the student's own code, on their own machine.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware import answers, course_file, released, words
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.courseware.run import alignment, cell_reports, execute, foreign_modules, merge, reasons, student_folder
+from rotflex.courseware.run.alignment import Change
+from rotflex.courseware.run.alike import alike
+from rotflex.courseware.run.cell_reports import REPORTS_FILE, Reports
+from rotflex.courseware.run.execute import Broken, Report
+from rotflex.courseware.run.merge import Merged
+from rotflex.courseware.run.reasons import Claim
+from rotflex.courseware.run.recorders import recorded as recorders_of
+from rotflex.courseware.run.student_folder import Work
+from rotflex.courseware.student_id import caseless
+from rotflex.errors import AnswerError
+
+Where = tuple[str, str]  # question and part
+_ROUGHLY = 2.0  # s by which the clocks of files may differ from ours
+
+
+class State(StrEnum):
+    """What became of a part of a question."""
+
+    RECORDED = "recorded"
+    WRITTEN = "written"  # an answer in words
+    DIFFERENT = "different"  # from what was recorded at home
+    MISSING = "missing"  # and there is something to say of it
+    EMPTY = "empty"
+
+
+GOOD = (State.RECORDED, State.WRITTEN)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a question, and what became of it."""
+
+    notebook: str
+    question: str
+    name: str
+    state: State
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What a check found.
+
+    Attributes
+    ----------
+    student, folder : whose work, and where
+    parts : all that is asked, in the notebooks' order
+    stops : what stopped, and what builds on it, a sentence each
+    lost : what was recorded at home and is not here, though nothing stopped; a sentence each
+    changes : notebook's file name → what happened to cells of the course's
+    unsaved : notebook's file name → a sentence, where something was recorded after it was saved
+    problems : what could not be read or run
+    notes : what is worth knowing
+    seconds : that it took
+    """
+
+    student: str
+    folder: Path
+    parts: tuple[Part, ...]
+    stops: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+    changes: Mapping[str, tuple[Change, ...]] = field(default_factory=dict)
+    unsaved: Mapping[str, str] = field(default_factory=dict)
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def good(self) -> bool:
+        """Whether all that is asked is there, as it is on the page."""
+        return not self.problems and all(part.state in GOOD for part in self.parts)
+
+    @property
+    def questions(self) -> dict[str, bool]:
+        """Question → whether all of its parts are there."""
+        found: dict[str, bool] = {}
+        for part in self.parts:
+            found[part.question] = found.get(part.question, True) and part.state in GOOD
+        return found
+
+
+@dataclass(frozen=True)
+class _Home:
+    """What a student's own ``answers.json`` says."""
+
+    answers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    seed: int | None = None
+    when: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    claim: Claim | None = None
+    note: str = ""
+
+
+def check(
+    folder: Path,
+    masters: Mapping[str, dict[str, Any]],
+    catalogue: Catalogue,
+    *,
+    student: str = "",
+    cell_timeout: float = execute.CELL_TIMEOUT,
+    report: Report = lambda name, done, of: None,
+) -> Checked:
+    """Run a student's saved notebooks as grading does, and compare with what they recorded.
+
+    Parameters
+    ----------
+    folder : the student's, with the notebooks in it
+    masters : file name → notebook as handed out
+    catalogue : of the course
+    student : whose bench to use; else the student of the folder
+    cell_timeout : what a cell may take, s
+    report : told as the run goes on, see :data:`rotflex.courseware.run.execute.Report`
+
+    Raises
+    ------
+    CheckError
+        If the ID cannot be one, or nothing can be run here.
+    """
+    begun = time.monotonic()
+    work = student_folder.read(folder, list(masters), released.packages_of(masters))
+    student = student_folder.student_of(work, student)
+    merged = merge.merged(masters, work.hand_in.notebooks)
+    data, reports, broken = _run(work, merged, student, released.imports_of(masters), cell_timeout, report)
+    found, unreadable = _answers(data)
+    home = _home(work, student)
+    written = {
+        name: words.written(master["cells"], work.hand_in.notebooks.get(name, ()), work.hand_in.files)
+        for name, master in masters.items()
+    }
+    why = reasons.explain(
+        masters,
+        merged,
+        reports,
+        {(question, part) for question, parts in found.items() for part in parts},
+        catalogue,
+        handed_in=work.hand_in.notebooks,
+        claim=home.claim,
+        seconds=cell_timeout,
+        place=_("here"),
+    )
+    parts = tuple(
+        _part(name, where, in_words, written[name].words, (found, _seed(data)), home, why.missing)
+        for name, where, in_words in _asked(masters, catalogue)
+    )
+    changes = {name: changed for name, changed in merged.changes.items() if changed}
+    return Checked(
+        student,
+        folder,
+        parts,
+        why.stops,
+        why.lost,
+        changes,
+        _unsaved(parts, work.saved, home),
+        (*work.problems, *unreadable, *_broken(broken)),
+        (
+            *work.notes,
+            *filter(None, (home.note, _other_release(work))),
+            *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes)),
+            *_foreign(work, merged),
+        ),
+        time.monotonic() - begun,
+    )
+
+
+# --- the run ----------------------------------------------------------------------------------------------------------
+
+
+def _run(
+    work: Work, merged: Merged, student: str, imports: Sequence[str], cell_timeout: float, report: Report
+) -> tuple[bytes | None, Reports, tuple[Broken, ...]]:
+    """Run in a copy of the folder: what was recorded, what became of cells, and which did not end by themselves."""
+    with tempfile.TemporaryDirectory(prefix="rotflex-check-", ignore_cleanup_errors=True) as scratch:
+        place = Path(scratch)
+        for name, content in work.hand_in.files.items():
+            (place / name).parent.mkdir(parents=True, exist_ok=True)
+            (place / name).write_bytes(content)
+        if work.hand_in.course:
+            about = {**work.hand_in.course, course_file.STUDENT: student}
+            (place / COURSE_FILE).write_text(course_file.text(about), encoding="utf-8")
+        log = place / REPORTS_FILE
+
+        def begin(name: str) -> str:
+            return f"import rotflex.courseware.run.cell_reports as _r; _r.begin({str(log)!r}, {name!r}); del _r"
+
+        broken = execute.run(
+            merged.notebooks,
+            place,
+            parameters={"student": student},
+            imports=imports,
+            first=begin,
+            cell_timeout=cell_timeout,
+            report=report,
+        )
+        reports = cell_reports.read(log.read_bytes() if log.exists() else b"")
+        recorded = place / ANSWERS_FILE
+        return (recorded.read_bytes() if recorded.exists() else None), reports, broken
+
+
+def _answers(data: bytes | None) -> tuple[Mapping[str, Mapping[str, Any]], tuple[str, ...]]:
+    """What a run recorded, and why it cannot be read."""
+    if data is None:
+        return {}, ()
+    try:
+        return answers.parse(data)["answers"], ()
+    except AnswerError as error:
+        return {}, (_("What the run recorded cannot be read. {error}").format(error=error),)
+
+
+def _seed(data: bytes | None) -> int | None:
+    try:
+        return int(answers.parse(data)["probe_seed"]) if data is not None else None
+    except AnswerError:
+        return None
+
+
+def _broken(broken: Sequence[Broken]) -> Iterator[str]:
+    for one in broken:
+        if one.how == execute.EXITED:
+            yield _("{notebook}: the cell {cell} ends Python (exit); nothing after it was run.").format(
+                notebook=one.notebook, cell=one.cell
+            )
+
+
+def _home(work: Work, student: str) -> _Home:
+    """What was recorded at home."""
+    if work.hand_in.claim is None:
+        return _Home(note=_("There is no {file} here: nothing was recorded on the page.").format(file=ANSWERS_FILE))
+    try:
+        content = answers.parse(work.hand_in.claim)
+    except AnswerError as error:
+        return _Home(note=_("{file} cannot be compared with. {error}").format(file=ANSWERS_FILE, error=error))
+    if caseless(content["student"]) != caseless(student):
+        return _Home(
+            note=_("{file} holds the answers of {other!r}, and is not compared with.").format(
+                file=ANSWERS_FILE, other=content["student"][:40]
+            )
+        )
+    recorded = content["answers"]
+    knows = content["format"] != 1
+    cells = content["cells"] if knows else {question: dict.fromkeys(parts, "") for question, parts in recorded.items()}
+    return _Home(recorded, content["probe_seed"], content.get("when", {}), Claim(cells, knows))
+
+
+# --- what it means ----------------------------------------------------------------------------------------------------
+
+
+def _asked(masters: Mapping[str, dict[str, Any]], catalogue: Catalogue) -> Iterator[tuple[str, Where, bool]]:
+    """All that the notebooks ask for: file name, question and part, and whether it is an answer in words."""
+    seen: set[Where] = set()
+    for name, master in masters.items():
+        recorders = {one.cell: one for one in recorders_of(master["cells"])}
+        for cell in master["cells"]:
+            here: list[tuple[Where, bool]] = []
+            in_words = words.where_of(cell)
+            if in_words is not None:
+                here.append((in_words, True))
+            one = recorders.get(alignment.name_of(cell))
+            if one is not None and one.question in catalogue.everything:
+                here += [((one.question, part), False) for part in one.of(catalogue.everything[one.question])]
+            for where, is_words in here:
+                if where not in seen:
+                    seen.add(where)
+                    yield name, where, is_words
+
+
+def _part(
+    notebook: str,
+    where: Where,
+    in_words: bool,
+    written: Mapping[Where, Any],
+    recorded: tuple[Mapping[str, Mapping[str, Any]], int | None],
+    home: _Home,
+    missing: Mapping[Where, str],
+) -> Part:
+    question, name = where
+    found, seed = recorded
+    if in_words:
+        return Part(notebook, question, name, State.WRITTEN if where in written else State.EMPTY)
+    now, before = found.get(question, {}).get(name), home.answers.get(question, {}).get(name)
+    if now is None:
+        return Part(
+            notebook, question, name, State.MISSING if where in missing else State.EMPTY, missing.get(where, "")
+        )
+    if before is None or alike(now, before) or (now.get("kind") == "function" and seed != home.seed):
+        return Part(notebook, question, name, State.RECORDED)
+    return Part(notebook, question, name, State.DIFFERENT)
+
+
+def _unsaved(parts: Sequence[Part], saved: Mapping[str, float], home: _Home) -> dict[str, str]:
+    """Notebooks in which something was recorded after they were saved."""
+    latest: dict[str, tuple[float, Part]] = {}
+    for part in parts:
+        when = home.when.get(part.question, {}).get(part.name)
+        if when is not None and when > latest.get(part.notebook, (0.0, part))[0]:
+            latest[part.notebook] = when, part
+    return {
+        name: _(
+            "was saved at {saved}, and {question} was recorded at {recorded}: save it (Ctrl+S), and check again"
+        ).format(saved=_clock(saved[name]), question=part.question, recorded=_clock(when))
+        for name, (when, part) in latest.items()
+        if name in saved and when > saved[name] + _ROUGHLY
+    }
+
+
+def _other_release(work: Work) -> str:
+    """A word on work that was begun under another release than the one that is installed; "" else."""
+    begun, here = work.hand_in.course.get(course_file.RELEASE), released.release()
+    if not here or not isinstance(begun, str) or begun == here:
+        return ""
+    return _(
+        "This folder was begun with release {begun} of the course, and is checked with {here}, which is installed. "
+        "Started once more, rotflex lab brings the folder to it, and touches no answer."
+    ).format(begun=begun[:80], here=here)
+
+
+def _clock(seconds: float) -> str:
+    return time.strftime("%H:%M:%S" if time.time() - seconds < 43_200 else "%Y-%m-%d %H:%M", time.localtime(seconds))
+
+
+def _foreign(work: Work, merged: Merged) -> Iterator[str]:
+    """Modules that are here and may be missing elsewhere."""
+    files = work.hand_in.files
+    own = {name.partition("/")[0].partition(".")[0] for name in files}
+    sources = [alignment.source_of(cell) for notebook in merged.notebooks.values() for cell in notebook["cells"]]
+    sources += [content.decode(errors="replace") for name, content in files.items() if name.endswith(".py")]
+    for name in foreign_modules.foreign(sources, own):
+        yield _(
+            "{module} is installed here, but does not come with the course: it may be missing where your work is "
+            "graded. Ask your instructor, or do without it."
+        ).format(module=name)

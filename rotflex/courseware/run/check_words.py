@@ -1,0 +1,150 @@
+"""What a check found, in words: a summary, what to look at first, then notebook by notebook."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+from rotflex.courseware.json_values import plural
+from rotflex.courseware.messages import _
+from rotflex.courseware.run.alignment import Change, Happened
+from rotflex.courseware.run.check import GOOD, Checked, Part, State
+
+_NAMED = 6  # cells that are named before "and 12 more"
+_HAPPENED = {
+    Happened.CHANGED: _("changed: {cells}"),
+    Happened.MISSING: _("gone: {cells}"),
+    Happened.MOVED: _("moved: {cells}"),
+    Happened.RENAMED: _("without their names: {cells}"),
+    Happened.OTHER_KIND: _("turned into cells of another kind: {cells}"),
+}
+_DIFFERENT = _(
+    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
+    "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
+    "seed."
+)
+
+
+def lines(checked: Checked) -> list[str]:
+    """The report of a check."""
+    return [
+        *_summary(checked),
+        *_block(_("Look at this first"), _first(checked)),
+        *_block(_("By notebook"), _by_notebook(checked)),
+        *_block(_("Worth knowing"), _notes(checked)),
+    ]
+
+
+def brief(checked: Checked) -> str:
+    """How much is there, in a sentence."""
+    questions = checked.questions
+    done = sum(questions.values())
+    if done == len(questions):
+        return _("All there: {questions}.").format(questions=plural(done, _("question")))
+    states = {one: {part.state for part in checked.parts if part.question == one} for one in questions}
+    open_ = [one for one, there in questions.items() if not there]
+    empty = sum(states[one] <= {State.EMPTY} for one in open_)
+    wrong = sum(bool(states[one] & {State.MISSING, State.DIFFERENT}) for one in open_)
+    rest = [
+        _("{count} with something to look at").format(count=wrong),
+        _("{count} answered in part").format(count=len(open_) - empty - wrong),
+        _("{count} empty").format(count=empty),
+    ]
+    told = ", ".join(
+        text for text, count in zip(rest, (wrong, len(open_) - empty - wrong, empty), strict=True) if count
+    )
+    return _("{done} of {questions} are all there; {rest}.").format(
+        done=done, questions=plural(len(questions), _("question")), rest=told
+    )
+
+
+def _summary(checked: Checked) -> Iterator[str]:
+    yield _("Checked in {seconds:.0f} s, as your work is run for marking (and nothing was marked).").format(
+        seconds=checked.seconds
+    )
+    yield _("Student {student}, folder {folder}").format(student=checked.student, folder=checked.folder)
+    yield ""
+    yield brief(checked)
+
+
+def _first(checked: Checked) -> Iterator[str]:
+    yield from checked.problems
+    yield from checked.stops
+    yield from checked.lost
+    bad = {part.notebook for part in checked.parts if part.state in (State.MISSING, State.DIFFERENT)}
+    for name, why in checked.unsaved.items():
+        if name in bad:
+            yield f"{name} {why}."
+    if any(part.state is State.DIFFERENT for part in checked.parts):
+        yield _DIFFERENT
+
+
+def _by_notebook(checked: Checked) -> Iterator[str]:
+    groups = [(name, list(parts)) for name, parts in itertools.groupby(checked.parts, lambda part: part.notebook)]
+    width = max((len(_stem(name)) for name, _parts in groups), default=0)
+    for name, parts in groups:
+        questions = list(dict.fromkeys(part.question for part in parts))
+        lacking = [part for part in parts if part.state not in GOOD]
+        done = len(questions) - len({part.question for part in lacking})
+        if all(part.state is State.EMPTY for part in parts):
+            told = _("nothing yet")
+        elif not lacking:
+            told = _("all there")
+        else:
+            told = _("{done} of {questions} all there").format(
+                done=done, questions=plural(len(questions), _("question"))
+            )
+        yield f"{_stem(name):<{width}}  {told}"
+        if any(part.state is not State.EMPTY for part in parts):
+            yield from _lacking(lacking)
+
+
+def _lacking(parts: Sequence[Part]) -> Iterator[str]:
+    """What is not there of a notebook that was begun."""
+    for (question, said), group in itertools.groupby(parts, lambda part: (part.question, _said(part))):
+        names = ", ".join(part.name for part in group)
+        yield f"    {question}  {names}: {said}"
+
+
+def _said(part: Part) -> str:
+    if part.state is State.DIFFERENT:
+        return _("recorded, but other than on your page")
+    if part.state is State.EMPTY:
+        return _("empty")
+    return _("not recorded. {why}").format(why=part.why)
+
+
+def _notes(checked: Checked) -> Iterator[str]:
+    for name, changes in checked.changes.items():
+        yield _(
+            "{notebook}: cells of the course's were {happened}. They are run as the course has them; rotflex restore "
+            '{number}, or lab.restore("{number}") in a notebook, gives them back and touches no answer.'
+        ).format(notebook=name, happened="; ".join(_happened(changes)), number=name.partition("_")[0])
+    bad = {part.notebook for part in checked.parts if part.state in (State.MISSING, State.DIFFERENT)}
+    for name, why in checked.unsaved.items():
+        if name not in bad:
+            yield f"{name} {why}."
+    yield from checked.notes
+
+
+def _happened(changes: Sequence[Change]) -> Iterator[str]:
+    for what in Happened:
+        cells = [change.cell for change in changes if change.what is what]
+        if cells:
+            more = len(cells) - _NAMED
+            named = ", ".join(cells[:_NAMED])
+            if more > 0:
+                named = _("{named} and {more} more").format(named=named, more=more)
+            yield _HAPPENED[what].format(cells=named)
+
+
+def _block(title: str, content: Iterator[str]) -> Iterator[str]:
+    found = list(content)
+    if found:
+        yield ""
+        yield title
+        yield from (f"  {line}" for line in found)
+
+
+def _stem(name: str) -> str:
+    return name.removesuffix(".ipynb")

@@ -1,0 +1,343 @@
+"""A half-done folder, brought to the release of the course that is installed. No answer is touched.
+
+The course's cells become those of the new release; answers, added cells and own files stay. Of each notebook that is
+changed, a copy is kept as it was. A program that ends in between leaves whole files, and the next one goes on.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import itertools
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from rotflex.courseware import answers, files, words
+from rotflex.courseware.messages import _
+from rotflex.courseware.run import alignment, restore
+from rotflex.courseware.run.alignment import Happened, Role
+from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of
+from rotflex.courseware.run.words_in_code import words_in_code
+from rotflex.courseware.words import Where
+from rotflex.errors import AnswerError, ConfigurationError
+
+STUB = "# Your code here."  #: what a released answer cell has where the solution stood
+ASIDE = "-before"  #: at the end of the name of a cell that an answer cell of another kind has taken the place of
+_KEPT = ".before-{release}"  # the folder of copies; a hidden one is not handed in
+
+_COURSES = ("nbgrader", "deletable", "editable", "rotflex")  # metadata that make a cell one of the course's
+
+_Cell = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What became of a notebook.
+
+    Attributes
+    ----------
+    changed, new, gone : how many of the course's cells have another text, were not there, are no longer there
+    words : answers that stood in code and have text cells now, where they were copied to
+    calculated : those that could not be copied, since code puts them together and none was recorded
+    aside : answer cells that are of another kind now; what a student had written stands below
+    dropped : answer cells that are none any more, and stay as the student's own
+    """
+
+    changed: int = 0
+    new: int = 0
+    gone: int = 0
+    words: tuple[str, ...] = ()
+    calculated: tuple[str, ...] = ()
+    aside: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+
+    def lines(self, notebook: str) -> Iterator[str]:
+        """The same, in words."""
+        if self.changed or self.new or self.gone:
+            yield _("{notebook}: of the course's cells {changed} changed, {new} new, {gone} gone.").format(
+                notebook=notebook, changed=self.changed, new=self.new, gone=self.gone
+            )
+        lists = {
+            _(
+                "{notebook}: answers in words have text cells now. Yours were copied there, see how they look: {names}."
+            ): (self.words),
+            _("{notebook}: answers in words have text cells now. Copy these there by hand: {names}."): self.calculated,
+            _("{notebook}: another kind of cell now; what you had written stands below: {names}."): self.aside,
+            _("{notebook}: no answer cells any more, but still there as your own: {names}."): self.dropped,
+        }
+        for told, names in lists.items():
+            if names:
+                yield told.format(notebook=notebook, names=", ".join(names))
+
+
+def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]:
+    """Bring the notebooks in a folder to a release.
+
+    Parameters
+    ----------
+    folder : the student's
+    released : where the notebooks as handed out are
+    release : its name
+
+    Returns
+    -------
+    list
+        What was done, a line each.
+    bool
+        Whether all that is there could be brought to it.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file cannot be written; what was there is there still.
+    """
+    lines, whole, kept = [], True, folder / _KEPT.format(release=release)
+    copied, recorded = False, _recorded_words(folder)
+    for path in sorted(released.glob("*.ipynb")):
+        own = folder / path.name
+        try:
+            data = own.read_bytes()
+            done, changes = updated(data, json.loads(path.read_text(encoding="utf-8")), recorded)
+        except FileNotFoundError:
+            continue
+        except (OSError, NotebookError) as error:
+            whole = False
+            lines.append(
+                _("{notebook} could not be read, and stays as it is: {error}").format(notebook=own.name, error=error)
+            )
+            continue
+        if done != json.loads(data):
+            try:
+                _keep(kept, own.name, data)
+                files.write(own, json.dumps(done, ensure_ascii=False, indent=1) + "\n")
+            except (OSError, UnicodeEncodeError) as error:
+                raise ConfigurationError(
+                    _("{file} cannot be brought to the release {release}: {error}. It is as it was.").format(
+                        file=own, release=release, error=error
+                    )
+                ) from None
+            copied = True
+            lines += changes.lines(own.name)
+    if copied:
+        begun = _("Your notebooks now have the course's text of the release {release}; your answers are as they were.")
+        copies = _("Copies of the notebooks as they were lie in the hidden folder {folder}.")
+        lines = [begun.format(release=release), *lines, copies.format(folder=kept)]
+    return lines, whole
+
+
+def _recorded_words(folder: Path) -> dict[Where, str]:
+    """The answers in words that a folder's ``answers.json`` holds."""
+    try:
+        recorded = answers.parse((folder / files.ANSWERS_FILE).read_bytes())["answers"]
+    except (OSError, AnswerError):
+        return {}
+    return {
+        (question, part): answer["value"]
+        for question, parts in recorded.items()
+        for part, answer in parts.items()
+        if answer.get("kind") == "prose" and isinstance(answer.get("value"), str)
+    }
+
+
+def _keep(folder: Path, name: str, data: bytes) -> None:
+    """Keep a notebook as it was, unless it is kept already."""
+    folder.mkdir(exist_ok=True)
+    for number in itertools.count(1):
+        kept = folder / (name if number == 1 else f"{number}-{name}")
+        if not kept.exists():
+            files.write(kept, data)
+            return
+        if kept.read_bytes() == data:
+            return
+
+
+def updated(
+    data: bytes, master: Mapping[str, Any], recorded: Mapping[Where, str] = MappingProxyType({})
+) -> tuple[dict[str, Any], Changes]:
+    """A student's notebook with the cells of a release in place of those of another, and what changed.
+
+    Parameters
+    ----------
+    data : the student's notebook's file
+    master : the notebook as the release has it
+    recorded : answers in words as they were recorded last
+
+    Raises
+    ------
+    NotebookError
+        If the file is no notebook.
+    """
+    cells_of(data)  # or it is told
+    notebook = json.loads(data)
+    preparing = _Preparing(master["cells"], [cell for cell in notebook["cells"] if isinstance(cell, dict)], recorded)
+    notebook["cells"] = preparing.cells()
+    prepared = json.dumps(notebook).encode()
+    happened = [
+        change.what
+        for change in alignment.align(master["cells"], cells_of(prepared)).changes
+        if change.role in (Role.LOCKED, Role.TEXT)
+    ]
+    done, _lines = restore.mend(prepared, master)
+    done["cells"] = _below(done["cells"], preparing.aside)
+    return done, Changes(
+        changed=happened.count(Happened.CHANGED),
+        new=happened.count(Happened.MISSING),
+        gone=preparing.gone,
+        words=tuple(preparing.words),
+        calculated=tuple(preparing.calculated),
+        aside=tuple(dict.fromkeys(preparing.aside.values())),
+        dropped=tuple(preparing.dropped),
+    )
+
+
+class _Preparing:
+    """A student's cells, made ready for being held against another release than the one that they are of."""
+
+    def __init__(self, master: list[_Cell], own: list[_Cell], recorded: Mapping[Where, str]) -> None:
+        self._master = {cell["id"]: cell for cell in master}
+        self._by_grade_id = {_grading(cell)["grade_id"]: cell for cell in master if "grade_id" in _grading(cell)}
+        self._own = own
+        self.gone = 0
+        self.aside: dict[str, str] = {}  # new name of the student's cell → the answer cell in whose place it was
+        self.dropped: list[str] = []
+        self.words: list[str] = []
+        self.calculated: list[str] = []
+        self._in_code, self._recorded = words_in_code(map(_well_formed, own)), recorded
+
+    def cells(self) -> list[_Cell]:
+        """The cells."""
+        kept = [cell for cell in map(self._prepared, self._own) if cell is not None]
+        return self._with_new(kept)
+
+    def _of_course(self, cell: _Cell) -> _Cell | None:
+        """The cell of the release that a cell is, by its names."""
+        return self._master.get(_name(cell)) or self._by_grade_id.get(str(_grading(cell).get("grade_id")))
+
+    def _prepared(self, cell: _Cell) -> _Cell | None:
+        """A cell as it goes on; None if it was the course's, and is no longer."""
+        meant, grading = self._of_course(cell), _grading(cell)
+        if meant is not None:
+            return self._answer(cell, meant) if alignment.role_of(meant) is Role.ANSWER else cell
+        no_answer = grading.get("locked") or _metadata(cell).get("editable") is False
+        if no_answer or (grading.get("solution") and _is_unfilled(cell)):
+            self.gone += 1
+            return None
+        if not grading.get("solution"):
+            return cell
+        self.dropped.append(_name(cell))
+        return _own(cell, _name(cell))
+
+    def _answer(self, cell: _Cell, meant: _Cell) -> _Cell | None:
+        """An answer of the student's. (An empty one presets what the release presets, but for a piece of one.)"""
+        pieces = [one for one in self._own if self._of_course(one) is meant]
+        unfilled = _is_unfilled(cell) and len(pieces) == 1
+        if cell.get("cell_type") == meant["cell_type"]:
+            same = alignment.source_of(cell) == alignment.source_of(meant)
+            return copy.deepcopy(meant) if unfilled and not same else cell
+        if unfilled:
+            return None
+        number = len([place for place in self.aside.values() if place == meant["id"]])
+        name = f"{meant['id']}{ASIDE}{f'-{number + 1}' if number else ''}"
+        self.aside[name] = meant["id"]
+        return _own(cell, name)
+
+    def _with_new(self, cells: list[_Cell]) -> list[_Cell]:
+        """With the answer cells that are new, or a student's own cells would be taken for them by their place.
+
+        Where an editor has lost most of the names, the place is all there is to go by.
+        """
+        named = len([cell for cell in self._own if self._of_course(cell) is not None])
+        if 2 * named < min(len(self._own), len(self._master)):
+            return cells
+        there = {meant["id"] for cell in cells if (meant := self._of_course(cell)) is not None}
+        found, after = list(cells), 0
+        for name, cell in self._master.items():
+            if name in there:
+                after = max(place for place, one in enumerate(found, 1) if self._of_course(one) is cell)
+            elif alignment.role_of(cell) is Role.ANSWER:
+                found.insert(after, self._new(cell))
+                after += 1
+        return found
+
+    def _new(self, cell: _Cell) -> _Cell:
+        """An answer cell that is new, with the words that stood in code before."""
+        new = copy.deepcopy(cell)
+        where = words.where_of(cell)
+        if where is not None and where in self._in_code:
+            text = self._in_code[where] or self._recorded.get(where)
+            if text is None:
+                self.calculated.append(" ".join(where))
+            else:
+                self.words.append(" ".join(where))
+                kept = alignment.source_of(cell).replace(words.STUB, "").rstrip()
+                new["source"] = f"{kept}\n\n{text}"
+        return new
+
+
+def _well_formed(cell: _Cell) -> _Cell:
+    """A student's cell as the course's are."""
+    source = cell.get("source")
+    return {
+        "cell_type": cell.get("cell_type"),
+        "id": _name(cell),
+        "metadata": {"nbgrader": _grading(cell)},
+        "source": source,
+    }
+
+
+def _metadata(cell: Mapping[str, Any]) -> dict[str, Any]:
+    metadata = cell.get("metadata")
+    return metadata if isinstance(metadata, dict) else {}
+
+
+def _grading(cell: Mapping[str, Any]) -> dict[str, Any]:
+    grading = _metadata(cell).get("nbgrader")
+    return grading if isinstance(grading, dict) else {}
+
+
+def _name(cell: Mapping[str, Any]) -> str:
+    name = cell.get("id")
+    return name if isinstance(name, str) else ""
+
+
+def _own(cell: _Cell, name: str) -> _Cell:
+    """A cell as one of the student's own, which they may delete."""
+    return {
+        **cell,
+        "id": name,
+        "metadata": {key: value for key, value in _metadata(cell).items() if key not in _COURSES},
+    }
+
+
+def _is_unfilled(cell: Mapping[str, Any]) -> bool:
+    """Whether an answer cell with code is as it was released: nothing but presets, as ``k = None``, and the stub."""
+    if cell.get("cell_type") != CODE:
+        return False
+    lines = [line for line in alignment.source_of(cell).splitlines() if line.strip() != STUB]
+    if any("#" in line for line in lines):
+        return False
+    try:
+        body = ast.parse("\n".join(lines)).body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    return all(
+        isinstance(statement, ast.Assign)
+        and isinstance(statement.value, ast.Constant)
+        and (statement.value.value is None or not str(statement.value.value).strip())
+        for statement in body
+    )
+
+
+def _below(cells: list[_Cell], aside: Mapping[str, str]) -> list[_Cell]:
+    """With each cell that was put aside below the one that has taken its place."""
+    moved = {cell["id"]: cell for cell in cells if cell["id"] in aside}
+    found = []
+    for cell in cells:
+        if cell["id"] not in moved:
+            found.append(cell)
+            found += [moved[name] for name, place in aside.items() if place == cell["id"] and name in moved]
+    return found

@@ -1,0 +1,81 @@
+"""``grades.csv``: a row for everybody, with and without a hand-in.
+
+=====================  ================================================================================================
+student, name, email,  as the roster has them
+section
+one for each question  points earned; empty where nothing of it is decided yet, and where nothing was handed in
+total                  points earned so far; empty as above
+out_of                 points that there are
+awaiting a person      points that a person has yet to give or not; they are in no other column
+not marked             points that could not be marked, through a fault of the key; they are in no other column
+undecided              question and part of what waits, or could not be marked
+notes                  trouble, what else is worth knowing, how it was run; or why there are no points
+=====================  ================================================================================================
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from rotflex.courseware.messages import _
+from rotflex.instructor.gradebook import StudentRecord
+from rotflex.instructor.reports.result import Result, lapse, points
+from rotflex.instructor.reports.safe_text import spreadsheet_cell
+
+NOTHING_HANDED_IN = "nothing handed in"
+NOT_GRADED_YET = "handed in, not graded yet"
+
+
+@dataclass(frozen=True)
+class Unmarked:
+    """A student without marks, and why."""
+
+    about: StudentRecord
+    why: str = NOTHING_HANDED_IN
+
+
+def text(rows: Sequence[Result | Unmarked], order: Iterable[str] = ()) -> str:
+    """The whole table.
+
+    Parameters
+    ----------
+    rows : everybody, in the order of the rows
+    order : the questions, in the order of their columns; those that only a row has come behind
+    """
+    earned = [row.by_question() for row in rows if isinstance(row, Result)]
+    there = dict.fromkeys(number for one in earned for number in one)
+    questions = list(dict.fromkeys([*(number for number in order if number in there), *there]))
+    table = io.StringIO(newline="")
+    writer = csv.writer(table)
+    last = ("total", "out_of", "awaiting a person", "not marked", "undecided", "notes")
+    writer.writerow(["student", "name", "email", "section", *questions, *last])
+    for row in rows:
+        writer.writerow(_marked(row, questions) if isinstance(row, Result) else _unmarked(row, questions))
+    return table.getvalue()
+
+
+def _marked(row: Result, questions: Sequence[str]) -> list[str]:
+    sums = row.by_question()
+    earned = [sums.get(number, (None, 0.0))[0] for number in questions]
+    some = not sums or any(one is not None for one, _possible in sums.values())
+    undecided = "; ".join(f"{mark.question} {mark.part}" for mark in row.undecided())
+    notes = [*row.problems, *map(lapse, row.lapsed), *row.notes, row.stamp]
+    return [
+        *map(spreadsheet_cell, (row.student, row.name, row.email, row.section)),
+        *("" if one is None else points(one) for one in earned),
+        points(row.total) if some else "",
+        points(row.out_of),
+        points(row.awaiting),
+        points(row.not_marked),
+        spreadsheet_cell(undecided),
+        spreadsheet_cell(" ".join(notes)),
+    ]
+
+
+def _unmarked(row: Unmarked, questions: Sequence[str]) -> list[str]:
+    about = row.about
+    cells = map(spreadsheet_cell, (about.student, about.name, about.email, about.section))
+    return [*cells, *("" for _number in questions), "", "", "", "", "", _(row.why)]

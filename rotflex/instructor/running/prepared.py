@@ -1,0 +1,133 @@
+"""A hand-in made ready to be run: notebooks in the course's frame, own files, words, what was recorded at home."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rotflex.courseware import answers, words
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
+from rotflex.courseware.run import merge
+from rotflex.courseware.run.alignment import Change, Happened, Role
+from rotflex.courseware.run.handed_in import HandIn
+from rotflex.courseware.run.merge import Merged
+from rotflex.courseware.run.reasons import Claim
+from rotflex.courseware.student_id import LONGEST, caseless
+from rotflex.courseware.words import Where, Words
+from rotflex.errors import AnswerError
+from rotflex.instructor.running import supplied as supplying
+from rotflex.instructor.running.bundle import Bundle
+from rotflex.instructor.running.supplied import Supplied
+
+_LONGEST_CELL = 64  # characters of a cell's id
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A hand-in as it is run and marked.
+
+    Attributes
+    ----------
+    merged : what is run
+    files : the student's own: relative path → content
+    words : answers in words, from the saved notebooks
+    claim : what was recorded at home; None if that is not known
+    handed_in : file names of the notebooks that were handed in
+    problems, notes : what went wrong, and what is worth knowing
+    """
+
+    merged: Merged
+    files: Mapping[str, bytes]
+    words: Mapping[Where, Words]
+    claim: Claim | None
+    handed_in: tuple[str, ...]
+    problems: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def content(self) -> list[Any]:
+        """All of it that a run depends on, as plain data. Words are not run."""
+        cells = {
+            name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
+            for name, notebook in self.merged.notebooks.items()
+        }
+        return [cells, {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}]
+
+    def digest(self) -> str:
+        """Of all of it."""
+        plain = {f"{question} {part}": one.plain() for (question, part), one in self.words.items()}
+        claim = None if self.claim is None else [dict(self.claim.cells), self.claim.knows_cells]
+        about = [self.content(), plain, claim, self.handed_in, self.problems, self.notes]
+        return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+
+
+def prepare(
+    hand_in: HandIn,
+    bundle: Bundle,
+    catalogue: Catalogue,
+    student: str,
+    every_cell: bool = False,
+    supplied: Sequence[Supplied] = (),
+) -> Prepared:
+    """Make a hand-in ready.
+
+    Parameters
+    ----------
+    hand_in : as it was read
+    bundle : what it is run with
+    catalogue : of the course
+    student : whose answers.json it should hold
+    every_cell : leave no cell out
+    supplied : values in place of missing ones
+    """
+    notebooks = {name: cells for name, cells in hand_in.notebooks.items() if name in bundle.pristine}
+    made = merge.merged(bundle.pristine, notebooks, every_cell, supplying.cells(bundle.pristine, supplied))
+    written: dict[Where, Words] = {}
+    problems: list[str] = []
+    notes: list[str] = []
+    for name, cells in notebooks.items():
+        found = words.written(bundle.pristine[name]["cells"], cells, hand_in.files)
+        written |= found.words
+        problems += [f"{name}: {told}" for told in found.problems]
+        notes += [f"{name}: {told}" for told in found.notes]
+        notes += [f"{name}: {change}" for change in made.changes[name] if _is_told(change)]
+    claim, said = _claim(hand_in.claim, catalogue, student)
+    files = dict(sorted(hand_in.files.items()))
+    return Prepared(made, files, written, claim, tuple(sorted(notebooks)), tuple(problems), (*notes, *said))
+
+
+def _is_told(change: Change) -> bool:
+    """Whether an instructor may want to know of it: text may be deleted, and an answer in words is found elsewhere."""
+    if change.role is Role.ANSWER:
+        return change.kind == "code"
+    return change.role is Role.LOCKED and change.what is not Happened.RENAMED
+
+
+def _claim(data: bytes | None, catalogue: Catalogue, student: str) -> tuple[Claim | None, tuple[str, ...]]:
+    """What the student's own answers.json says was recorded, of what can be asked."""
+    if data is None:
+        return None, ()
+    try:
+        content = answers.parse(data)
+    except AnswerError as error:
+        return None, (_("The student's own answers.json cannot be read, and is not compared: {why}").format(why=error),)
+    if caseless(content["student"]) != caseless(student):
+        return None, (
+            _("The answers.json that was handed in is {other!r}'s, and is not compared.").format(
+                other=content["student"][:LONGEST]
+            ),
+        )
+    known = content["format"] > 1
+    cells = {
+        number: {
+            name: content["cells"].get(number, {}).get(name, "")[:_LONGEST_CELL]
+            for name in question.names
+            if name in content["answers"].get(number, {})
+        }
+        for number, question in catalogue.everything.items()
+        if number in content["answers"]
+    }
+    return Claim(cells, known), ()

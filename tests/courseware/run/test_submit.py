@@ -1,0 +1,148 @@
+"""Work packed to be handed in, and its receipt."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from made_notebooks import answer, locked, notebook, saved
+
+from rotflex.courseware.run.check import Checked, Part, State
+from rotflex.courseware.run.submit import MAX_OUTPUT, slim, submit
+from rotflex.errors import CheckError
+
+NAME = "01_swing.ipynb"
+NOTEBOOK = notebook(answer("q1", "k = 3.5"), locked("q1-answer", 'lab.answer("1", k=k)'))
+NOON = datetime(2026, 3, 1, 12, 0, 0, tzinfo=UTC)
+CHECKED = Checked(
+    "ada", Path(), (Part(NAME, "1", "k", State.RECORDED), Part(NAME, "2", "omega", State.MISSING, "It stopped."))
+)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    work = tmp_path / "desk" / "work"
+    work.mkdir(parents=True)
+    (work / NAME).write_bytes(saved(NOTEBOOK))
+    (work / "course.json").write_text('{"student": "ada", "release": "r1"}')
+    (work / "answers.json").write_text('{"student": "ada"}')
+    (work / "helpers.py").write_text("x = 1")
+    return work
+
+
+def pack(folder, **options):
+    return submit(folder, [NAME], **{"now": NOON, "checked": CHECKED, **options})
+
+
+def content(path):
+    with zipfile.ZipFile(path) as packed:
+        return {name: packed.read(name) for name in packed.namelist()}
+
+
+def test_a_zip_named_by_the_id_holds_what_counts_and_a_receipt(folder):
+    done = pack(folder)
+    assert done.path == folder.parent / "ada.zip"
+    found = content(done.path)
+    receipt = json.loads(found.pop("receipt.json"))
+    assert found == {
+        NAME: saved(NOTEBOOK),
+        "answers.json": b'{"student": "ada"}',
+        "course.json": b'{"student": "ada", "release": "r1"}\n',
+        "helpers.py": b"x = 1",
+    }
+    assert (receipt["student"], receipt["with"], receipt["time"]) == ("ada", [], "2026-03-01T12:00:00+00:00")
+    assert (receipt["answered"], receipt["not_answered"], receipt["checked"]) == (["1"], ["2"], True)
+    assert receipt["content"] == done.digest and receipt["files"].keys() == found.keys()
+
+
+def test_the_receipt_is_printed_and_added_to_those_before(folder):
+    first, second = pack(folder), pack(folder, now=NOON.replace(hour=13))
+    assert first.lines[0] == "Receipt    ada"
+    assert "2026-03-01 12:00:00 UTC" in first.lines[1]
+    assert first.lines[2] == f"Content    {first.digest[:16]} (4 files)"
+    assert first.lines[3:5] == (
+        "Questions  1 of 2 questions are all there; 1 with something to look at.",
+        "Not there  2",
+    )
+    assert first.lines[-1] == f"Upload     {first.path}: this one file is all that you hand in."
+    assert second.lines[-1].endswith("It replaces the one that was there.")
+    kept = (folder.parent / "ada-receipts.txt").read_text()
+    assert kept == "\n".join(first.lines) + "\n\n" + "\n".join(second.lines) + "\n\n"
+
+
+def test_the_same_content_has_the_same_hash_whenever_and_wherever_it_is_packed(folder, tmp_path):
+    first = pack(folder)
+    assert pack(folder, now=NOON.replace(year=2027), out=tmp_path / "new", checked=None).digest == first.digest
+    (folder / "helpers.py").write_text("x = 2")
+    assert pack(folder).digest != first.digest
+
+
+def test_without_a_check_it_says_so(folder):
+    done = pack(folder, checked=None)
+    assert any("not checked, as you asked" in line for line in done.lines)
+    assert json.loads(content(done.path)["receipt.json"])["checked"] is False
+
+
+@pytest.mark.parametrize(
+    ("given", "course", "found"),
+    [
+        (["bob", "Bob", "ada"], '{"student": "ada"}', ["bob"]),
+        ([], '{"student": "ada", "with": ["carl"]}', ["carl"]),
+        (["bob"], '{"student": "ada", "with": ["carl"]}', ["bob"]),
+    ],
+)
+def test_partners_are_named_in_the_course_file(folder, given, course, found):
+    (folder / "course.json").write_text(course)
+    done = pack(folder, partners=given)
+    assert json.loads(content(done.path)["course.json"])["with"] == found
+    assert done.lines[0] == f"Receipt    ada, {found[0]}"
+
+
+def test_a_partners_id_that_can_be_none_is_refused(folder):
+    with pytest.raises(CheckError, match="With whom"):
+        pack(folder, partners=["a/b"])
+
+
+def test_without_an_id_it_says_how_to_give_one_and_the_answers_may_know_it(folder):
+    (folder / "course.json").unlink()
+    assert pack(folder).path.name == "ada.zip"
+    (folder / "answers.json").unlink()
+    with pytest.raises(CheckError, match="rotflex submit --student YOUR-ID"):
+        pack(folder)
+    assert pack(folder, student="bob").path.name == "bob.zip"
+
+
+def test_the_zip_does_not_lie_in_what_it_holds_and_a_place_that_cannot_be_written_is_told(folder, tmp_path):
+    for place in (folder, folder / "out"):
+        with pytest.raises(CheckError, match="choose another place by --out"):
+            pack(folder, out=place)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CheckError, match=r"cannot be written.*--out"):
+        pack(folder, out=tmp_path / "file")
+    assert sorted(path.name for path in folder.parent.iterdir()) == ["work"]
+
+
+def test_large_outputs_are_left_out_and_told_and_small_ones_stay(folder):
+    own = notebook(*NOTEBOOK["cells"])
+    small = [{"output_type": "stream", "name": "stdout", "text": "3.5"}]
+    own["cells"][0]["outputs"] = small
+    own["cells"][1]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": "x" * MAX_OUTPUT}]
+    own["metadata"]["widgets"] = {"state": "y" * 1000}
+    data, dropped = slim(saved(own))
+    assert dropped == 1
+    slimmed = json.loads(data)
+    assert [cell["outputs"] for cell in slimmed["cells"]] == [small, []]
+    assert slimmed["metadata"] == NOTEBOOK["metadata"]
+    assert [cell["source"] for cell in slimmed["cells"]] == [cell["source"] for cell in own["cells"]]
+    (folder / NAME).write_bytes(saved(own))
+    assert any("what 1 cell had shown is left out" in line for line in pack(folder).lines)
+
+
+def test_what_does_not_come_along_is_told(folder):
+    (folder / "numpy.py").write_text("")
+    done = pack(folder)
+    assert "numpy.py" not in content(done.path)
+    assert any("numpy.py does not come along" in line for line in done.lines)

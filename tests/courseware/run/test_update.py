@@ -1,0 +1,349 @@
+"""A half-done notebook brought to another release: the course's cells are new, and what a student wrote is there."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+
+import nbformat
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
+
+from rotflex.courseware import files
+from rotflex.courseware import words as words_
+from rotflex.courseware.run import update
+from rotflex.courseware.run.handed_in import cells_of
+from rotflex.courseware.run.update import Changes, updated
+from rotflex.errors import ConfigurationError
+
+OLD = notebook(
+    text("title", "# Springs"),
+    code("parameters", 'student = ""', ["parameters"]),
+    locked("setup", "import math"),
+    text("q1-text", "How stiff?"),
+    answer("q1", "k = None\n# Your code here."),
+    locked("q1-answer", 'lab.answer("1", k=k)'),
+    answer("q2", 'why = ""\n# Your code here.'),
+    locked("q2-answer", 'lab.answer("2", why=why)'),
+    answer("q3", "n = None\n# Your code here."),
+    locked("q3-answer", 'lab.answer("3", n=n)'),
+)
+
+
+def words(name, source):
+    """An answer cell for words."""
+    return {**text(name, source), "metadata": {"nbgrader": {**ANSWER, "grade_id": name}, "deletable": False}}
+
+
+NEW = notebook(
+    text("title", "# Springs and masses"),
+    code("parameters", 'student = ""', ["parameters"]),
+    locked("setup", "import math\nimport cmath"),
+    text("q1-text", "How stiff?"),
+    answer("q1", "k = error = None\n# Your code here."),
+    locked("q1-answer", 'lab.answer("1", k=k, error=error)'),
+    words("q2", "*Write here.*"),
+    text("q4-text", "How fast?"),
+    answer("q4", "omega = None\n# Your code here."),
+    locked("q4-answer", 'lab.answer("4", omega=omega)'),
+)
+
+
+def worked(**sources):
+    """The old notebook with answers, by cell."""
+    own = copy.deepcopy(OLD)
+    for cell in own["cells"]:
+        cell["source"] = sources.get(cell["id"], cell["source"])
+    return own
+
+
+def brought(own, master=NEW):
+    done, changes = updated(saved(own), master)
+    nbformat.validate(nbformat.from_dict(done))
+    return done, changes
+
+
+def shown(content):
+    return [(cell["id"], cell["source"]) for cell in content["cells"]]
+
+
+def by_id(content):
+    return {cell["id"]: cell for cell in content["cells"]}
+
+
+def test_without_any_answer_it_is_the_new_notebook():
+    done, changes = brought(OLD)
+    assert done["cells"] == NEW["cells"]
+    assert changes == Changes(changed=3, new=2, gone=3)
+    assert list(changes.lines("a.ipynb")) == ["a.ipynb: of the course's cells 3 changed, 2 new, 3 gone."]
+
+
+def test_answers_added_cells_parameters_and_outputs_stay_where_they_are():
+    own = worked(q1="k = 3.5", parameters='student = "ada"')
+    own["cells"][4]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": "3.5"}]
+    own["cells"].insert(4, code("mine", "half = 2"))
+    own["cells"].insert(6, text("note", "my note"))
+    done, _changes = brought(own)
+    assert shown(done)[:8] == [
+        ("title", "# Springs and masses"),
+        ("parameters", 'student = "ada"'),
+        ("setup", "import math\nimport cmath"),
+        ("q1-text", "How stiff?"),
+        ("mine", "half = 2"),
+        ("q1", "k = 3.5"),
+        ("note", "my note"),
+        ("q1-answer", 'lab.answer("1", k=k, error=error)'),
+    ]
+    assert by_id(done)["q1"]["outputs"] == own["cells"][5]["outputs"]
+
+
+def test_an_answer_that_is_another_kind_of_cell_now_stays_below_as_their_own_and_it_is_told():
+    done, changes = brought(worked(q2='why = """It rubs."""'))
+    place = [cell["id"] for cell in done["cells"]].index("q2")
+    assert shown(done)[place : place + 2] == [("q2", "*Write here.*"), ("q2-before", 'why = """It rubs."""')]
+    assert by_id(done)["q2-before"]["cell_type"] == "code"
+    assert "nbgrader" not in by_id(done)["q2-before"]["metadata"]
+    assert by_id(done)["q2"]["metadata"] == NEW["cells"][6]["metadata"]
+    assert "a.ipynb: another kind of cell now; what you had written stands below: q2." in [*changes.lines("a.ipynb")]
+
+
+def test_an_answer_that_is_no_longer_asked_for_stays_as_their_own_and_what_recorded_it_goes():
+    done, changes = brought(worked(q3="n = 4"))
+    assert by_id(done)["q3"]["source"] == "n = 4" and "nbgrader" not in by_id(done)["q3"]["metadata"]
+    assert "q3-answer" not in by_id(done)
+    assert changes.dropped == ("q3",)
+    assert [*changes.lines("a.ipynb")][-1] == "a.ipynb: no answer cells any more, but still there as your own: q3."
+
+
+def in_words(question, part, name):
+    return {
+        **text(name, f"**✎ Your answer: {question}, {part}**\n\n{words_.STUB}"),
+        "metadata": {"nbgrader": {**ANSWER, "grade_id": name}, "rotflex": {"question": question, "part": part}},
+    }
+
+
+#: What older releases asked for in code is asked for in text cells.
+WORDED = notebook(*OLD["cells"][:4], in_words("2", "why", "q2-why"), *OLD["cells"][4:6], in_words("3", "n", "q3-n"))
+
+
+def test_words_that_stood_between_quotes_are_copied_into_their_text_cells():
+    source = 'why = """It rubs:\n\n    * in the air,\n    * in the spring.\n    """'
+    done, changes = brought(worked(q2=source, q3='n = "one" + "two"', q1="k = 3"), WORDED)
+    heading = "**✎ Your answer: 2, why**"
+    assert by_id(done)["q2-why"]["source"] == f"{heading}\n\nIt rubs:\n\n* in the air,\n* in the spring."
+    assert by_id(done)["q3-n"] == WORDED["cells"][-1]
+    assert by_id(done)["q2"]["source"] == source and by_id(done)["q3"]["source"] == 'n = "one" + "two"'
+    assert words_.words_of(WORDED["cells"], cells_of(saved(done))) == {
+        ("2", "why"): words_.Words("It rubs:\n\n* in the air,\n* in the spring.")
+    }
+    assert list(changes.lines("a.ipynb"))[1:] == [
+        "a.ipynb: answers in words have text cells now. Yours were copied there, see how they look: 2 why.",
+        "a.ipynb: answers in words have text cells now. Copy these there by hand: 3 n.",
+        "a.ipynb: no answer cells any more, but still there as your own: q2, q3.",
+    ]
+
+
+def test_words_that_code_puts_together_are_copied_as_they_were_recorded(desk, released):
+    (desk / "a.ipynb").write_bytes(saved(worked(q2='why = f"It rubs {k}."', q3='n = "It" + " rubs."')))
+    (released / "a.ipynb").write_bytes(saved(WORDED))
+    recorded = {"2": {"why": {"kind": "prose", "value": "It rubs 3."}}, "3": {"n": {"kind": "number", "value": 3}}}
+    book = {"format": 1, "student": "ada", "bench": {}, "software": "", "probe_seed": 1, "answers": recorded}
+    (desk / "answers.json").write_text(json.dumps(book))
+    lines, _whole = update.update(desk, released, "2026-x")
+    now = by_id(json.loads((desk / "a.ipynb").read_text()))
+    assert now["q2-why"]["source"].endswith("\n\nIt rubs 3.")
+    assert "a.ipynb: answers in words have text cells now. Copy these there by hand: 3 n." in lines
+    assert json.loads((desk / "answers.json").read_text()) == book
+
+
+def test_words_are_copied_once_and_what_was_written_since_stays():
+    done, _changes = brought(worked(q2='why = "It rubs."'), WORDED)
+    by_id(done)["q2-why"]["source"] = "It rubs, as I see it now."
+    again, changes = brought(done, WORDED)
+    assert again == done and changes == Changes()
+
+
+def test_where_nothing_was_written_nothing_is_copied():
+    done, changes = brought(OLD, WORDED)
+    assert done["cells"] == WORDED["cells"]
+    assert changes == Changes(gone=4)
+
+
+def test_a_new_answer_cell_is_empty_though_cells_of_their_own_stand_in_its_place():
+    own = worked(q1="k = 3.5")
+    own["cells"].append(code("mine", "print(k)"))
+    done, _changes = brought(own)
+    assert by_id(done)["q4"]["source"] == "omega = None\n# Your code here."
+    assert by_id(done)["mine"]["source"] == "print(k)"
+    order = [cell["id"] for cell in done["cells"]]
+    assert order.index("q4") < order.index("q4-answer")
+
+
+def test_where_an_editor_has_renewed_all_names_answers_are_found_all_the_same():
+    own = worked(q1="k = 3.5")
+    for number, cell in enumerate(own["cells"]):
+        cell["id"] = f"x{number}"
+    done, _changes = brought(own)
+    assert by_id(done)["q1"]["source"] == "k = 3.5"
+    assert "q2-answer" not in [cell["metadata"].get("nbgrader", {}).get("grade_id") for cell in done["cells"]]
+
+
+def test_pieces_of_a_split_answer_all_stay():
+    own = worked(q1="k = 3.5", q2='why = "It rubs."')
+    for place, source in ((7, "why += '!'"), (5, "k = round(k)"), (5, "")):
+        piece = copy.deepcopy(own["cells"][place - 1])
+        own["cells"].insert(place, {**piece, "id": f"piece-{place}-{len(source)}", "source": source})
+    done, changes = brought(own)
+    sources = [cell["source"] for cell in done["cells"]]
+    assert sources[4:7] == ["k = 3.5", "", "k = round(k)"]
+    assert [cell["source"] for cell in done["cells"] if cell["id"].startswith("q2-before")] == [
+        'why = "It rubs."',
+        "why += '!'",
+    ]
+    assert changes.aside == ("q2",)
+
+
+@pytest.mark.parametrize(
+    ("source", "unfilled"),
+    [
+        ("k = None\n# Your code here.", True),
+        ('why = ""', True),
+        ("", True),
+        ("run = sweep = None\n  # Your code here.", True),
+        ('why = """ """\n# Your code here.', True),
+        ("k = 0", False),
+        ("k = None  # to do: ask Grace", False),
+        ("k = None\nprint(3)", False),
+        ("k = ", False),
+        ("def f():\n    # Your code here.\n    return None", False),
+    ],
+)
+def test_only_what_holds_nothing_of_a_students_is_replaced(source, unfilled):
+    done, _changes = brought(worked(q1=source))
+    assert (by_id(done)["q1"]["source"] == "k = error = None\n# Your code here.") == unfilled
+    assert unfilled or by_id(done)["q1"]["source"] == source
+
+
+SOURCES = st.text(st.characters(codec="utf-8", exclude_characters="\r"), min_size=1, max_size=20).map("x = 1\n".__add__)
+
+
+@given(
+    answers=st.dictionaries(st.sampled_from(["q1", "q2", "q3"]), SOURCES),
+    added=st.lists(st.tuples(st.integers(0, 10), SOURCES, st.booleans()), max_size=4),
+    gone=st.sets(st.sampled_from([cell["id"] for cell in OLD["cells"]]), max_size=3),
+    new_names=st.booleans(),
+)
+def test_whatever_a_student_wrote_is_there_and_a_second_time_changes_nothing(answers, added, gone, new_names):
+    own = worked(**answers)
+    own["cells"] = [cell for cell in own["cells"] if cell["id"] not in gone or cell["id"] in answers]
+    for number, (place, source, is_code) in enumerate(added):
+        own["cells"].insert(place, code(f"mine-{number}", source) if is_code else text(f"mine-{number}", source))
+    if new_names:
+        for number, cell in enumerate(own["cells"]):
+            cell["id"] = f"x{number}"
+    wrote = sorted([*answers.values(), *(source for _, source, _ in added)])
+    done, _changes = brought(own)
+    left = sorted(cell["source"] for cell in done["cells"] if cell["source"].startswith("x = 1\n"))
+    assert left == wrote
+    assert [cell["source"] for cell in done["cells"] if cell["id"] == "setup"] == ["import math\nimport cmath"]
+    again, changes = updated(saved(done), NEW)
+    assert again == done and not changes.aside
+
+
+# --- a folder ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def released(tmp_path):
+    """The new release, as handed out."""
+    folder = tmp_path / "released"
+    folder.mkdir()
+    for name in ("a.ipynb", "b.ipynb", "c.ipynb"):
+        (folder / name).write_bytes(saved(NEW))
+    return folder
+
+
+@pytest.fixture
+def desk(tmp_path):
+    """A student's folder: b as it was released before, a worked on, no c."""
+    folder = tmp_path / "desk"
+    folder.mkdir()
+    (folder / "a.ipynb").write_bytes(saved(worked(q1="k = 3.5")))
+    (folder / "b.ipynb").write_bytes(saved(OLD))
+    (folder / "own.py").write_text("x = 1")
+    (folder / "answers.json").write_text("{}")
+    return folder
+
+
+def test_a_folder_is_brought_to_a_release_and_what_was_there_is_kept(desk, released):
+    before = {path.name: path.read_bytes() for path in desk.iterdir()}
+    lines, whole = update.update(desk, released, "2026-x")
+    assert whole
+    assert lines == [
+        "Your notebooks now have the course's text of the release 2026-x; your answers are as they were.",
+        "a.ipynb: of the course's cells 3 changed, 2 new, 3 gone.",
+        "b.ipynb: of the course's cells 3 changed, 2 new, 3 gone.",
+        f"Copies of the notebooks as they were lie in the hidden folder {desk / '.before-2026-x'}.",
+    ]
+    kept = {path.name: path.read_bytes() for path in (desk / ".before-2026-x").iterdir()}
+    assert kept == {name: content for name, content in before.items() if name.endswith(".ipynb")}
+    assert by_id(json.loads((desk / "a.ipynb").read_text()))["q1"]["source"] == "k = 3.5"
+    assert not (desk / "c.ipynb").exists()
+    assert (desk / "own.py").read_text() == "x = 1" and (desk / "answers.json").read_text() == "{}"
+    assert update.update(desk, released, "2026-x") == ([], True)
+
+
+def test_a_notebook_that_cannot_be_read_stays_and_is_told(desk, released):
+    (desk / "a.ipynb").write_text("{")
+    lines, whole = update.update(desk, released, "2026-x")
+    assert not whole
+    assert (desk / "a.ipynb").read_text() == "{"
+    assert any(line.startswith("a.ipynb could not be read, and stays as it is: it is not JSON") for line in lines)
+    assert by_id(json.loads((desk / "b.ipynb").read_text()))["title"]["source"] == "# Springs and masses"
+
+
+def test_a_copy_that_is_kept_is_never_overwritten(desk, released):
+    update.update(desk, released, "2026-x")
+    (desk / "a.ipynb").write_bytes(saved(worked(q1="k = 4")))
+    update.update(desk, released, "2026-x")
+    sources = {
+        path.name: by_id(json.loads(path.read_text()))["q1"]["source"]
+        for path in (desk / ".before-2026-x").glob("*a.*")
+    }
+    assert sources == {"a.ipynb": "k = 3.5", "2-a.ipynb": "k = 4"}
+
+
+def test_a_program_that_ends_in_between_leaves_whole_files_and_the_next_one_goes_on(desk, released, monkeypatch):
+    before = (desk / "a.ipynb").read_bytes()
+    rename, counted = os.replace, []
+
+    def killed(source, target):
+        counted.append(target)
+        if len(counted) == 4:  # the copies of a and b are kept, a is new
+            raise KeyboardInterrupt
+        rename(source, target)
+
+    monkeypatch.setattr(files.os, "replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        update.update(desk, released, "2026-x")
+    monkeypatch.undo()
+    for path in desk.glob("*.ipynb"):
+        json.loads(path.read_text())
+    assert json.loads((desk / "b.ipynb").read_text()) == OLD
+    _lines, whole = update.update(desk, released, "2026-x")
+    assert whole and by_id(json.loads((desk / "b.ipynb").read_text()))["title"]["source"] == "# Springs and masses"
+    assert (desk / ".before-2026-x" / "a.ipynb").read_bytes() == before
+    assert len(list((desk / ".before-2026-x").iterdir())) == 2
+
+
+def test_a_notebook_that_cannot_be_written_is_told_and_is_as_it_was(desk, released):
+    before = (desk / "a.ipynb").read_bytes()
+    (desk / ".before-2026-x").write_text("in the way")
+    with pytest.raises(
+        ConfigurationError, match=r"a\.ipynb cannot be brought to the release 2026-x: .* It is as it was"
+    ):
+        update.update(desk, released, "2026-x")
+    assert (desk / "a.ipynb").read_bytes() == before

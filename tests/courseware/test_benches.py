@@ -1,0 +1,61 @@
+"""Which bench each student has, as ``course.json`` says it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import rotflex
+from rotflex.courseware import benches, course_file
+from rotflex.courseware.benches import BenchPolicy, policy_of
+from rotflex.errors import ConfigurationError
+
+
+@pytest.mark.parametrize(
+    "policy", [BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2)]
+)
+def test_a_policy_comes_back_from_plain_data(policy):
+    course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
+    assert policy_of(course) == policy
+
+
+def test_seeds_are_the_students_own_unless_everybody_has_the_same():
+    assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3]
+
+
+def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw():
+    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
+
+
+@pytest.mark.parametrize(
+    ("course", "told"),
+    [
+        ({"bench": "own"}, '"bench" should be as'),
+        ({"bench": {"which": "mine"}}, '"own", "same" or "preset"; it is'),
+        ({"bench": {"which": ["own"]}}, '"bench" should be as'),
+        ({"bench": {"which": "same", "seed": -1}}, '"seed" is -1'),
+        ({"bench": {"which": "preset", "preset": 3}}, '"preset" should be a name, not 3'),
+        ({"draw": "1"}, "\"draw\" should be a whole number, not '1'"),
+        ({"draw": True}, '"draw" should be a whole number'),
+    ],
+)
+def test_what_cannot_be_understood_is_told(course, told):
+    with pytest.raises(ConfigurationError) as raised:
+        policy_of(course)
+    assert told in str(raised.value)
+
+
+def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_none(tmp_path, monkeypatch):
+    package = tmp_path / "package"
+    (package / "_course" / "notebooks").mkdir(parents=True)
+    monkeypatch.setattr(rotflex, "__file__", str(package / "__init__.py"))
+    assert course_file.bench_policy(tmp_path) == BenchPolicy()
+    released = {"student": "", "bench": {"which": "same", "seed": 3}}
+    (package / "_course" / "notebooks" / "course.json").write_text(json.dumps(released))
+    assert course_file.bench_policy(tmp_path) == BenchPolicy("same", seed=3)
+    (tmp_path / "course.json").write_text('{"student": "ada"}')
+    assert course_file.bench_policy(tmp_path) == BenchPolicy()
+    (tmp_path / "course.json").write_text('{"student": "ada", "bench": 3}')
+    with pytest.raises(ConfigurationError, match=r'course\.json: "bench" should be'):
+        course_file.bench_policy(tmp_path)

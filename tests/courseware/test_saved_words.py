@@ -1,0 +1,89 @@
+"""What a session knows of answers in words: what the saved notebooks of its folder hold."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from checkout import ROOT
+
+import rotflex.lab
+from rotflex.errors import AnswerError
+from rotflex.workbook import reports
+
+NOTEBOOK = "02_finding_stiffness.ipynb"
+REPORT = "04_modeling_results.ipynb"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A student's folder with two notebooks, as released."""
+    for name in (NOTEBOOK, REPORT):
+        (tmp_path / name).write_bytes((ROOT / "notebooks" / name).read_bytes())
+    return tmp_path
+
+
+@pytest.fixture
+def lab(folder):
+    return rotflex.lab.start("ada", folder=folder, quiet=True)
+
+
+def write(folder, name, cell_id, text, **changes):
+    """Save a notebook with a text in a cell."""
+    notebook = json.loads((folder / name).read_text(encoding="utf-8"))
+    (cell,) = [cell for cell in notebook["cells"] if cell["id"] == cell_id]
+    cell["source"] = [cell["source"][0], "\n", text]
+    cell.update(changes)
+    (folder / name).write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def test_words_are_there_once_the_notebook_is_saved(lab, folder, capsys):
+    assert not lab.has("2.11", "explanation")
+    with pytest.raises(AnswerError, match="words are read from the saved notebook"):
+        lab.value("2.11", "explanation")
+    write(folder, NOTEBOOK, "q2-11-explanation", "It $\\omega$ swings.")
+    assert lab.value("2.11", "explanation") == "It $\\omega$ swings."
+    lab.answer("2.11", omega_n=19.9)
+    capsys.readouterr()
+    lab.progress("02_finding_stiffness")
+    said = capsys.readouterr().out
+    assert "2.11              Natural frequency: answered" in said
+    assert said.endswith("Answers in words are read from the saved notebooks: save, and run this cell again.\n")
+    lab.summary()
+    assert "02_finding_stiffness        1 of 4 questions answered" in capsys.readouterr().out
+
+
+def test_words_in_quotes_of_an_old_notebook_still_count_and_new_ones_come_first(lab, folder):
+    lab.answer("2.11", explanation="In quotes.")
+    assert lab.value("2.11", "explanation") == "In quotes."
+    write(folder, NOTEBOOK, "q2-11-explanation", "In a cell.")
+    assert lab.value("2.11", "explanation") == "In a cell."
+
+
+def test_a_cell_that_was_split_or_has_another_id_is_known_in_a_students_own_copy(lab, folder):
+    write(folder, NOTEBOOK, "q2-11-explanation", "It swings.", id="renewed")
+    assert lab.value("2.11", "explanation") == "It swings."
+
+
+def test_a_notebook_that_cannot_be_read_is_told_and_the_others_count(lab, folder, capsys):
+    (folder / REPORT).write_text("{")
+    write(folder, NOTEBOOK, "q2-11-explanation", "It swings.")
+    assert lab.has("2.11", "explanation")
+    said = capsys.readouterr().out
+    assert f"Note      {REPORT} could not be read for answers in words: it is not JSON" in said
+    assert lab.has("2.11", "explanation")
+    assert capsys.readouterr().out == ""  # once
+
+
+def test_a_text_that_is_too_long_is_told_where_it_is_written(lab, folder, capsys):
+    write(folder, NOTEBOOK, "q2-11-explanation", "x" * 5001)
+    lab.summary()
+    assert f"{NOTEBOOK}: 2.11, explanation: it has 5001 characters" in capsys.readouterr().out
+
+
+def test_reports_are_put_together_from_the_saved_texts(lab, folder):
+    write(folder, REPORT, "report-i-1-stiffness-procedure", "We shook it.\n\n![sweep](attachment:image.png)")
+    text = reports.assembled("Modeling report", lab)
+    assert "**I.1 Procedure: finding the stiffness**\n\nWe shook it.\n\n*[picture sweep]*" in text
+    assert "| I.1 | Procedure: finding the stiffness |" in reports.outline("Modeling report", lab)
+    assert "Modeling report stiffness_procedure" not in reports.outline("Modeling report", lab)

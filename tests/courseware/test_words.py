@@ -1,0 +1,348 @@
+"""Answers in words: found in a student's text cells, whatever an editor or the student did to them."""
+
+from __future__ import annotations
+
+import base64
+import io
+import time
+import zlib
+
+import pytest
+from PIL import Image
+
+from rotflex.courseware import words
+from rotflex.courseware.kinds.values import LONGEST_PROSE
+from rotflex.courseware.run.handed_in import Cell
+from rotflex.courseware.words import STUB, Words
+
+HEADING = words.heading("Your answer: 1.1, why")
+OTHER = words.heading("Your answer: 1.2, how")
+
+
+def master(cell_id, source, kind="markdown", where=None):
+    metadata = {"nbgrader": {"grade_id": f"grade-{cell_id}"}}
+    if where:
+        metadata[words.KEY] = {"question": where[0], "part": where[1]}
+    return {"id": cell_id, "cell_type": kind, "metadata": metadata, "source": source}
+
+
+MASTER = [
+    master("text", "## Question 1.1"),
+    master("why", f"{HEADING}\n\n{STUB}", where=("1.1", "why")),
+    master("code", "k = None", "code"),
+    master("record", "lab.answer('1.1', k=k)", "code"),
+    master("how", f"{OTHER}\n\n{STUB}", where=("1.2", "how")),
+    master("end", "## The end"),
+]
+WHY, HOW = ("1.1", "why"), ("1.2", "how")
+
+
+def cell(source, cell_id="", kind="markdown", grade_id="", attachments=None):
+    return Cell(cell_id, grade_id, kind, source, attachments or {})
+
+
+def pristine(**changes):
+    """A student's cells as released, by id; a change of None leaves a cell out, a list puts cells in its place."""
+    found = []
+    for one in MASTER:
+        usual = cell(one["source"], one["id"], one["cell_type"], f"grade-{one['id']}")
+        changed = changes.get(one["id"], usual)
+        found += changed if isinstance(changed, list) else [] if changed is None else [changed]
+    return found
+
+
+def texts(cells, **options):
+    return {where: found.text for where, found in words.written(MASTER, cells, **options).words.items()}
+
+
+def why(source, **more):
+    return cell(source, **{"cell_id": "why", "grade_id": "grade-why", **more})
+
+
+def png(size=(4, 3), colour="red", kind="PNG", **more):
+    packed = io.BytesIO()
+    Image.new("RGB", size, colour).save(packed, kind, **more)
+    return packed.getvalue()
+
+
+def attached(data, name="image.png", media="image/png"):
+    return {name: {media: base64.b64encode(data).decode()}}
+
+
+# --- where words are found --------------------------------------------------------------------------------------------
+
+
+def test_a_notebook_as_released_holds_no_answer():
+    found = words.written(MASTER, pristine())
+    assert (found.words, found.notes, found.problems) == ({}, [], [])
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        f"{HEADING}\n\nIt bends.",
+        "It bends.",
+        f"{HEADING} It bends.",
+        f"{HEADING}\n\n{STUB}\n\nIt bends.",
+        f"{HEADING}\n\n{STUB} It bends.",
+        f"{HEADING}\r\n\r\nIt bends.\r\n",
+        f"{HEADING}\n\n{words.BEGIN}\nIt bends.\n{words.END}",
+    ],
+    ids=[
+        "over the stub",
+        "over all",
+        "on the heading's line",
+        "below the stub",
+        "after the stub",
+        "windows",
+        "solution",
+    ],
+)
+def test_heading_and_stub_are_no_part_of_the_answer(source):
+    found = words.written(MASTER, pristine(why=why(source)))
+    assert (found.words[WHY], found.notes) == (Words("It bends."), [])
+
+
+@pytest.mark.parametrize("source", ["", " \n ", "...", HEADING, STUB, f"{HEADING}\n\n{STUB}\n"])
+def test_nothing_written_is_no_answer(source):
+    assert texts(pristine(why=why(source))) == {}
+
+
+def test_formulas_lists_and_languages_stay_as_they_are():
+    text = (
+        "Größe: $\\omega_n=\\sqrt{K_s/J_l}$\n\n* der Rückstellmoment\n* ¿por qué? — «c'est ça»\n\n| a | b |\n|---|---|"
+    )
+    assert texts(pristine(why=why(f"{HEADING}\n\n{text}"))) == {WHY: text}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [why("It bends.", cell_id="new"), why("It bends.", grade_id=""), cell(f"{HEADING}\n\nIt bends.")],
+    ids=["renewed id", "no metadata", "neither: an old format"],
+)
+def test_an_answer_cell_is_known_by_id_or_grading_metadata_or_heading(changed):
+    found = words.written(MASTER, pristine(why=changed))
+    assert found.words[WHY].text == "It bends." and found.notes == []
+
+
+def test_without_ids_metadata_and_heading_the_place_tells():
+    cells = [cell(one.source, kind=one.kind) for one in pristine(why=why("It bends."))]
+    found = words.written(MASTER, cells)
+    assert found.words == {WHY: Words("It bends.")}
+    assert found.notes == ["1.1, why: taken from an added cell where the answer cell is missing."]
+
+
+def test_pieces_of_a_split_cell_are_joined_in_order():
+    pieces = [why(f"{HEADING}\n\nFirst."), why("Second.", cell_id="b"), why("Third.", cell_id="c")]
+    found = words.written(MASTER, pristine(why=pieces))
+    assert (found.words[WHY].text, found.notes) == ("First.\n\nSecond.\n\nThird.", [])
+
+
+def test_a_moved_cell_counts_where_it_is():
+    moved = why("It bends.")
+    assert texts(pristine(why=None, end=[cell("## The end", "end"), moved])) == {WHY: "It bends."}
+
+
+def test_a_copy_that_was_left_as_it_was_does_not_count_and_one_that_differs_is_told():
+    same = pristine(why=why("It bends."), end=[why("It bends.", cell_id="copy")])
+    assert texts(same) == {WHY: "It bends."}
+    empty = pristine(why=why(f"{HEADING}\n\n{STUB}"), end=[why("It bends.", cell_id="copy")])
+    assert texts(empty) == {WHY: "It bends."}
+    found = words.written(MASTER, pristine(why=why("It bends."), end=[why("It breaks.", cell_id="copy")]))
+    assert found.words[WHY].text == "It bends.\n\nIt breaks."
+    assert found.notes == ["1.1, why: there are 2 copies of its cell that differ; all are read, one after the other."]
+
+
+@pytest.mark.parametrize("kind", ["code", "raw"])
+def test_an_answer_cell_that_became_another_kind_is_read(kind):
+    found = words.written(MASTER, pristine(why=why("It bends.", kind=kind)))
+    assert found.words[WHY].text == "It bends."
+    assert found.notes == ["1.1, why: written in a cell that is no text cell any more."]
+
+
+def test_a_text_just_below_an_empty_answer_cell_is_the_answer():
+    stub = why(f"{HEADING}\n\n{STUB}")
+    found = words.written(MASTER, pristine(why=[stub, cell("It bends.")]))
+    assert found.words == {WHY: Words("It bends.")}
+    assert found.notes == ["1.1, why: taken from an added cell just below the answer cell, which is empty."]
+    found = words.written(MASTER, pristine(why=[cell("It bends."), stub]))
+    assert found.words == {WHY: Words("It bends.")}
+    assert found.notes == ["1.1, why: taken from an added cell just above the answer cell, which is empty."]
+
+
+def test_a_text_that_goes_on_below_the_answer_cell_is_read_with_it():
+    found = words.written(MASTER, pristine(why=[why("It bends."), cell("And how.")]))
+    assert found.words == {WHY: Words("It bends.\n\nAnd how.")}
+    assert found.notes == ["1.1, why: with the text of an added cell just below the answer cell."]
+
+
+def test_helper_cells_and_notes_elsewhere_are_no_answers():
+    cells = pristine(
+        text=[cell("## Question 1.1", "text"), cell("to do: read this again")],
+        why=[why("It bends."), cell("def helper(): return 1", kind="code")],
+        end=[cell("## The end", "end"), cell("My notes.")],
+    )
+    found = words.written(MASTER, cells)
+    assert (found.words, found.notes) == ({WHY: Words("It bends.")}, [])
+
+
+def test_words_in_a_code_cell_beside_an_empty_answer_cell_are_told_and_code_is_not():
+    def beside(source):
+        stub = why(f"{HEADING}\n\n{STUB}")
+        return words.written(MASTER, pristine(why=[stub, cell(source, kind="code")]))
+
+    told = beside("The link falls behind, because nothing pushes it.")
+    assert told.words == {}
+    assert told.notes == [
+        "1.1, why: nothing is written in its cell; an added cell beside it is not read as the answer."
+    ]
+    assert beside("for k in range(3):\n    print(k)").notes == []
+
+
+def test_of_two_answers_that_lack_none_gets_a_text_that_may_be_the_others():
+    two = [MASTER[1], MASTER[4]]
+    found = words.written(two, [cell("Because.")])
+    assert found.words == {}
+    assert len(found.notes) == 2 and "not read as the answer" in found.notes[0]
+
+
+# --- bounds -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
+    found = words.written(MASTER, pristine(why=why("x" * (LONGEST_PROSE + 7))))
+    assert len(found.words[WHY].text) == LONGEST_PROSE
+    assert found.problems == ["1.1, why: it has 5007 characters, of which the first 5000 are read; shorten it."]
+    assert words.written(MASTER, pristine(why=why("x" * LONGEST_PROSE))).problems == []
+
+
+def test_what_no_file_should_bear_is_replaced():
+    assert texts(pristine(why=why("a\x1b[31mb\x00"))) == {WHY: "a\ufffd[31mb\ufffd"}
+
+
+def test_hostile_sources_take_no_time():
+    started = time.perf_counter()
+    for source in (
+        "![" * 50_000,
+        "![](" * 40_000,
+        HEADING[:36] * 5_000,
+        "![a](data:image/png;base64,A" * 5_000,
+        "a " * 90_000,
+    ):
+        words.written(MASTER, pristine(why=why(source), how=cell(source, "x", kind="code")))
+    assert time.perf_counter() - started < 10
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_pasted_picture_comes_along_as_png():
+    jpeg = attached(png((80, 60), kind="JPEG"), "foto mit ü.jpg", "image/jpeg")
+    found = words.written(
+        MASTER, pristine(why=why("See:\n\n![x](attachment:foto%20mit%20%C3%BC.jpg)", attachments=jpeg))
+    )
+    ((name, data),) = found.words[WHY].pictures.items()
+    assert name == "attachment:foto%20mit%20%C3%BC.jpg"
+    with Image.open(io.BytesIO(data)) as image:
+        assert (image.format, image.size) == ("PNG", (80, 60))
+    assert found.problems == []
+
+
+def test_a_picture_alone_is_an_answer():
+    found = words.written(MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(png()))))
+    assert list(found.words[WHY].pictures) == ["attachment:image.png"]
+
+
+def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters():
+    data = base64.b64encode(png((300, 300)) * 1).decode()
+    noise = "A" * 8000
+    found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{data}) b")))
+    assert found.words[WHY].text == "a ![p](attachment:in-text-1) b"
+    assert list(found.words[WHY].pictures) == ["attachment:in-text-1"]
+    found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{noise}) b")))
+    assert found.problems == ["1.1, why: the picture 'attachment:in-text-1': it is none of PNG, JPEG, GIF, WEBP, BMP"]
+
+
+def test_a_picture_beside_the_notebook_is_taken_from_there():
+    files = {"plots/my plot.png": png()}
+    cells = pristine(why=why("![](plots/my%20plot.png) ![](<./plots/my plot.png>) ![](other.png)"))
+    found = words.written(MASTER, cells, files)
+    assert set(found.words[WHY].pictures) == {"plots/my%20plot.png", "./plots/my plot.png"}
+    assert found.problems == ["1.1, why: the picture 'other.png': it is not in the notebook; paste it into the cell"]
+
+
+def bomb(side):
+    """A PNG of a few bytes that says that it has so many pixels in each direction."""
+    data = bytearray(png())
+    data[16:24] = side.to_bytes(4) * 2
+    data[29:33] = zlib.crc32(bytes(data[12:29])).to_bytes(4)
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (bomb(60_000), "it has more than 60 million pixels"),
+        (bomb(8_000), "it has more than 60 million pixels"),
+        (png((400, 400))[:60], "it is damaged"),
+        (b"<svg onload='alert(1)'/>", "it is none of PNG, JPEG, GIF, WEBP, BMP"),
+        (b"", "it is none of PNG, JPEG, GIF, WEBP, BMP"),
+    ],
+    ids=["bomb", "too large", "cut off", "svg", "empty"],
+)
+def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
+    found = words.written(MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(data))))
+    assert found.words[WHY].pictures == {}
+    assert found.problems == [f"1.1, why: the picture 'attachment:image.png': {told}"]
+
+
+def test_pictures_are_bounded_in_number_and_all_together():
+    large = attached(png((8000, 7000), kind="GIF"))["image.png"]
+    shown = "".join(f"![](attachment:{n}.png)" for n in range(7))
+    found = words.written(MASTER, pristine(why=why(shown[:69], attachments={f"{n}.png": large for n in range(3)})))
+    kept = found.words[WHY].pictures
+    assert len(kept) == 2 and "too many pixels" in found.problems[0]
+    assert all(max(Image.open(io.BytesIO(data)).size) == 1400 for data in kept.values())
+    small = {f"{n}.png": attached(png(), f"{n}.png")[f"{n}.png"] for n in range(7)}
+    found = words.written(MASTER, pristine(why=why(shown, attachments=small)))
+    assert len(found.words[WHY].pictures) == 6
+    assert found.problems == ["1.1, why: more than 6 pictures: the first 6 are shown"]
+
+
+def test_a_noisy_picture_is_made_small_enough():
+    noise = Image.effect_noise((3000, 2000), 90).convert("RGB")
+    packed = io.BytesIO()
+    noise.save(packed, "JPEG")
+    found = words.written(
+        MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(packed.getvalue())))
+    )
+    (data,) = found.words[WHY].pictures.values()
+    assert len(data) <= 700_000
+
+
+def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
+    turned = Image.new("RGB", (60, 40))
+    exif = turned.getexif()
+    exif[0x0112] = 6
+    packed, clear = io.BytesIO(), io.BytesIO()
+    turned.save(packed, "JPEG", exif=exif)
+    Image.new("RGBA", (2, 2), (0, 0, 0, 0)).save(clear, "PNG")
+    pictures = {**attached(packed.getvalue(), "a.jpg", "image/jpeg"), **attached(clear.getvalue(), "b.png")}
+    found = words.written(
+        MASTER, pristine(why=why("![](attachment:a.jpg) ![](attachment:b.png)", attachments=pictures))
+    )
+    upright, white = (Image.open(io.BytesIO(data)) for data in found.words[WHY].pictures.values())
+    assert upright.size == (40, 60)
+    assert white.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+def test_words_as_plain_data_and_back():
+    given = Words("It bends.", {"attachment:a.png": png()})
+    assert Words.from_plain(given.plain()) == given
+    for broken in ({}, {"text": "x", "pictures": {"a": "%"}}, {"text": "x", "pictures": 3}):
+        with pytest.raises(ValueError):
+            Words.from_plain(broken)
+
+
+def test_words_of_is_the_words_alone():
+    assert words.words_of(MASTER, pristine(why=why("It bends."))) == {WHY: Words("It bends.")}

@@ -1,0 +1,52 @@
+"""What gradebooks hold, made up for a test: marks of three questions of this course, runs, and rosters."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+
+
+def mark(status: str = "right", points: float = 2.0, reason: str = "Well.", given: str = "19.9 rad/s") -> MarkRecord:
+    """The mark for a number of two points."""
+    return MarkRecord("2.11", "omega_n", status, points, 2.0, reason, given)
+
+
+def prose(status: str = "for a person", points: float = 0.0, given: str = "Because it bends.") -> MarkRecord:
+    """The mark for an explanation of one point."""
+    return MarkRecord("2.11", "explanation", status, points, 1.0, "A person will read this.", given)
+
+
+def report_text(status: str = "for a person", points: float = 0.0, given: str = "It was fine.") -> MarkRecord:
+    """The mark for a question that is words alone, of two points."""
+    return MarkRecord("2.16", "comparison", status, points, 2.0, "A person will read this.", given)
+
+
+def graded(student: str, *marks: MarkRecord, submission: str = "first", key: str = "key 1", **run: Any) -> Graded:
+    """A run with its marks."""
+    values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "Run in isolation."} | run
+    record = RunRecord(f"{student} {submission}", student, submission, **values)
+    return Graded(record, marks or (mark(), prose(), report_text()), key)
+
+
+def record(book: Gradebook, *runs: Graded) -> None:
+    """Put runs into a gradebook."""
+    for one in runs:
+        book.record(one, "batch", "run")
+
+
+def enrol(book: Gradebook, folder: Path, *rows: tuple[str, str, str, str]) -> None:
+    """Take a roster in: ID, name, email and section of each."""
+    text = io.StringIO(newline="")
+    csv.writer(text).writerows([("id", "name", "email", "section"), *rows])
+    (folder / "roster.csv").write_text(text.getvalue(), encoding="utf-8")
+    book.import_roster(folder / "roster.csv")
+
+
+def rows(out: Path) -> dict[str, dict[str, str]]:
+    """The rows of grades.csv, by student."""
+    with (out / "grades.csv").open(encoding="utf-8", newline="") as file:
+        return {row["student"]: row for row in csv.DictReader(file)}

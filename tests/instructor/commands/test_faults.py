@@ -1,0 +1,153 @@
+"""What goes wrong around a command is one clear line, and exit code 2; nobody sees a traceback."""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import os
+import subprocess
+import sys
+
+import pytest
+from checkout import ROOT
+from gradebooks import graded, record
+from made_courses import copied
+from typer.testing import CliRunner
+
+from rotflex import cli
+from rotflex.instructor.gradebook import Gradebook
+
+
+def rotflex(*arguments):
+    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+
+
+def one_line(done, *words):
+    """Whether a command ended with exit code 2 and one line for people, with these words in it."""
+    assert done.exit_code == 2, done.output
+    assert isinstance(done.exception, SystemExit), done.exception
+    lines = done.output.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("rotflex: "), done.output
+    assert all(word in lines[0] for word in words), done.output
+
+
+@pytest.fixture
+def isolated(monkeypatch):
+    """As if the isolation had been examined."""
+    monkeypatch.setattr("rotflex.instructor.running.isolation_report.check", lambda: None)
+
+
+@pytest.fixture
+def handed_in(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "ada.zip").write_bytes(b"not a zip")
+    return tmp_path / "in"
+
+
+@pytest.fixture
+def book(tmp_path):
+    with Gradebook(tmp_path / "book.sqlite") as opened:
+        record(opened, graded("ada"))
+    return tmp_path / "book.sqlite"
+
+
+def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ROTFLEX_COURSE", raising=False)
+    one_line(rotflex("grade", handed_in, "--out", tmp_path / "out"), "There is no course at", "--course FOLDER")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_syntax_error_in_the_key(handed_in, tmp_path, isolated):
+    course = copied(tmp_path, key="KEY = {\n    '2.11': {]\n}\n")
+    one_line(
+        rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", course), "SyntaxError", "key.py, line 2"
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isolated):
+    course = copied(tmp_path, key="\n\nKEY = {'2.11': nonsense}\n")
+    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", course)
+    one_line(done, "NameError: name 'nonsense' is not defined (key.py, line 3)")
+
+
+def test_a_folder_where_the_table_should_be(handed_in, tmp_path, isolated):
+    (tmp_path / "out" / "grades.csv").mkdir(parents=True)
+    one_line(rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", ROOT), "grades.csv is a folder")
+
+
+@pytest.mark.parametrize("command", ["grade", "report"])
+def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, isolated):
+    (tmp_path / "out").write_text("")
+    source = (handed_in,) if command == "grade" else ("--gradebook", book)
+    done = rotflex(command, *source, "--out", tmp_path / "out", "--course", ROOT)
+    said = " ".join(done.output.replace("│", " ").split())
+    assert done.exit_code == 2 and "is a file." in said and "Traceback" not in said
+
+
+def test_a_gradebook_that_is_a_folder(tmp_path, handed_in, isolated):
+    one_line(rotflex("history", "--gradebook", tmp_path), "is a folder; the gradebook is a file in it")
+    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--gradebook", tmp_path, "--course", ROOT)
+    one_line(done, "cannot be opened")
+
+
+def test_a_gradebook_that_is_no_database(tmp_path, handed_in, isolated):
+    (tmp_path / "other").write_text("student,total\n" * 100)
+    one_line(rotflex("history", "--gradebook", tmp_path / "other"), "this file is not a gradebook")
+    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--gradebook", tmp_path / "other", "--course", ROOT)
+    one_line(done, "this file is not a gradebook")
+
+
+def test_a_place_that_is_read_only(handed_in, book, tmp_path, monkeypatch, isolated):
+    def refuse(target, content):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(target))
+
+    monkeypatch.setattr("rotflex.courseware.files.write", refuse)
+    for words in (("grade", handed_in), ("report", "--gradebook", book)):
+        done = rotflex(*words, "--out", tmp_path / "out", "--course", ROOT)
+        one_line(done, "There can be no results in", "Read-only file system")
+
+
+def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monkeypatch, isolated):
+    """What was graded stays in the gradebook, and what could not be written is told at the end."""
+    from rotflex.courseware import files
+
+    honest = files.write
+
+    def full(target, content):
+        if str(target).endswith((".csv", ".html")):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
+        return honest(target, content)
+
+    monkeypatch.setattr(files, "write", full)
+    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", ROOT)
+    assert done.exit_code == 2 and "Traceback" not in done.output
+    assert "grades.csv cannot be written: No space left on device. So it is with 1 more." in done.output
+    with Gradebook(tmp_path / "out" / "gradebook.sqlite") as book:
+        assert book.current("ada") is not None
+
+
+def test_a_disk_that_is_full_for_the_gradebook(book, tmp_path):
+    """A real one: SQLite may have no more pages than there are."""
+    code = (
+        "import sqlite3, sys; from rotflex import cli; real = sqlite3.connect\n"
+        "def connect(*a, **k):\n    made = real(*a, **k); made.execute('PRAGMA max_page_count = 1'); return made\n"
+        "sqlite3.connect = sqlite3.dbapi2.connect = connect\n"
+        "sys.argv[0] = 'rotflex'; cli.app()"
+    )
+    words = ["comment", "ada", "x" * 100_000, "--by", "anna", "--gradebook", str(book)]
+    done = subprocess.run([sys.executable, "-c", code, *words], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
+    assert "database or disk is full" in done.stderr
+    with Gradebook(book) as opened:
+        assert opened.comments("ada") == []
+
+
+def test_whatever_the_system_refuses_elsewhere_is_one_line_too(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), "somewhere/notebooks")
+
+    module = importlib.import_module("rotflex.instructor.release.student_course")
+    monkeypatch.setattr(module, "write_notebooks", refuse)
+    one_line(rotflex("notebooks", "--course", ROOT), "somewhere/notebooks: Permission denied.")

@@ -1,0 +1,65 @@
+"""What another marking changed, in words and as data."""
+
+from __future__ import annotations
+
+from gradebooks import graded, mark, prose, record
+
+from rotflex.instructor.gradebook import Gradebook, MarkRecord
+from rotflex.instructor.reports.changes import HANDED_IN_AGAIN, KEY_CHANGED, RUN_AGAIN, Before, changes
+
+
+def test_each_part_that_changed_is_told_from_what_to_what_and_why():
+    wrong = mark("wrong", 0.0, "More than 1 % off.")
+    found = changes(graded("ada", mark(), prose()), graded("ada", wrong, prose(), key="key 2"))
+    assert str(found) == (
+        "ada: 2 → 0 of 3 points; the key has changed\n"
+        "    2.11, omega_n: 2 of 2 (right) → 0 of 2 (wrong). More than 1 % off."
+    )
+    assert found.as_data() == {
+        "student": "ada",
+        "before": 2.0,
+        "after": 0.0,
+        "why": KEY_CHANGED,
+        "changes": [
+            {
+                "question": "2.11",
+                "part": "omega_n",
+                "before": {"status": "right", "points": 2.0, "out_of": 2.0, "reason": "Well."},
+                "after": {"status": "wrong", "points": 0.0, "out_of": 2.0, "reason": "More than 1 % off."},
+            }
+        ],
+    }
+
+
+def test_a_part_that_comes_or_goes_is_told():
+    new = MarkRecord("2.12", "K_s", "right", 1.0, 1.0, "Well.")
+    came, went = changes(graded("ada", mark(), prose()), graded("ada", mark(), new)).parts
+    assert str(came) == "2.12, K_s: no mark → 1 of 1 (right). Well."
+    assert str(went) == "2.11, explanation: not decided, of 1 (for a person) → no mark. "
+    assert went.as_data()["after"] is None
+
+
+def test_points_that_shift_between_parts_are_told_though_the_sum_stays():
+    before = graded("ada", mark(points=1.0), prose("given by a person", 1.0))
+    after = graded("ada", mark(points=2.0), prose("given by a person", 0.0))
+    found = changes(before, after)
+    assert found.before == found.after and len(found.parts) == 2
+
+
+def test_the_reason_says_who_did_something():
+    one = graded("ada", submission="first")
+    assert changes(one, graded("ada", submission="second")).why == HANDED_IN_AGAIN
+    assert changes(one, graded("ada", key="key 2")).why == KEY_CHANGED
+    again = graded("ada", submission="other notebooks")
+    again = type(again)(type(again.run)(**{**vars(again.run), "submission": "first"}), again.marks, "key 1")
+    assert changes(one, again).why == RUN_AGAIN
+
+
+def test_who_had_no_marks_or_has_the_same_has_no_changes(tmp_path):
+    with Gradebook(tmp_path / "book.sqlite") as book:
+        record(book, graded("ada", answers=b"x", words={"2.11": {}}), graded("bob"))
+        before = Before(book)
+    assert before.changes(graded("cleo", mark("wrong", 0.0))) is None
+    assert before.changes(graded("ADA", answers=b"x")) is None
+    changed = before.changes(graded("Bob", mark("wrong", 0.0), prose()))
+    assert changed is not None and (changed.before, changed.after) == (2.0, 0.0)

@@ -1,0 +1,104 @@
+"""What students see of their marks, and when, is as the course's settings say."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from made_courses import OURS
+
+from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.reports import feedback
+from rotflex.instructor.reports.grades import Reports
+from rotflex.instructor.reports.result import Result
+from rotflex.instructor.settings import FeedbackSettings
+from rotflex.instructor.verdicts import Status
+from rotflex.workbook.questions import CATALOGUE
+
+MARKS = (
+    Mark("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Look at the units.", "omega_n = 3.1"),
+    Mark("2.12", "K_s", Status.BY_A_PERSON, 1.5, 2.0, "Nearly: see me.", "K_s = 1.2"),
+    Mark("2.13", "J_l", Status.MISSING, 0.0, 1.0, "2.13 stopped: NameError, line 3.", ""),
+)
+POINTS = re.compile(r"\d of \d|points|Earned")
+
+
+def text_of(page):
+    """What a reader sees of a page."""
+    return " ".join(html.unescape(re.sub(r"<style.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
+
+
+def page(**seen):
+    return text_of(feedback.page(Result("ada", MARKS), CATALOGUE, seen=FeedbackSettings(**seen)))
+
+
+def test_points_and_reasons_are_shown_unless_the_settings_say_otherwise():
+    shown = page()
+    assert shown == text_of(feedback.page(Result("ada", MARKS), CATALOGUE))
+    assert "1.5 of 5 points" in shown and "Earned" in shown and "0 of 2 points" in shown
+    assert all(mark.reason in shown for mark in MARKS)
+
+
+def test_without_points_there_is_none_on_the_page_and_the_verdicts_stay():
+    shown = page(points=False)
+    assert not POINTS.search(shown)
+    assert "wrong . Look at the units." in shown and "omega_n = 3.1" in shown
+
+
+def test_without_reasons_the_keys_go_and_those_of_a_person_and_what_stopped_stay():
+    shown = page(reasons=False)
+    assert "Look at the units." not in shown and "wrong , 0 of 2 points" in shown
+    assert "Nearly: see me." in shown and "NameError, line 3." in shown
+
+
+@pytest.fixture
+def book(tmp_path):
+    run = RunRecord(
+        key="k",
+        student="ada",
+        submission="s",
+        master="m",
+        software="rotflex",
+        probe_seed=1,
+        isolation="",
+        answers=None,
+        problems=("02_finding_stiffness.ipynb could not be read.",),
+    )
+    marks = tuple(
+        MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
+        for one in (MARKS[0], replace(MARKS[1], status=Status.PARTLY), MARKS[2])
+    )
+    with Gradebook(str(tmp_path / "gradebook.sqlite")) as book:
+        book.record(Graded(run, marks, "digest"), actor="test", reason="test")
+        yield book
+
+
+def course(opens):
+    settings = replace(OURS.settings, term="2026 autumn", feedback=FeedbackSettings(opens=opens))
+    return replace(OURS, settings=settings)
+
+
+def test_before_their_time_pages_say_when_they_open_and_what_went_wrong_and_nothing_of_the_marks(tmp_path, book):
+    opens = datetime.now(UTC) + timedelta(hours=1)
+    reports = Reports(tmp_path / "out", course(opens), book)
+    reports.write_all()
+    shown = text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))
+    when = f"{opens:%Y-%m-%d %H:%M} UTC"
+    assert f"What came of it can be read here from {when} on." in shown
+    assert "02_finding_stiffness.ipynb could not be read." in shown and "2026 autumn" in shown
+    assert not POINTS.search(shown) and not any(mark.reason in shown or mark.question in shown for mark in MARKS)
+    assert reports.closed == f"Feedback pages say that they open at {when} (course.toml); then say rotflex report."
+    assert json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())["total"] == 1.5  # the instructor's
+
+
+@pytest.mark.parametrize("opens", [None, datetime(2026, 1, 1, tzinfo=UTC)])
+def test_from_then_on_they_are_whole(tmp_path, book, opens):
+    reports = Reports(tmp_path / "out", course(opens), book)
+    reports.write_all()
+    assert "1.5 of 5 points" in text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))
+    assert reports.closed == ""

@@ -1,0 +1,93 @@
+"""``grades.csv``: who has a row, and what can, and cannot, be taken for no points."""
+
+from __future__ import annotations
+
+import csv
+import io
+from datetime import UTC, datetime
+
+import pytest
+
+from rotflex.instructor.gradebook import GivenMark, MarkRecord, StudentRecord
+from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.reports import grades_table
+from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, Unmarked
+from rotflex.instructor.reports.result import Result
+from rotflex.instructor.verdicts import Status
+
+NUMBER = Mark("2.11", "omega_n", Status.RIGHT, 1.5, 2.0, "Reason.", "19.9 rad/s")
+WORDS = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, "Reason.", "So.")
+ALL_WORDS = Mark("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "Reason.", "So.")
+FAULTY = Mark("3.1", "stability", Status.NOT_MARKED, 0.0, 1.0, "The key has a fault.", "stable")
+NO_POINTS = Mark("0.1", "resolution", Status.WRONG, 0.0, 0.0, "Reason.", "1")
+
+
+def result(student="ada", *marks, **more):
+    return Result(student, marks or (NUMBER, WORDS, ALL_WORDS), stamp="Run in isolation.", **more)
+
+
+def table(*rows, order=()):
+    return {row["student"]: row for row in csv.DictReader(io.StringIO(grades_table.text(rows, order), newline=""))}
+
+
+def test_the_columns_and_a_row():
+    assert grades_table.text([result(name="Ada L.", email="ada@x.org", section="B")]) == (
+        "student,name,email,section,2.11,2.16,total,out_of,awaiting a person,not marked,undecided,notes\r\n"
+        "ada,Ada L.,ada@x.org,B,1.5,,1.5,5,3,0,2.11 explanation; 2.16 comparison,Run in isolation.\r\n"
+    )
+
+
+def test_what_waits_and_what_the_key_could_not_mark_is_0_in_no_column():
+    row = table(result("ada", WORDS, ALL_WORDS, FAULTY, NO_POINTS))["ada"]
+    assert [row[name] for name in ("2.11", "2.16", "3.1", "total")] == ["", "", "", ""]
+    assert (row["awaiting a person"], row["not marked"], row["out_of"]) == ("3", "1", "4")
+    assert row["undecided"] == "2.11 explanation; 2.16 comparison; 3.1 stability"
+
+
+def test_no_points_that_were_decided_are_0():
+    wrong = Mark("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Reason.", "3")
+    row = table(result("ada", wrong, WORDS))["ada"]
+    assert (row["2.11"], row["total"], row["awaiting a person"]) == ("0", "0", "1")
+
+
+def test_who_has_not_handed_in_has_a_row_without_points():
+    bob = StudentRecord("bob", "Bob B.", "bob@x.org", "A")
+    found = table(result(), Unmarked(bob), Unmarked(StudentRecord("cleo"), NOT_GRADED_YET))
+    assert [value for value in found["bob"].values() if value] == [
+        "bob",
+        "Bob B.",
+        "bob@x.org",
+        "A",
+        "nothing handed in",
+    ]
+    assert found["cleo"]["notes"] == "handed in, not graded yet" and found["cleo"]["total"] == ""
+
+
+def test_columns_stand_in_the_keys_order_and_hold_what_only_one_has():
+    found = table(result("ada", ALL_WORDS), result("bob", NUMBER), order=["2.11", "2.12", "2.16"])
+    assert [name for name in found["ada"] if name[0].isdigit()] == ["2.11", "2.16"]
+    assert (found["ada"]["2.11"], found["bob"]["2.11"]) == ("", "1.5")
+
+
+def test_a_persons_mark_that_lapsed_is_in_the_notes():
+    mark = MarkRecord("2.11", "explanation", "given by a person", 0.5, 1.0, "Well.", "Before.")
+    lapsed = GivenMark(mark, "A. Teacher", datetime(2026, 3, 2, tzinfo=UTC))
+    notes = table(result(lapsed=(lapsed,), problems=("Trouble.",)))["ada"]["notes"]
+    assert notes.startswith("Trouble. 2.11, explanation: A. Teacher gave 0.5 of 1 points on 2026-03-02 for another")
+    assert "a person has to look again" in notes and notes.endswith("Run in isolation.")
+
+
+def test_cells_that_a_spreadsheet_would_calculate_are_made_text():
+    names = ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "plain"]
+    assert list(table(*map(result, names))) == ["'=1+1", "'+1", "'-1", "'@x", "'\tx", "\\rx", "plain"]
+    about = StudentRecord("ada", "=HYPERLINK()", "@x", "-1")
+    for row in (
+        *table(result("ada", name=about.name, email=about.email, section=about.section)).values(),
+        *table(Unmarked(about)).values(),
+    ):
+        assert (row["name"], row["email"], row["section"]) == ("'=HYPERLINK()", "'@x", "'-1")
+
+
+@pytest.mark.parametrize("student", ["a,b", 'a"b', "a;b", "Çelik 学"])
+def test_any_name_stays_in_its_cell(student):
+    assert list(table(result(student))) == [student]

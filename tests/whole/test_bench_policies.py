@@ -1,0 +1,33 @@
+"""The whole course on every sort of bench that its settings may give: the solutions are right on each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from made_courses import OURS
+
+from rotflex.courseware.benches import BenchPolicy
+from rotflex.instructor.course_check import solved
+from rotflex.instructor.marking import marking
+from rotflex.instructor.verdicts import Status
+
+POLICIES = [BenchPolicy("same", seed=7), *(BenchPolicy("preset", preset=name) for name in OURS.presets)]
+
+
+@pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: policy.preset or policy.which)
+def test_the_solutions_get_all_points_on_the_bench_that_everybody_has(sandbox, policy):
+    course = replace(OURS, settings=replace(OURS.settings, bench=policy))
+    claims = solved.answers_of_solutions(course)
+    assert claims.problems == []
+    assert claims.bench.get("seed") == (policy.seed or None)
+    assert claims.bench.get("preset", "") == policy.preset
+    marks = marking.mark(course, claims, course.true_bench(solved.STUDENT), 20)
+    lost = [
+        (mark.question, mark.part, mark.reason)
+        for mark in marks
+        if mark.status not in (Status.RIGHT, Status.FOR_A_PERSON)
+    ]
+    assert lost == []
+    own = marking.mark(course, claims, OURS.true_bench(solved.STUDENT), 20)
+    assert sum(mark.points for mark in own) < sum(mark.points for mark in marks)  # it is another bench than their own
