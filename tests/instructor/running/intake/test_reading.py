@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, under, work, zipped
 
 from rotflex.courseware import answers
-from rotflex.courseware.run import own_files
+from rotflex.courseware.run import own_files, student_folder, submit
 from rotflex.instructor.running import intake
 from rotflex.instructor.running.intake import limits, places, stores
 
@@ -79,12 +79,26 @@ def test_notebooks_own_files_the_claim_and_the_course_file_are_taken(taken):
     assert (result.problems, result.notes, result.missing) == ([], [], [])
 
 
-def test_what_rotflex_submit_packs_is_taken(tmp_path):
-    receipts = {"ada-receipts.txt": b"...", "receipt.json": b"{}"}
-    lay(tmp_path, {"ada.zip": zipped(work() | receipts | {"answers.json": b"{}", "helpers.py": b""})})
-    result = Read(tmp_path)
-    assert (result.notebooks, result.problems, result.notes) == (WANTED, [], [])
-    assert "helpers.py" in result.hand_in.files and "ada-receipts.txt" not in result.hand_in.files
+@pytest.mark.parametrize("partners", [[], ["bob"]])
+def test_what_rotflex_submit_packs_is_taken_just_as_it_is_at_home(tmp_path, partners):
+    own = {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1", "receipt.json": b"of an earlier zip", "random.py": b""}
+    home = lay(tmp_path / "home" / "work", work("ada", release="r7") | own | {"answers.json": b"{}"})
+    submitted = submit.submit(home, WANTED, partners=partners, out=tmp_path / "in")
+    submitted.receipts.unlink()
+    found = intake.find(tmp_path / "in")
+    assert [one.student for one in found.submissions] == ["ada", *partners] and found.ignored == []
+    (delivered,) = intake.read(found.submissions[0], WANTED)
+    hand_in, _notes = intake.newest(delivered.items(), WANTED)
+    at_home = student_folder.read(home, WANTED).hand_in
+    assert hand_in.files == at_home.files == {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1"}
+    assert (hand_in.notebooks, hand_in.claim) == (at_home.notebooks, at_home.claim)
+    assert hand_in.course == {**at_home.course, **({"with": partners} if partners else {})}
+    assert intake.problems([delivered]) == delivered.notes == []
+
+
+def test_the_receipts_beside_it_are_told_and_do_no_harm(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped(work()), "ada-receipts.txt": b""})
+    assert [one.student for one in intake.find(tmp_path).submissions] == ["ada"]
 
 
 def test_a_whole_release_handed_in_counts_by_the_folder_of_its_notebooks(taken):
