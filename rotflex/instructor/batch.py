@@ -224,7 +224,7 @@ class Batch:
         holder = submission.claimed_by or submission.student
         earlier = self._gradebook.delivered(holder)
         problems = [*submission.problems, *intake.problems(read, [one.name for one in earlier])]
-        notes = [*submission.notes, *(note for one in read for note in one.notes)]
+        notes = [*submission.notes, *intake.notes(read)]
         delivered = [_delivery(item) for one in read for item in one.items()]
         if submission.claimed_by:
             hand_in, said = newest([*earlier, *delivered], self._bundles.names)

@@ -164,10 +164,12 @@ class _Aligner:
 
     def _by_grade_id(self) -> None:
         """Cells that have new ids: all pieces of one that was split, but no copy that stands elsewhere."""
-        for master in self._missing():
-            grading = self.master[master].get("metadata", {}).get("nbgrader", {})
-            name = grading.get("grade_id")
+        for master, cell in enumerate(self.master):
+            name = cell.get("metadata", {}).get("nbgrader", {}).get("grade_id")
             bearers = [number for number in self._free() if name and self.cells[number].grade_id == name]
+            if master in self.pieces:  # of a split cell, one piece may have kept the id
+                self._take_neighbours(master, bearers)
+                continue
             if self.roles[master] is not Role.ANSWER:
                 # Of copies, the one that is as the course has it; the others are the student's own.
                 same = [number for number in bearers if self._same(master, number)]
@@ -176,6 +178,16 @@ class _Aligner:
                 if master in self.pieces and self._parted(self.pieces[master][-1], number):
                     break
                 self._take(master, number)
+
+    def _take_neighbours(self, master: int, bearers: Sequence[int]) -> None:
+        if self.roles[master] is not Role.ANSWER:
+            return
+        (found,) = self.pieces[master]
+        before = [number for number in bearers if number < found and not self._parted(number, found)]
+        after = [number for number in bearers if number > found and not self._parted(found, number)]
+        for number in (*before, *after):
+            self._take(master, number)
+        self.pieces[master].sort()
 
     def _parted(self, one: int, other: int) -> bool:
         """Whether a cell of the course's stands between two of the student's."""

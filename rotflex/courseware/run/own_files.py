@@ -27,6 +27,7 @@ MAX_TOTAL = 30_000_000  #: bytes of all
 MAX_DEPTH = 8  #: folders within folders
 LONGEST_PATH = 240  #: characters; Windows has few more
 KEPT_COPY = ".before-restore"  #: in the name of a notebook's copy, which restoring it leaves behind
+RECEIPT_FILE = "receipt.json"  #: that a zip was made with; it is another each time, and no run should be
 RECEIPTS = "-receipts.txt"  #: at the end of the name of a student's receipts
 
 _ENVIRONMENT = "pyvenv.cfg"  # lies in a virtual environment
@@ -149,7 +150,7 @@ def _left_behind(path: PurePosixPath, environments: Collection[PurePosixPath], n
     return (
         any(map(_is_leaving, path.parts))
         or kept_for_the_student
-        or (len(path.parts) == 1 and name in never)
+        or (len(path.parts) == 1 and name in {*never, RECEIPT_FILE})
         or any(folder in path.parents for folder in environments)
     )
 

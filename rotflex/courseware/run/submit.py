@@ -19,10 +19,10 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.run import own_files, student_folder
 from rotflex.courseware.run.check import Checked
 from rotflex.courseware.run.check_words import brief
+from rotflex.courseware.run.own_files import RECEIPT_FILE
 from rotflex.courseware.session import DEMO
 from rotflex.errors import CheckError, StudentIDError
 
-RECEIPT_FILE = "receipt.json"  #: in the zip
 MAX_OUTPUT = 200_000  #: characters, as JSON, of what a cell shows; more is left out: it is for people, and not needed
 _SHOWN = 16  # digits of the content's hash that are printed
 

@@ -9,10 +9,13 @@ ID           student ID, student number, SIS user ID, SIS ID, OrgDefinedId, ID n
 name         name, full name, student name; or first and last name; or student, where that is not the ID
 email        email, e-mail, email address
 section      section, group, groups
+other names  alias, aliases, other names (several with ; between them), Identifier, user ID, Canvas user ID, and all
+             columns of IDs that are not the ID: by these, platforms name what students hand in
 ===========  =========================================================================================================
 
 Commas, semicolons or tabs; UTF-8 with or without a byte-order mark, or Excel's UTF-16. Cells are text, whatever they
-begin with; only ``="0042"``, by which Excel keeps the zeros of a number, is 0042.
+begin with; only ``="0042"``, by which Excel keeps the zeros of a number, is 0042, and so is ``#0042`` in a file that
+Brightspace wrote (it has a column OrgDefinedId).
 """
 
 from __future__ import annotations
@@ -40,6 +43,8 @@ _NAMES = ("name", "fullname", "studentname", "student")
 _FIRST_NAMES, _LAST_NAMES = ("firstname", "givenname"), ("lastname", "surname", "familyname")
 _EMAILS = ("email", "emailaddress")
 _SECTIONS = ("section", "group", "groups")
+_OTHER_NAMES = ("alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
+_BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # its columns that begin with #
 _KNOWN = {*_IDS, *_NAMES, *_FIRST_NAMES, *_LAST_NAMES, *_EMAILS, *_SECTIONS}
 _KEPT_ZEROS = re.compile(r'="([^"]*)"')
 
@@ -134,18 +139,28 @@ class _Columns:
         self._columns = {"email": [first(_EMAILS)], "section": [first(_SECTIONS)], "name": [name]}
         if name is None:
             self._columns["name"] = [first(_FIRST_NAMES), first(_LAST_NAMES)]
+        marked = _MARKED if _BRIGHTSPACES in headings else ()
+        self._marked = {place for place, heading in enumerate(headings) if heading in marked}
+        taken = {student, *self._columns["name"]}
+        self._others = [
+            place for place, heading in enumerate(headings) if heading in (*_IDS, *_OTHER_NAMES) and place not in taken
+        ]
 
     def entry(self, row: list[str]) -> Entry:
         """What a row says. Raises _NoID where it has no ID, StudentIDError where it has what cannot be one."""
 
         def cell(place: int) -> str:
-            return row[place] if place < len(row) else ""
+            found = row[place] if place < len(row) else ""
+            return found.strip().removeprefix("#") if place in self._marked else found
 
         details: dict[str, Any] = {}
         for what, places in self._columns.items():
             there = [place for place in places if place is not None]
             if there:
                 details[what] = storable.text(" ".join(filter(None, map(_on_one_line, map(cell, there)))))
+        if self._others:
+            named = [_on_one_line(one) for place in self._others for one in _plain(cell(place)).split(";")]
+            details["aliases"] = tuple(dict.fromkeys(map(storable.text, filter(None, named))))
         given = _plain(cell(self._student))
         if not given:
             raise _NoID

@@ -91,6 +91,17 @@ def test_pieces_of_a_split_cell_are_taken_in_order():
     assert [one.role for one in placed if one.master == at("q1")] == [Role.ANSWER] * 3
 
 
+@pytest.mark.parametrize("kept", [0, 1, 2])
+def test_pieces_of_a_split_cell_one_of_which_kept_its_id(kept):
+    """JupyterLab gives the last piece the id, other editors the first."""
+    cells = handed_in()
+    pieces = [replace(cells[at("q1")], id="q1" if i == kept else f"new{i}", source=f"x{i} = {i}") for i in range(3)]
+    cells[at("q1") : at("q1") + 1] = pieces
+    assert run_order(cells) == [*WHOLE[:2], "x0 = 0", "x1 = 1", "x2 = 2", *WHOLE[3:]]
+    placed = align(MASTER, cells).placed
+    assert [one.role for one in placed if one.master == at("q1")] == [Role.ANSWER] * 3
+
+
 def test_a_copy_elsewhere_is_no_piece_and_does_not_take_the_recorder_along():
     cells = handed_in()
     copy = replace(cells[at("q1")], id="new", source="x = 7  # scratch")

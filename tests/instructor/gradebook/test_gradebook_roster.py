@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -50,7 +51,48 @@ def imported(book, tmp_path):
 def test_rosters_of_many_makes_are_understood(imported, content):
     report, students = imported(content)
     assert report == RosterReport(added=1, changed=0, unchanged=0)
-    assert students == [ADA]
+    other_names = ("17",) if ",17," in str(content) else ()  # a course system's own number
+    assert students == [replace(ADA, aliases=other_names)]
+
+
+@pytest.mark.parametrize(
+    ("content", "student", "aliases"),
+    [
+        (  # Canvas's gradebook
+            'Student,ID,SIS User ID,SIS Login ID,Section\n"Lovelace, Ada",12345,a0042,alovelace@example.org,A\n',
+            "a0042",
+            ("12345", "alovelace@example.org"),
+        ),
+        (  # Moodle's grading worksheet
+            "Identifier,Full name,ID number,Email address\nParticipant 1234567,Ada Lovelace,0042,ada@example.org\n",
+            "0042",
+            ("Participant 1234567",),
+        ),
+        (  # Blackboard's grade centre
+            '"Last Name","First Name","Username","Student ID"\nLovelace,Ada,alovelace,"=""0042"""\n',
+            "0042",
+            ("alovelace",),
+        ),
+        (  # Brightspace's export
+            "OrgDefinedId,Username,Last Name,First Name,Email,End-of-Line Indicator\n#0042,#alovelace,L,A,a@b.org,#\n",
+            "0042",
+            ("alovelace",),
+        ),
+        ("student,aliases\nada,Countess; alovelace ;;Countess\n", "ada", ("Countess", "alovelace")),
+        ("student,alias\n#ada,\n", "#ada", ()),
+    ],
+    ids=["Canvas", "Moodle", "Blackboard", "Brightspace", "by hand", "none"],
+)
+def test_names_by_which_platforms_know_a_student_are_kept(imported, content, student, aliases):
+    _report, (found,) = imported(content)
+    assert (found.student, found.aliases) == (student, aliases)
+    assert imported(content)[0] == RosterReport(0, 0, 1)
+
+
+def test_a_roster_without_other_names_leaves_those_that_are_known(imported):
+    imported("student,alias\nada,alovelace\n")
+    _report, (found,) = imported("student,name\nada,Ada\n")
+    assert (found.name, found.aliases) == ("Ada", ("alovelace",))
 
 
 def test_only_what_the_roster_has_a_column_for_changes(imported):

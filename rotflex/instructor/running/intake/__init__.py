@@ -18,7 +18,10 @@
 from rotflex.instructor.running.intake.delivered import Item, newest
 from rotflex.instructor.running.intake.finding import find
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
-from rotflex.instructor.running.intake.reading import Delivered, problems, read
+from rotflex.instructor.running.intake.reading import Delivered, notes, problems, read
 from rotflex.instructor.running.intake.whose import named_in
 
-__all__ = ["Delivered", "Found", "Item", "Piece", "Submission", "find", "named_in", "newest", "problems", "read"]
+__all__ = [
+    *("Delivered", "Found", "Item", "Piece", "Submission"),
+    *("find", "named_in", "newest", "notes", "problems", "read"),
+]

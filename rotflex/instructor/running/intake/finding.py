@@ -6,19 +6,21 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta, tzinfo
 from pathlib import Path
+from typing import Any
 
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
-from rotflex.instructor.running.intake import labels, limits, names, places, times, whose
+from rotflex.instructor.running.intake import labels, limits, names, places, whose
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
 from rotflex.instructor.running.intake.labels import Label
 from rotflex.instructor.running.intake.notebook_names import is_notebook
 from rotflex.instructor.running.intake.people import Match, People
 from rotflex.instructor.running.intake.places import Child, Place
-from rotflex.instructor.running.intake.stores import Entry, Listing, Unreadable, Where
+from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where
+from rotflex.instructor.running.intake.times import folded, in_utc
 
 _WRONG_CLOCK = timedelta(days=1)  # by which what is in a zip may be later than the zip, as clocks have zones
 
@@ -38,7 +40,7 @@ class _Raw:
 def find(
     folder: Path,
     roster: Sequence[StudentRecord] = (),
-    when: Mapping[str, datetime] | None = None,
+    times: Mapping[str, datetime] | None = None,
     zone: tzinfo = UTC,
     earlier: Callable[[str], Collection[str] | None] = whose.nobody_earlier,
 ) -> Found:
@@ -48,7 +50,7 @@ def find(
     ----------
     folder : holds a folder, a zip or loose files for each student
     roster : by which the names that platforms give are told
-    when : name of what lies there, or a student's ID or name → when it was handed in, from :func:`.times.read`
+    times : name of what lies there, or a student's ID or name → when it was handed in, from :func:`.times.read`
     zone : of times in names and in zips, which do not say theirs
     earlier : whom a student named who handed in before; None for one who did not
 
@@ -59,12 +61,13 @@ def find(
     """
     if not (folder.is_dir() or folder.is_file()):
         raise GradingError(_("There is no folder {folder}.").format(folder=folder))
-    explorer = _Explorer(People(roster), when or {}, zone)
-    try:
-        explorer.start(folder)
-    except Unreadable as error:
-        raise GradingError(_("{folder} cannot be read: {why}").format(folder=folder, why=error)) from None
-    submissions = explorer.submissions(earlier)
+    with Shelf() as shelf:
+        explorer = _Explorer(People(roster), times or {}, zone, shelf)
+        try:
+            explorer.start(folder)
+        except Unreadable as error:
+            raise GradingError(_("{folder} cannot be read: {why}").format(folder=folder, why=error)) from None
+        submissions = explorer.submissions(earlier)
     ignored = explorer.ignored()
     if not submissions:
         nothing = _("There are no submissions in {folder}: it should hold a folder or a zip for each student.")
@@ -75,11 +78,13 @@ def find(
 class _Explorer:
     """Goes through folders and zips around those of the students."""
 
-    def __init__(self, people: People, when: Mapping[str, datetime], zone: tzinfo) -> None:
+    def __init__(self, people: People, times: Mapping[str, datetime], zone: tzinfo, shelf: Shelf) -> None:
         self._people = people
-        self._when = times.folded(when)
+        self._times = folded(times)
         self._zone = zone
+        self._shelf = shelf
         self._raws: list[_Raw] = []
+        self._inner_left = 0  # zips within the hand-in that is looked at, that may still be looked into
         self._told: dict[str, list[str]] = {}
 
     # --- where hand-ins are -------------------------------------------------------------------------------------------
@@ -102,6 +107,8 @@ class _Explorer:
         loose: dict[tuple[object, ...], list[tuple[Child, Label]]] = {}
         for child in within:
             label = labels.read(child.stem if child.is_folder else child.name)
+            if label is None and child.entry is not None and is_notebook(child.name):
+                label = self._people.beginning(child.name)
             if child.why_not:
                 self._ignore(child.source, child.why_not)
             elif label is not None and label.own:
@@ -183,7 +190,7 @@ class _Explorer:
         if self._people or not match.students:
             return match.certain
         try:
-            says = places.course_file(child.look()).get("student")
+            says = places.course_file(child.look(), self._shelf).get("student")
         except Unreadable:
             return False
         return isinstance(says, str) and caseless(says) in {caseless(one) for one in match.students}
@@ -198,6 +205,7 @@ class _Explorer:
             empty = Place(child.source, child.where, Listing(), child.latest)
             self._raws.append(_Raw(child.name, empty, match, label, trouble=str(error)))
         else:
+            self._inner_left = limits.MAX_INNER_ARCHIVES
             self._raws += self._pieces(child.name, place, match, label)
 
     def _take_loose(self, files: Sequence[tuple[Child, Label]]) -> None:
@@ -231,8 +239,10 @@ class _Explorer:
         files = dict(place.listing.files)
         found: list[_Raw] = []
         broken = []
-        zips = [path for path in files if path.casefold().endswith(places.ZIP) and not names.is_hidden(path)]
-        for path in zips[: limits.MAX_INNER_ARCHIVES] if nesting < limits.MAX_NESTING else []:
+        for path in [path for path in files if path.casefold().endswith(places.ZIP) and not names.is_hidden(path)]:
+            if nesting == limits.MAX_NESTING or not self._inner_left:
+                break
+            self._inner_left -= 1
             entry = files[path]
             latest = min(filter(None, (place.latest, self._utc(entry.modified))), default=None)
             try:
@@ -240,8 +250,9 @@ class _Explorer:
             except Unreadable as error:
                 broken.append(_("{name} cannot be read: {why}").format(name=names.shown(path), why=error))
                 continue
-            if places.holds_work(inner.listing):
-                found += self._pieces(name, inner, self._counted(match, path), label, nesting + 1)
+            within = self._pieces(name, inner, self._counted(match, path), label, nesting + 1)
+            if any(places.is_work(one) for raw in within for one in raw.files):
+                found += within
                 del files[path]
         if found and not any(not names.is_hidden(path) for path in files):
             return found
@@ -268,7 +279,7 @@ class _Explorer:
         taken: list[tuple[whose.Owners, Piece]] = []
         what_to_do = _("Rename it to the student's ID, or put the student on the roster (rotflex roster).")
         for place, raw in enumerate(self._raws):
-            course = places.course_file(replace(raw.place, listing=Listing(raw.files))) if raw.files else {}
+            course = self._course_file(raw)
             owners = whose.owners(raw.name, raw.match, course, self._people, any(map(places.is_work, raw.files)))
             if owners.students:
                 taken.append((owners, self._piece(raw, owners, course, place)))
@@ -278,7 +289,10 @@ class _Explorer:
         pieces = [(owners, piece) for owners, (_before, piece) in zip(agreed, taken, strict=True)]
         return [_submission(student, pieces) for student in whose.of_each(agreed)]
 
-    def _piece(self, raw: _Raw, owners: whose.Owners, course: Mapping[str, object], place: int) -> Piece:
+    def _course_file(self, raw: _Raw) -> dict[str, Any]:
+        return places.course_file(replace(raw.place, listing=Listing(raw.files)), self._shelf)
+
+    def _piece(self, raw: _Raw, owners: whose.Owners, course: Mapping[str, Any], place: int) -> Piece:
         saved = self._saved(raw)
         received, clock = self._received(raw, owners, saved)
         attempt = max(owners.attempt, raw.label.attempt if raw.label and raw.label.rest else 0)
@@ -297,11 +311,11 @@ class _Explorer:
 
     def _received(self, raw: _Raw, owners: whose.Owners, saved: datetime) -> tuple[datetime, str]:
         if raw.label is not None and raw.label.time is not None:
-            return times.in_utc(raw.label.time, self._zone), _("the time in its name")
+            return in_utc(raw.label.time, self._zone), _("the time in its name")
         given = [raw.name, raw.name.removesuffix(places.ZIP), *owners.students]
         if raw.label is not None:
             given += [*raw.label.people, raw.label.number, f"Participant {raw.label.number}"]
-        listed_time = next((self._when[caseless(one)] for one in given if caseless(one) in self._when), None)
+        listed_time = next((self._times[caseless(one)] for one in given if caseless(one) in self._times), None)
         if listed_time is not None:
             return listed_time, _("the list of times")
         zipped = bool(raw.place.where.zips) or raw.place.where.path.is_file()
@@ -323,7 +337,7 @@ class _Explorer:
             return datetime.fromtimestamp(0, UTC)
 
     def _utc(self, time: datetime | None) -> datetime | None:
-        return None if time is None else times.in_utc(time, self._zone)
+        return None if time is None else in_utc(time, self._zone)
 
     # --- what is told -------------------------------------------------------------------------------------------------
 

@@ -89,8 +89,15 @@ class People:
             why = _("its name and its number are of different students ({both}).").format(both=both)
             return Match(why_not=why)
         if len(found) == 1:
-            return Match((found.pop(),), _("{platform}'s name, by the roster").format(platform=label.platform), True)
+            by_platform = _("{platform}'s name, by the roster").format(platform=label.platform)
+            return Match((found.pop(),), by_platform if label.platform else _("the ID in its name"), True)
         return Match(why_not=self._nobody(by_name, label))
+
+    def beginning(self, name: str) -> Label | None:
+        """Of a file's name that begins with the ID of a student on the roster, the ID and the rest."""
+        places = [place for place, letter in enumerate(name[: 2 * student_id.LONGEST]) if letter in "_- "]
+        known = [place for place in places if caseless(name[:place]) in self._ids]
+        return Label("", (name[: known[-1]],), rest=name[known[-1] + 1 :]) if known else None
 
     def _nobody(self, several: Collection[str], label: Label) -> str:
         if several:

@@ -14,7 +14,7 @@ from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.instructor.running.intake import limits, names
 from rotflex.instructor.running.intake.notebook_names import is_notebook
-from rotflex.instructor.running.intake.stores import Entry, Listing, Unreadable, Where, opened
+from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where, opened
 
 ZIP = ".zip"
 OTHER_ARCHIVES = (".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz", ".zipx")  #: that are not read
@@ -159,15 +159,14 @@ def is_work(path: str) -> bool:
     return is_notebook(path) or parts[-1] in (COURSE_FILE, ANSWERS_FILE)
 
 
-def course_file(place: Place) -> dict[str, Any]:
+def course_file(place: Place, shelf: Shelf) -> dict[str, Any]:
     """What the course file with the fewest folders above it says; nothing where there is none that can be read."""
     paths = [path for path in place.listing.files if path.rpartition("/")[2] == COURSE_FILE and is_work(path)]
     if not paths:
         return {}
     entry = place.listing.files[min(paths, key=lambda path: (path.count("/"), path))]
     try:
-        with opened(place.where) as store:
-            return course_data(store.read(entry.key, limits.MAX_COURSE_FILE))
+        return course_data(shelf.store(place.where).read(entry.key, limits.MAX_COURSE_FILE))
     except Unreadable:
         return {}
 

@@ -32,6 +32,7 @@ class Delivered:
     files : own file's path from the notebooks' folder → its content
     claim : the student's answers.json
     course_file : their course.json
+    unreadable : why all of it could not be read; "" where it could
     unread : file of the course → why it could not be read
     problems : what else could not be read as it should
     notes : what a student or an instructor may want to know
@@ -42,6 +43,7 @@ class Delivered:
     files: dict[str, bytes] = field(default_factory=dict)
     claim: bytes | None = None
     course_file: bytes | None = None
+    unreadable: str = ""
     unread: dict[str, str] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -85,7 +87,7 @@ def read(
         delivered = Delivered(piece)
         found.append(delivered)
         if piece.trouble:
-            delivered.problems.append(_unreadable(piece, piece.trouble))
+            delivered.unreadable = _unreadable(piece, piece.trouble)
         if not piece.files:
             continue
         try:
@@ -93,7 +95,7 @@ def read(
                 store = stack.enter_context(opened(piece.where))
                 _Reader(delivered, store, wanted, masters or {}, packages).read()
         except Unreadable as error:
-            delivered.problems.append(_unreadable(piece, str(error)))
+            delivered.unreadable = _unreadable(piece, str(error))
     return found
 
 
@@ -101,7 +103,7 @@ def _unreadable(piece: Piece, why: str) -> str:
     return _("The submission cannot be read: {error}").format(error=f"{names.shown(piece.source)}: {why}")
 
 
-def problems(found: Iterable[Delivered], earlier: Collection[str] = ()) -> list[str]:
+def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[str]:
     """What could not be read as it should, and is not made good by a later piece.
 
     Parameters
@@ -112,8 +114,10 @@ def problems(found: Iterable[Delivered], earlier: Collection[str] = ()) -> list[
     told: list[str] = []
     unread: dict[str, str] = {}
     there = set(earlier)
-    for delivered in found:
+    for place, delivered in enumerate(found):
         told += delivered.problems
+        if delivered.unreadable and not _made_good(found, place):
+            told.append(delivered.unreadable)
         unread.update(delivered.unread)
         for item in delivered.items():
             unread.pop(item.name, None)
@@ -121,9 +125,25 @@ def problems(found: Iterable[Delivered], earlier: Collection[str] = ()) -> list[
     for name, why in unread.items():
         counts = _(" The one that was handed in before it counts.") if name in there else ""
         told.append(_("{name} cannot be read: {error}").format(name=name, error=why) + counts)
-    if not unread and not any(map(notebook_names.is_notebook, there)):
+    none = not any(delivered.notebooks for delivered in found)
+    if none and not unread and not any(map(notebook_names.is_notebook, earlier)):
         told.append(_("There is no notebook of the course in the submission."))
     return list(dict.fromkeys(told))
+
+
+def notes(found: Sequence[Delivered]) -> list[str]:
+    """What a student or an instructor may want to know of a submission's pieces, in order of time."""
+    told: list[str] = []
+    for place, delivered in enumerate(found):
+        told += delivered.notes
+        if delivered.unreadable and _made_good(found, place):
+            told.append(delivered.unreadable)
+    return list(dict.fromkeys(told))
+
+
+def _made_good(found: Sequence[Delivered], place: int) -> bool:
+    """Whether a piece that could not be read was followed by one with notebooks."""
+    return any(later.notebooks for later in found[place + 1 :])
 
 
 def _folders(path: str) -> list[str]:

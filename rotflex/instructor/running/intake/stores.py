@@ -27,6 +27,7 @@ _DAMAGED = (
     *(zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError),
     *(NotImplementedError, struct.error, RuntimeError),
 )
+_PIECE = 1_000_000  # bytes that are read at a time
 _UTF8_NAME = 0x800  # flag of a zip's entry
 _NO_TIME = (1980, 1, 2)  # what has an earlier one has none: it is the first that a zip can hold
 
@@ -102,6 +103,20 @@ def opened(where: Where, whole_class: bool = False) -> Iterator[Store]:
         yield store
 
 
+class Shelf(ExitStack):
+    """Keeps the store that was asked for last open, as much is asked of one after the other. A context manager."""
+
+    _last: tuple[Where, Store] | None = None
+
+    def store(self, where: Where) -> Store:
+        """A store, opened; see :func:`opened`."""
+        if self._last is None or self._last[0] != where:
+            self.close()
+            self._last = None
+            self._last = where, self.enter_context(opened(where, whole_class=True))
+        return self._last[1]
+
+
 @contextmanager
 def _zip_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
     most = limits.MAX_CLASS_ARCHIVE if whole_class else limits.MAX_ARCHIVE
@@ -117,7 +132,8 @@ def _zip_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
 
 def _open(path: Path) -> int:
     """Neither a link nor a pipe that somebody put there since is waited for."""
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    flags = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
+    descriptor = os.open(path, sum(flags, os.O_RDONLY))
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
         raise Unreadable(_("it is not an ordinary file."))
@@ -259,10 +275,18 @@ class ZipStore:
             raise Unreadable(_("it is compressed in an unusual way; use an ordinary zip."))
         try:
             with self._zip.open(entry) as file:
-                data = file.read(limit + 1)
+                data = _in_pieces(file, limit + 1)
         except _DAMAGED as error:
             raise Unreadable(_("the zip is damaged ({error_type}).").format(error_type=type(error).__name__)) from None
         return _bounded(data, limit)
+
+
+def _in_pieces(file: IO[bytes], most: int) -> bytes:
+    """A file's content, or the first ``most`` bytes of it: unlike a table of contents, it may be long."""
+    found = bytearray()
+    while piece := file.read(min(_PIECE, most - len(found))):
+        found += piece
+    return bytes(found)
 
 
 def _path(entry: zipfile.ZipInfo) -> str:

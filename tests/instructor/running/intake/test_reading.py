@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import re
 import stat
 import struct
 import zipfile
+from datetime import datetime
 
 import pytest
 from hypothesis import given
@@ -15,9 +17,9 @@ from hypothesis import strategies as st
 from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, under, work, zipped
 
 from rotflex.courseware import answers
-from rotflex.courseware.run import own_files
+from rotflex.courseware.run import own_files, student_folder, submit
 from rotflex.instructor.running import intake
-from rotflex.instructor.running.intake import limits, stores
+from rotflex.instructor.running.intake import limits, places, stores
 
 A, B, C = WANTED
 
@@ -77,12 +79,26 @@ def test_notebooks_own_files_the_claim_and_the_course_file_are_taken(taken):
     assert (result.problems, result.notes, result.missing) == ([], [], [])
 
 
-def test_what_rotflex_submit_packs_is_taken(tmp_path):
-    receipts = {"ada-receipts.txt": b"...", "receipt.json": b"{}"}
-    lay(tmp_path, {"ada.zip": zipped(work() | receipts | {"answers.json": b"{}", "helpers.py": b""})})
-    result = Read(tmp_path)
-    assert (result.notebooks, result.problems, result.notes) == (WANTED, [], [])
-    assert "helpers.py" in result.hand_in.files and "ada-receipts.txt" not in result.hand_in.files
+@pytest.mark.parametrize("partners", [[], ["bob"]])
+def test_what_rotflex_submit_packs_is_taken_just_as_it_is_at_home(tmp_path, partners):
+    own = {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1", "receipt.json": b"of an earlier zip", "random.py": b""}
+    home = lay(tmp_path / "home" / "work", work("ada", release="r7") | own | {"answers.json": b"{}"})
+    submitted = submit.submit(home, WANTED, partners=partners, out=tmp_path / "in")
+    submitted.receipts.unlink()
+    found = intake.find(tmp_path / "in")
+    assert [one.student for one in found.submissions] == ["ada", *partners] and found.ignored == []
+    (delivered,) = intake.read(found.submissions[0], WANTED)
+    hand_in, _notes = intake.newest(delivered.items(), WANTED)
+    at_home = student_folder.read(home, WANTED).hand_in
+    assert hand_in.files == at_home.files == {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1"}
+    assert (hand_in.notebooks, hand_in.claim) == (at_home.notebooks, at_home.claim)
+    assert hand_in.course == {**at_home.course, **({"with": partners} if partners else {})}
+    assert intake.problems([delivered]) == delivered.notes == []
+
+
+def test_the_receipts_beside_it_are_told_and_do_no_harm(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped(work()), "ada-receipts.txt": b""})
+    assert [one.student for one in intake.find(tmp_path).submissions] == ["ada"]
 
 
 def test_a_whole_release_handed_in_counts_by_the_folder_of_its_notebooks(taken):
@@ -164,6 +180,20 @@ def test_a_notebook_with_outputs_of_many_megabytes_is_taken_without_them(taken):
     assert all(len(item.content) < 10_000 for one in result.delivered for item in one.items())
 
 
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_what_cannot_be_compressed_is_read_from_a_zip_whatever_its_size(tmp_path, depth):
+    large = json.loads(notebook(A, "x = 1"))
+    large["cells"][0]["outputs"] = [{"data": {"image/png": random.Random(1).randbytes(2 * limits.MAX_DIRECTORY).hex()}}]
+    noise = random.Random(2).randbytes(3 * 10**6)
+    packed = zipped(work(names=[B, C]) | {A: json.dumps(large).encode(), "noise.bin": noise})
+    for _ in range(depth - 1):
+        packed = zipped({"inner.zip": packed})
+    lay(tmp_path, {"ada.zip": packed})
+    result = Read(tmp_path)
+    assert result.notebooks == WANTED and result.problems == []
+    assert result.hand_in.files == {"noise.bin": noise}
+
+
 # --- what is refused, and told ----------------------------------------------------------------------------------------
 
 
@@ -201,6 +231,17 @@ def test_a_notebook_that_cannot_be_read_leaves_the_one_before_it(tmp_path):
 def test_a_notebook_that_could_not_be_read_and_was_handed_in_again_is_no_problem(tmp_path):
     lay(tmp_path, {"ada.zip": zipped({A: b"{"}), "ada (1).zip": zipped(work())})
     assert Read(tmp_path).problems == []
+
+
+def test_a_zip_that_cannot_be_read_is_told_and_no_longer_a_problem_once_it_was_handed_in_again(tmp_path):
+    lay(tmp_path, {"ada.zip": b"no zip", "bob.zip": zipped({"own.ipynb": b"{}"})})
+    found = intake.find(tmp_path)
+    ada, bob = (intake.read(one, WANTED) for one in found.submissions)
+    assert intake.problems(ada)[0].startswith("The submission cannot be read: 'ada.zip': it is not a zip")
+    assert intake.problems(bob) == ["There is no notebook of the course in the submission."]
+    lay(tmp_path, {"ada (1).zip": zipped(work(), datetime(2107, 1, 1))})
+    ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
+    assert intake.problems(ada) == [] and "cannot be read: 'ada.zip'" in intake.notes(ada)[0]
 
 
 def test_too_many_files_are_refused(tmp_path, monkeypatch):
@@ -317,6 +358,16 @@ def test_zips_within_zips_end(tmp_path, monkeypatch):
     as_zip(tmp_path, {B: notebook(B), "bomb.zip": bomb, "large.zip": zipped({"in.zip": swelling + bytes(10**6)})})
     result = Read(tmp_path)
     assert result.notebooks == [B]
+
+
+def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_path, monkeypatch):
+    looked = []
+    look = places.Child.look
+    monkeypatch.setattr(places.Child, "look", lambda *args, **more: looked.append(args) or look(*args, **more))
+    many = zipped({f"{number}.zip": zipped({"x.csv": b""}) for number in range(30)})
+    lay(tmp_path, {"ada.zip": zipped({f"{number}.zip": many for number in range(30)} | {B: notebook(B)})})
+    assert Read(tmp_path).notebooks == [B]
+    assert len(looked) <= limits.MAX_INNER_ARCHIVES + 4
 
 
 def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):

@@ -7,7 +7,7 @@ import unicodedata
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from packings import WANTED, lay, moodle, under, work, zipped
+from packings import WANTED, before, lay, moodle, under, work, zipped
 
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
@@ -121,6 +121,16 @@ def test_where_nothing_can_be_read_each_reason_is_told(tmp_path):
     (tmp_path / "ada.").mkdir()
     with pytest.raises(GradingError, match=r"There are no submissions in .*'notes\.txt' is not read: .*'ada\.' is not"):
         intake.find(tmp_path)
+
+
+def test_loose_notebooks_may_begin_with_an_id_of_the_roster(tmp_path):
+    known = [*ROSTER, StudentRecord("ada_b")]
+    lay(tmp_path, before("ada_", work(None)) | before("ADA_B - ", work(None)) | before("eve_", work(None)))
+    found, ignored = found_in(tmp_path, known)
+    assert list(found) == ["ada", "ada_b"]
+    for submission in found.values():
+        assert set(intake.read(submission, WANTED)[0].notebooks) == set(WANTED)
+    assert len(ignored) == 1 and "'eve_01_first_look.ipynb'" in ignored[0] and "does not say whose it is" in ignored[0]
 
 
 # --- a folder's name, and course.json ---------------------------------------------------------------------------------
