@@ -22,6 +22,15 @@ from rotflex.instructor.running.intake.reading import Delivered, notes, problems
 from rotflex.instructor.running.intake.whose import named_in
 
 __all__ = [
-    *("Delivered", "Found", "Item", "Piece", "Submission"),
-    *("find", "named_in", "newest", "notes", "problems", "read"),
+    "Delivered",
+    "Found",
+    "Item",
+    "Piece",
+    "Submission",
+    "find",
+    "named_in",
+    "newest",
+    "notes",
+    "problems",
+    "read",
 ]
