@@ -19,15 +19,15 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
 from rotflex.courseware.run.cell_reports import Reports
 from rotflex.courseware.run.reasons import explain
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
+from rotflex.instructor import stages
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
+from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
 from rotflex.instructor.graded_run import (
     Facts,
     facts_of,
@@ -45,7 +45,7 @@ from rotflex.instructor.running import executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
-from rotflex.instructor.running.intake import Item, Submission, newest
+from rotflex.instructor.running.intake import Submission, newest
 from rotflex.instructor.running.prepared import Prepared, prepare
 from rotflex.instructor.running.runner import Job, Limits
 from rotflex.instructor.running.supplied import Supplied, together
@@ -129,7 +129,7 @@ class Batch:
         self._settings = settings or Settings()
         roster = [one for one in gradebook.students() if one.enrolled]
         self._gradebook = gradebook
-        found = intake.find(submissions, roster, self._settings.times, self._settings.zone, self._named_earlier)
+        found = intake.find(submissions, roster, self._settings.times, self._settings.zone, stages.named_in(gradebook))
         self._submissions, self.ignored = found.submissions, found.ignored
         self._course = course
         self._key_digest = marking_digest(course)
@@ -143,13 +143,6 @@ class Batch:
         there = {caseless(one.student) for one in self._submissions}
         there |= {caseless(one) for one in gradebook.handed_in()}
         self.absent = [one.student for one in roster if caseless(one.student) not in there]
-
-    def _named_earlier(self, student: str) -> list[str] | None:
-        """Whom a student's own course.json named, as it was handed in last; None if nothing was."""
-        delivered = {one.name: one for one in self._gradebook.delivered(student)}
-        if not delivered:
-            return None
-        return intake.named_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
 
     @property
     def students(self) -> list[str]:
@@ -219,18 +212,10 @@ class Batch:
     def _taken_in(self, submission: Submission) -> _Taken:
         """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
         read = intake.read(submission, self._bundles.names, self._masters, self._course.packages)
-        # What a partner says is this student's as well stays among the partner's: nobody else's word, with whatever
-        # time, may stand before what this student hands in.
-        holder = submission.claimed_by or submission.student
-        earlier = self._gradebook.delivered(holder)
-        problems = [*submission.problems, *intake.problems(read, [one.name for one in earlier])]
+        earlier, delivered = stages.kept(self._gradebook, submission, read)
+        problems = [*submission.problems, *intake.problems(read, earlier)]
         notes = [*submission.notes, *intake.notes(read)]
-        delivered = [_delivery(item) for one in read for item in one.items()]
-        if submission.claimed_by:
-            hand_in, said = newest([*earlier, *delivered], self._bundles.names)
-        else:
-            self._gradebook.deliver(holder, delivered)
-            hand_in, said = newest(self._gradebook.delivered(holder), self._bundles.names)
+        hand_in, said = newest(delivered, self._bundles.names)
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
         current = self._gradebook.current(submission.student)
@@ -394,11 +379,6 @@ def _is_known(current: Graded, record: RunRecord, key_digest: str) -> bool:
     """Whether nothing has changed since: neither what is run, nor words, nor key."""
     before = current.run
     return (before.key, before.submission, current.key_digest) == (record.key, record.submission, key_digest)
-
-
-def _delivery(item: Item) -> Delivery:
-    digest = hashlib.sha256(item.content).hexdigest()
-    return Delivery(item.name, digest, item.content, item.received, item.source)
 
 
 def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
