@@ -227,3 +227,9 @@ def words_that_look_like_code(work: Work) -> None:
         "{t_s:.2f} s, 5 %d, C:\\new\\table, it costs $5 and 7$.\n\n# Your code here.\n\nThat is so. "
         "### BEGIN SOLUTION is what I do not know; None, null, NaN; '''quotes''' and \"\"\"more\"\"\".",
     )
+
+
+@WAYS.changed()
+def text_cell_made_a_code_cell(work: Work) -> None:
+    """Pressed Y on a text cell: it is a code cell now, with the words in it, and Python complains about them."""
+    work.cell("q2-11-explanation").update(cell_type="code", execution_count=None, outputs=[])
