@@ -119,12 +119,6 @@ def words_in_a_code_cell(work: Work) -> None:
     work.write("q2-11", text_of(work.cell("q2-11")) + f'\nexplanation = r"""{words}"""\n')
 
 
-@WAYS.changed(lost=("2.11",), told=(r"2\.11", r"explanation", r"text cell|markdown|type"))
-def text_cell_made_a_code_cell(work: Work) -> None:
-    """Pressed Y on the text cell: it is a code cell now, with words in it."""
-    work.cell("q2-11-explanation").update(cell_type="code", execution_count=None, outputs=[])
-
-
 @WAYS.changed(lost=("Modeling report",), told=(r"Modeling report|III\.2", r"5000|too long|characters"))
 def words_without_end(work: Work) -> None:
     """Wrote more than the 5000 characters that are allowed."""

@@ -40,7 +40,7 @@ def module_forgotten(work: Work) -> None:
     work.write("q2-11", "from my_peaks import peak\n\nomega_n = 2 * np.pi * peak(f_hz, amplitude_deg)")
 
 
-@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"my_peaks|statistics\.py", r"statistics"))
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"statistics\.py"))
 def module_named_like_pythons_own(work: Work) -> None:
     """Named their own module like one of Python's; at home the folder comes first, and it works."""
     work.files["statistics.py"] = b"def peak(f, a):\n    return f[a.argmax()]\n"

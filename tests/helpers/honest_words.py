@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import base64
 import copy
+import hashlib
 import random
 import struct
+import uuid
 import zlib
+from urllib.parse import quote
 
 from honest_hand_in import STUB_OF_WORDS, Ways, Work, is_answer, text_of
 
@@ -74,11 +77,12 @@ def in_language(work: Work, language: str) -> None:
         work.say(cell, f"({number}) {LANGUAGES[language].strip()}")
 
 
-def paste(work: Work, cell: str, name: str, content: bytes, kind: str = "image/png") -> None:
-    """Paste a picture below the words of a cell, as JupyterLab does it."""
+def paste(work: Work, cell: str, content: bytes, key: str = "", reference: str = "") -> None:
+    """Paste a picture below the words of a cell: as JupyterLab does it, which invents a name, or under a name."""
+    key = key or f"{uuid.UUID(bytes=hashlib.md5(content).digest())}.png"
     held = work.cell(cell)
-    held.setdefault("attachments", {})[name] = {kind: base64.b64encode(content).decode()}
-    work.write(cell, text_of(held) + f"\n\n![{name}](attachment:{name})")
+    held.setdefault("attachments", {})[key] = {"image/png": base64.b64encode(content).decode()}
+    work.write(cell, text_of(held) + f"\n\n![image.png](attachment:{reference or key})")
 
 
 @WAYS.changed(student="Jürgen Größl-Weiß")
@@ -114,16 +118,19 @@ def words_in_other_scripts(work: Work) -> None:
 
 @WAYS.changed()
 def pictures_pasted(work: Work) -> None:
-    """Pasted screenshots into answers in words: two in one cell, one with blanks and an accent in its name."""
-    paste(work, "q2-11-explanation", "image.png", png(640, 400))
-    paste(work, "q2-11-explanation", "image-1.png", png(300, 200))
-    paste(work, "q3-14-conclusion", "Bildschirmfoto 2026-03-01 um 12.30.05 Größe.png", png(800, 500))
+    """Pasted screenshots into answers in words: two in one cell, and under names as the classic notebook gives them."""
+    screenshot = "Bildschirmfoto 2026-03-01 um 12.30.05 Größe.png"
+    paste(work, "q2-11-explanation", png(640, 400))
+    paste(work, "q2-11-explanation", png(300, 200))
+    paste(work, "q2-16-comparison", png(320, 200), "image.png")
+    paste(work, "q3-12-conclusion", png(320, 201), quote(screenshot))
+    paste(work, "q3-14-conclusion", png(800, 500), screenshot, quote(screenshot))
 
 
 @WAYS.changed()
 def photograph_pasted(work: Work) -> None:
     """Pasted a photograph of a page of paper, of two megabytes, and deleted nothing of the words."""
-    paste(work, "report-iii-1-stiffness-analysis", "IMG_2041.png", png(2000, 1000, noise=1))
+    paste(work, "report-iii-1-stiffness-analysis", png(2000, 1000, noise=1))
 
 
 @WAYS.changed()
@@ -220,3 +227,9 @@ def words_that_look_like_code(work: Work) -> None:
         "{t_s:.2f} s, 5 %d, C:\\new\\table, it costs $5 and 7$.\n\n# Your code here.\n\nThat is so. "
         "### BEGIN SOLUTION is what I do not know; None, null, NaN; '''quotes''' and \"\"\"more\"\"\".",
     )
+
+
+@WAYS.changed()
+def text_cell_made_a_code_cell(work: Work) -> None:
+    """Pressed Y on a text cell: it is a code cell now, with the words in it, and Python complains about them."""
+    work.cell("q2-11-explanation").update(cell_type="code", execution_count=None, outputs=[])
