@@ -307,7 +307,7 @@ class Batch:
             ran.reports,
             ran.ended,
             (*taken.problems, *ran.ended, *reasons.stops, *reasons.lost),
-            taken.notes,
+            (*taken.notes, *reasons.harmless),
             reasons.missing,
             None if bundle_.release == self._bundles.current.release else sorted(bundle_.asked),
             taken.bench_of,

@@ -51,14 +51,6 @@ def own_package_in_subfolders(work: Work) -> None:
     )
 
 
-@WAYS.packed()
-def own_module_one_folder_up(folder: Path, work: Work) -> None:
-    """Handed in the whole course folder, with a module of their own beside notebooks/, taken in by sys.path."""
-    work.write("q2-11", f"import sys\n\nsys.path.append('..')\nfrom my_peaks import peak\n\n{_BY_PEAK}")
-    files = {f"notebooks/{name}": content for name, content in work.contents().items()}
-    as_folder(folder / work.student / "rotflex-course", {**files, "my_peaks.py": _PEAK})
-
-
 @WAYS.changed()
 def own_script_run(work: Work) -> None:
     """Runs a script and another notebook of their own by %run."""

@@ -30,12 +30,12 @@ def moodle_newer(folder: Path, work: Work) -> None:
     as_folder(folder / "Jürgen Groß-Weiß_1234568_assignsubmission_file", work.contents())
 
 
-@WAYS.packed(roster=row("moodle-flat", "María José Núñez", "1234569"))
+@WAYS.packed(roster=row("moodle-flat", "Lucía Gómez Ibáñez", "1234569"))
 def moodle_flat(folder: Path, work: Work) -> None:
     """Moodle without folders: all files of all students in one place, the name and number before each."""
     files = work.contents()
     as_folder(
-        folder, {f"María José Núñez_1234569_assignsubmission_file_{name}": content for name, content in files.items()}
+        folder, {f"Lucía Gómez Ibáñez_1234569_assignsubmission_file_{name}": content for name, content in files.items()}
     )
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from honest_hand_in import Ways, Work, code, text_of
+from pathlib import Path
+
+from honest_hand_in import Ways, Work, as_folder, code, text_of
 
 WAYS = Ways()
 
@@ -38,6 +40,14 @@ def endless_loop(work: Work) -> None:
 def module_forgotten(work: Work) -> None:
     """Handed in the notebooks, but not the module that they import."""
     work.write("q2-11", "from my_peaks import peak\n\nomega_n = 2 * np.pi * peak(f_hz, amplitude_deg)")
+
+
+@WAYS.packed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"my_peaks", r"no file of that name"))
+def own_module_one_folder_up(folder: Path, work: Work) -> None:
+    """Handed in the whole course folder, with a module of their own beside notebooks/, which is not taken along."""
+    work.write("q2-11", "import sys\n\nsys.path.append('..')\nfrom my_peaks import peak\n\nomega_n = 6.28 * peak(f_hz)")
+    files = {f"notebooks/{name}": content for name, content in work.contents().items()}
+    as_folder(folder / work.student / "rotflex-course", {**files, "my_peaks.py": b"def peak(f):\n    return f[0]\n"})
 
 
 @WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"statistics\.py"))

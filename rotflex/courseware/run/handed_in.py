@@ -15,6 +15,7 @@ from rotflex.courseware.messages import _
 
 MAX_CELLS = 1_000  #: of a notebook
 MAX_SOURCE = 200_000  #: characters of a cell
+MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
 CODE, TEXT = "code", "markdown"  #: kinds of cells that count; there are others
 
 
@@ -84,12 +85,21 @@ def cells_of(data: bytes) -> tuple[Cell, ...]:
         notebook = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise NotebookError(_("it is not JSON ({error_type}).").format(error_type=type(error).__name__)) from None
-    cells = notebook.get("cells") if isinstance(notebook, dict) else None
+    cells = _listed(notebook) if isinstance(notebook, dict) else None
     if not isinstance(cells, list):
         raise NotebookError(_("it is JSON, but not a notebook with cells."))
     if len(cells) > MAX_CELLS:
         raise NotebookError(_("it has more than {max_cells} cells.").format(max_cells=MAX_CELLS))
     return _cells(cells)
+
+
+def _listed(notebook: dict[str, Any]) -> Any:
+    """The cells of a notebook; in format 3 and before, they are on worksheets, and code is an input."""
+    sheets = notebook.get("worksheets")
+    if "cells" in notebook or not isinstance(sheets, list):
+        return notebook.get("cells")
+    cells = [cell for sheet in sheets if isinstance(sheet, dict) for cell in sheet.get("cells") or ()]
+    return [{**cell, "source": cell.get("source", cell.get("input"))} for cell in cells if isinstance(cell, dict)]
 
 
 def _cells(cells: Sequence[Any]) -> tuple[Cell, ...]:
@@ -102,9 +112,10 @@ def _cell(place: int, cell: dict[str, Any]) -> Cell:
         source = "".join(source)
     if not isinstance(source, str):
         raise NotebookError(_("the source of its cell {place} is not text.").format(place=place + 1))
-    if len(source) > MAX_SOURCE:
+    most = MAX_TEXT if cell.get("cell_type") == TEXT else MAX_SOURCE
+    if len(source) > most:
         raise NotebookError(
-            _("its cell {place} has more than {max_source} characters.").format(place=place + 1, max_source=MAX_SOURCE)
+            _("its cell {place} has more than {max_source} characters.").format(place=place + 1, max_source=most)
         )
     try:
         source.encode()

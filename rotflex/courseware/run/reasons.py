@@ -28,6 +28,7 @@ Where = tuple[str, str]  # question and part
 _UNDEFINED = re.compile(r"name '(\w+)' is not defined")
 _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
 _NAMED = 2  # questions that are named before "and 12 more"
+_MOST_HARMLESS = 20  # cells that are told of though they cost nothing
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,13 @@ class Reasons:
     missing : (question, part) → why, for the student; only where there is more to say than that nothing was written
     stops : what stopped, a sentence each, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped; a sentence each
+    harmless : what stopped, and cost no answer; a sentence each
     """
 
     missing: Mapping[Where, str]
     stops: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
+    harmless: tuple[str, ...] = ()
 
 
 def explain(
@@ -102,7 +105,11 @@ def explain(
     lost = _lost(run, claim, stopped, handed_in) if claim else {}
     for where, why in lost.items():
         missing.setdefault(where, _("It was recorded at home; {why}.").format(why=why))
-    return Reasons(missing, stops, tuple(_grouped(lost)))
+    stopped_cells = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
+    harmless = [
+        words.of_harmless(run, cell) for cell in stopped_cells if cell not in built and not run.is_passed_on(cell)
+    ]
+    return Reasons(missing, stops, tuple(_grouped(lost)), tuple(harmless[:_MOST_HARMLESS]))
 
 
 # --- a run, and where it stopped --------------------------------------------------------------------------------------
@@ -248,6 +255,10 @@ class _Run:
         self._roots |= dict.fromkeys(passed, cause)
         return cause
 
+    def is_passed_on(self, cell: _Cell) -> bool:
+        """Whether it was found that what stopped in a cell was caused elsewhere."""
+        return self._roots.get(cell, cell) is not cell
+
     def _upstream(self, cells: Sequence[_Cell]) -> Iterator[_Cell]:
         """Cells, and all that they build on by the names that they use: those that bound a name last, and theirs."""
         found = set(cells)
@@ -313,6 +324,11 @@ class _Words:
         if not others:
             return f"{shown}."
         return _("{stop}; {others} on it.").format(stop=shown, others=_several(others, _("builds"), _("build")))
+
+    def of_harmless(self, run: _Run, cell: _Cell) -> str:
+        """What stopped, and cost nothing."""
+        shown = _("{cell} stopped: {error}").format(cell=self.name(run, cell), error=self.of_error(cell))
+        return _("{stop}; no answer is missing for it.").format(stop=shown)
 
     def name(self, run: _Run, cell: _Cell) -> str:
         """What a cell is called."""

@@ -20,6 +20,7 @@ from rotflex.instructor.marking.time_limit import within
 from rotflex.instructor.verdicts import Case, Check, Key, Status, Verdict, for_a_person, wrong
 
 _MISSING = _("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
+_NO_WORDS = _("Nothing is written in its text cell of the notebook that was handed in.")
 _SUPPLIED = _(
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
@@ -142,7 +143,7 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
     elif where in claims.malformed:
         verdict = wrong(_("Malformed: {why}").format(why=claims.malformed[where]))
     else:
-        verdict = Verdict(Status.MISSING, 0.0, _MISSING)
+        verdict = Verdict(Status.MISSING, 0.0, _NO_WORDS if part.kind == "prose" else _MISSING)
     points = round(verdict.share * part.points, 6)
     return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
 

@@ -139,6 +139,10 @@ def test_a_helper_cell_of_the_students():
 def test_a_cell_of_no_consequence_is_not_held_against_anybody():
     found = told({"q1": "a = 1"}, {"mine": NAME}, "1234", added=[(ONE, 4, Cell("mine", "", CODE, "omgea"))])
     assert found.stops == ()
+    assert found.harmless == (
+        "Your own cell mine in 1_one.ipynb stopped: NameError, name 'omgea' is not defined, line 3; no answer is missing "
+        "for it.",
+    )
 
 
 @pytest.mark.parametrize(

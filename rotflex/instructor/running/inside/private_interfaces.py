@@ -101,6 +101,7 @@ NEEDED = (
     Interface("ipykernel", _ZMQ_SHELL, "ZMQInteractiveShell.exit_now"),
     Interface("ipython", _HISTORY, "HistoryManager.enabled"),
     Interface("ipython", _SHELL, "InteractiveShell._tee", ("self", "channel")),
+    Interface("ipython", _SHELL, "InteractiveShell.enable_matplotlib", ("self", "gui")),
     Interface(
         "ipython",
         _SHELL,
@@ -176,6 +177,9 @@ def discard_output(shell: Any) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     shell._tee = lambda channel: nullcontext()
+    # There are no windows: pictures are drawn as if into the page, wherever a notebook wants them.
+    inline = shell.enable_matplotlib
+    shell.enable_matplotlib = lambda gui=None: inline("inline")
     shell.display_formatter.active_types = ["text/plain"]
     shell.InteractiveTB.set_mode("Minimal")
     shell._format_exception_for_storage = lambda *args, **kwargs: {}

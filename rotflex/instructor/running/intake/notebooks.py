@@ -9,11 +9,12 @@ from __future__ import annotations
 import itertools
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.run.handed_in import Cell, NotebookError, cells_of
+from rotflex.courseware.run.handed_in import TEXT, Cell, NotebookError, cells_of
 from rotflex.instructor.running.intake import limits
 
 _KEPT = {b'"id"', b'"cell_type"', b'"source"', b'"metadata"'}
@@ -40,11 +41,20 @@ def read(data: bytes) -> tuple[tuple[Cell, ...], list[str]]:
         data = scanner.without_outputs()
         problems = scanner.problems
     cells = cells_of(data)
-    text = sum(len(cell.source.encode()) for cell in cells)
-    if text > limits.MAX_NOTEBOOK:
+    # The text of some editors holds pictures.
+    most = {TEXT: limits.MAX_PICTURES}
+    if any(size > most.get(kind, limits.MAX_NOTEBOOK) for kind, size in _sizes(cells).items()):
         raise NotebookError(_("its cells have more than {limit} bytes.").format(limit=limits.MAX_NOTEBOOK))
     kept, left_out = _with_few_pictures(cells)
     return kept, [*problems, *left_out]
+
+
+def _sizes(cells: Sequence[Cell]) -> Counter[str]:
+    """Bytes of the cells of each kind."""
+    found: Counter[str] = Counter()
+    for cell in cells:
+        found[cell.kind] += len(cell.source.encode())
+    return found
 
 
 def _utf8(data: bytes) -> bytes:
@@ -128,8 +138,10 @@ class _Scanner:
                 yield key + b":" + self._text[start : self._place]
             elif key in _KEPT:
                 self._kept += size
-                if self._kept > limits.MAX_NOTEBOOK:
-                    most = limits.MAX_NOTEBOOK
+                most = (
+                    limits.MAX_NOTEBOOK + limits.MAX_PICTURES
+                )  # text may hold pictures; what is code, is looked at later
+                if self._kept > most:
                     raise NotebookError(_("without its outputs it has more than {limit} bytes.").format(limit=most))
                 yield key + b":" + self._text[start : self._place]
 

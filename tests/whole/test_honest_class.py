@@ -1,0 +1,102 @@
+"""The honest class: whoever did everything right has full marks, however they did it; who did not, is told what and why.
+
+Ways that differ from others only in how they are packed and named are read here, and not run: what is run of them is
+the same. ``benchmarks/honest.py`` runs them all, and holds what students see at home against it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import unicodedata
+
+import honest_packings
+import honest_platforms
+import pytest
+from checkout import ROOT
+from honest_class import RIGHT, WRONG, solved_notebooks
+from honest_marks import build, grade
+from made_courses import OURS
+
+from rotflex.courseware.run.handed_in import as_released
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.running import bundle, intake
+
+pytestmark = pytest.mark.slow
+
+PANDAS = importlib.util.find_spec("pandas") is not None
+SOLVED = solved_notebooks(ROOT)
+PACKED = [*honest_packings.WAYS, *honest_platforms.WAYS]
+_NAMES = {way.name for way in PACKED}
+
+
+def possible(ways):
+    """As parameters; a way that wants pandas, or none, is skipped where that is not so."""
+    return [
+        pytest.param(
+            way,
+            id=way.name,
+            marks=pytest.mark.skipif(
+                way.pandas not in (None, PANDAS), reason=f"pandas is {'' if PANDAS else 'not '}installed here"
+            ),
+        )
+        for way in ways
+    ]
+
+
+RUN = [way for way in (*RIGHT, *WRONG) if way.name not in _NAMES and way.pandas in (None, PANDAS)]
+
+
+@pytest.fixture(scope="module")
+def graded(tmp_path_factory, sandbox):
+    return grade(RUN, SOLVED, tmp_path_factory.mktemp("honest"), "--jobs", "2", "--cell-timeout", "20")
+
+
+@pytest.mark.parametrize("way", possible(way for way in RIGHT if way.name not in _NAMES))
+def test_who_did_everything_right_has_full_marks_and_no_trouble(graded, way):
+    for student in (way.student, *way.others):
+        found = graded.of(student)
+        assert found.marks, graded.ignored
+        assert (found.lost, found.problems) == ({}, [])
+
+
+@pytest.mark.parametrize("way", possible(WRONG))
+def test_who_did_something_wrong_loses_no_more_than_that_and_is_told_what(graded, way):
+    assert set(graded.of(way.student).lost) <= way.lost
+    assert graded.not_told(way) == [], graded.told(way)
+
+
+def test_there_are_enough_of_them():
+    assert len(RUN) >= 60
+
+
+# --- packings and names -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """What is found of a class of all packings and platforms."""
+    place = tmp_path_factory.mktemp("packed")
+    roster = build(PACKED, SOLVED, place / "in")
+    with Gradebook(place / "book.sqlite") as book:
+        assert book.import_roster(roster).problems == ()
+        return intake.find(place / "in", book.students())
+
+
+@pytest.mark.parametrize("way", PACKED, ids=lambda way: way.name)
+def test_however_it_is_packed_and_named_the_whole_work_is_read(found, way):
+    made = bundle.build(OURS)
+    names = tuple(made.pristine)
+    masters = {name: [cell["id"] for cell in notebook["cells"]] for name, notebook in made.pristine.items()}
+    for student in (way.student, *way.others):
+        (submission,) = [one for one in found.submissions if one.student.casefold() == _composed(student)]
+        read = intake.read(submission, names, masters)
+        assert [*submission.problems, *intake.problems(read)] == []
+        hand_in, _notes = intake.newest([item for one in read for item in one.items()], names)
+        for name in names:
+            sources = [cell.source for cell in hand_in.notebooks[name] if cell.kind == "code"]
+            expected = [cell.source for cell in as_released(SOLVED[name]) if cell.kind == "code"]
+            assert [one.strip() for one in sources] == [one.strip() for one in expected], name
+
+
+def _composed(student):
+    return unicodedata.normalize("NFC", student).casefold()
