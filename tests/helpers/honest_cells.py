@@ -1,0 +1,329 @@
+"""Everything right, but not cell for cell as it was handed out: added, split, merged, moved, renewed, deleted cells."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+
+from honest_hand_in import Cell, Ways, Work, as_folder, code, is_answer, markdown, text_of, written
+
+WAYS = Ways()
+
+_PEAK = '''
+def peak_frequency(f, amplitude, low, high):
+    """Where the spectrum is highest between two frequencies (Hz)."""
+    inside = (f >= low) & (f <= high)
+    return f[inside][np.argmax(amplitude[inside])]
+'''
+_BY_PEAK = "omega_n = 2 * np.pi * peak_frequency(f_hz, amplitude_deg, 1, 5)  # rad/s"
+_ARM = "arm = lab.joint\nbottom = arm.m_1 * arm.L_1**2 / 3\ntop = arm.m_2 * arm.L_2**2 / 12 + arm.m_2 * arm.d_12**2"
+_STIFFNESS = "J_l = bottom + top\nK_s = J_l * omega_n**2"
+_W = "W = T @ np.linalg.inv(T_c)"
+
+
+@WAYS.changed()
+def plain(work: Work) -> None:
+    """Nothing but the answers, in their cells."""
+
+
+@WAYS.changed(answers_json=True)
+def plain_with_answers_recorded_at_home(work: Work) -> None:
+    """The usual case: the folder as it is after the work, with the answers.json that the notebooks wrote."""
+
+
+@WAYS.changed()
+def helper_cell(work: Work) -> None:
+    """Wrote a helper function in a cell of their own, above the answer that uses it."""
+    work.before("q2-11", code(_PEAK))
+    work.write("q2-11", _BY_PEAK)
+
+
+@WAYS.changed()
+def helper_cell_at_the_top(work: Work) -> None:
+    """Keeps all helpers in one cell below the setup cell, and uses them in several answers."""
+    work.after(
+        "setup", markdown("## My helpers"), code(_PEAK + "\n\ndef rod(m, L):\n    return m * L**2 / 3"), number="02"
+    )
+    work.write("q2-11", _BY_PEAK)
+    work.write("q2-12", _ARM.replace("arm.m_1 * arm.L_1**2 / 3", "rod(arm.m_1, arm.L_1)") + "\n" + _STIFFNESS)
+
+
+@WAYS.changed()
+def own_plot_helper(work: Work) -> None:
+    """Draws the three plots of 07, 08 and 09 by a function of their own, in an added cell of each notebook."""
+    helper = code("""
+def three_panels(run):
+    fig, axes = plt.subplots(3, 1, figsize=(8, 7), sharex=True)
+    axes[0].plot(run.time, run.degrees("theta_ref"), "k--", label="command")
+    axes[0].plot(run.time, run.degrees("theta"), label="servo angle")
+    axes[0].legend()
+    axes[1].plot(run.time, run.degrees("alpha"), label="deflection")
+    axes[2].plot(run.time, run["vm"], label="voltage")
+    for ax, what in zip(axes, ("servo angle (deg)", "deflection (deg)", "voltage (V)")):
+        ax.set_ylabel(what)
+    axes[2].set_xlabel("time (s)")
+    return fig
+""")
+    bench = "with lab.bench() as on_the_bench:\n    {} = experiments.tracking(on_the_bench, K{})\n"
+    work.before("q3-11", copy.deepcopy(helper))
+    work.write("q3-11", "simulated = simulation.closed_loop(A, B, K, reference, saturation=None)\n")
+    work.after("q3-11", code("figure_simulated = three_panels(simulated)"))
+    work.before("q3-13", copy.deepcopy(helper))
+    work.write("q3-13", bench.format("measured", "") + "figure_measured = three_panels(measured)")
+    work.before("q3-15", copy.deepcopy(helper))
+    work.write("q3-15", bench.format("partial", ', feedback="partial"') + "figure_partial = three_panels(partial)")
+
+
+@WAYS.changed()
+def split_in_jupyterlab(work: Work) -> None:
+    """Split an answer cell in JupyterLab: each piece has a new id, and all of them the metadata of the one."""
+    cells, index = work.place("q3-7")
+    old = cells[index]
+    head, tail = text_of(old).split("W = T @", 1)
+    pieces = [
+        {**copy.deepcopy(code(text)), "metadata": copy.deepcopy(old["metadata"])} for text in (head, "W = T @" + tail)
+    ]
+    cells[index : index + 1] = pieces
+
+
+@WAYS.changed()
+def split_in_three_in_vs_code(work: Work) -> None:
+    """Split an answer cell in VS Code, twice: the first piece keeps id and metadata, the others have neither."""
+    work.write("q2-12", "# ✎ Your answer: 2.12\nJ_l = None\nK_s = None\n")
+    work.after("q2-12", code(_ARM), markdown("Now the *stiffness*."), code(_STIFFNESS))
+
+
+@WAYS.changed()
+def split_with_the_answer_last(work: Work) -> None:
+    """Split an answer cell so that all the work is in new cells above, and the old cell holds the last line."""
+    work.before("q3-7", code("T = control.ctrb(A, B)\nT"), code("T_c = control.ctrb(A_c, B_c)\nT_c"))
+    work.write("q3-7", _W)
+
+
+@WAYS.changed()
+def merged_with_a_helper(work: Work) -> None:
+    """Merged a cell of their own with the answer cell below it, in JupyterLab: a new id, the answer cell's metadata."""
+    cell = work.cell("q2-11")
+    cell["id"] = "5d1c9a0e"
+    cell["source"] = (_PEAK + "\n" + _BY_PEAK).splitlines(keepends=True)
+
+
+@WAYS.changed()
+def merged_with_the_locked_cell(work: Work) -> None:
+    """Merged an answer cell with the locked one that records it, in an editor that knows no locks."""
+    work.write("q2-11", text_of(work.cell("q2-11")) + "\n" + text_of(work.delete("q2-11-answer")))
+
+
+@WAYS.changed()
+def one_id_renewed(work: Work) -> None:
+    """An editor gave an answer cell and a text cell new ids; their grade_id is left."""
+    work.cell("q2-11")["id"] = "a7f3c2d1"
+    work.cell("q2-11-explanation")["id"] = "0be1f6aa"
+
+
+@WAYS.changed()
+def all_ids_renewed(work: Work) -> None:
+    """An editor gave every cell a new id when it saved."""
+    for notebook in work.notebooks.values():
+        for number, cell in enumerate(notebook["cells"]):
+            cell["id"] = f"{number * 2654435761 % 2**32:08x}"
+
+
+@WAYS.changed()
+def ids_and_metadata_lost(work: Work) -> None:
+    """Pasted every answer into a new cell in the answer cell's place: neither its id nor its grade_id is left."""
+    for notebook in work.notebooks.values():
+        for number, cell in enumerate(notebook["cells"]):
+            if is_answer(cell):
+                cell.update(id=f"c{number:07x}", metadata={})
+
+
+@WAYS.changed()
+def texts_deleted(work: Work) -> None:
+    """Deleted all the course's explanations, to have the notebook short."""
+    for notebook in work.notebooks.values():
+        notebook["cells"] = [c for c in notebook["cells"] if c["cell_type"] == "code" or is_answer(c)]
+
+
+@WAYS.changed()
+def illustrations_deleted(work: Work) -> None:
+    """Deleted the cells that only draw something, because the notebook took so long."""
+    for notebook in work.notebooks.values():
+        notebook["cells"] = [c for c in notebook["cells"] if "illustration" not in c["metadata"].get("tags", [])]
+
+
+@WAYS.changed()
+def notes_added(work: Work) -> None:
+    """Added headings, notes and to-do lists as text cells all over, some of them beside answers in words."""
+    for notebook in work.notebooks.values():
+        for number, index in enumerate(range(len(notebook["cells"]), 0, -3)):
+            notebook["cells"].insert(
+                index, markdown(f"### Note {number} ✎\n\n* [ ] ask in the *tutorial* about this, $x_{number}$")
+            )
+
+
+@WAYS.changed()
+def empty_cells(work: Work) -> None:
+    """Left empty code cells everywhere, by Shift+Enter and B."""
+    for notebook in work.notebooks.values():
+        old = notebook["cells"]
+        empty = [{**code(""), "id": f"e{number:07x}"} for number in range(len(old))]
+        notebook["cells"] = [cell for pair in zip(old, empty, strict=True) for cell in pair]
+
+
+@WAYS.changed()
+def pairs_in_another_order(work: Work) -> None:
+    """Answered 2.2 before 2.1, and moved both of its cells up."""
+    moved = [work.delete("q2-2"), work.delete("q2-2-answer")]
+    work.before("q2-1", *moved)
+
+
+@WAYS.changed()
+def own_cells_first_and_last(work: Work) -> None:
+    """Has a title and a cell of magics above the first cell, and a playground below the last."""
+    for notebook in work.notebooks.values():
+        first = [
+            markdown("# My lab course, summer term"),
+            code("%matplotlib inline\n%load_ext autoreload\n%autoreload 2"),
+        ]
+        notebook["cells"] = [*first, *notebook["cells"], code("print('done', lab.joint.arm_position)")]
+
+
+@WAYS.changed()
+def computed_above(work: Work) -> None:
+    """Computed in a cell of their own above, and only assigned in the answer cell."""
+    work.before(
+        "q3-12",
+        code("""
+angle = turn.degrees("theta")
+late = np.flatnonzero(np.abs(angle + 20) > 0.8)
+settled_at = turn.time[late[-1] + 1]
+over = 100 * (-20 - angle.min()) / 40
+bend = np.abs(turn.degrees("alpha")).max()
+volts = np.abs(turn["vm"]).max()
+"""),
+    )
+    verdict = 'satisfied = "yes" if t_s <= 0.5 and PO <= 5 and alpha_max_deg <= 12.5 and V_max <= 10 else "no"'
+    work.write("q3-12", f"t_s, PO, alpha_max_deg, V_max = settled_at, over, bend, volts\n{verdict}")
+
+
+@WAYS.changed()
+def answer_in_a_cell_below(work: Work) -> None:
+    """Left answer cells as they were, and answered in cells added below them."""
+    for cell in ("q2-11", "q2-18", "q3-8"):
+        answer = text_of(work.cell(cell))
+        head, _, own = answer.partition("\n")
+        preset, own = own.split("\n", 1)
+        work.write(cell, f"{head}\n{preset}\n# Your code here.")
+        work.after(cell, code(own))
+
+
+@WAYS.changed()
+def answer_below_the_locked_cell(work: Work) -> None:
+    """Added a cell below the locked one, and called lab.answer in it again."""
+    own = text_of(work.cell("q2-18"))
+    work.write(
+        "q2-18", "# ✎ Your answer: 2.18\npoles = None  # four numbers, complex where they are\n# Your code here."
+    )
+    work.after("q2-18-answer", code(own + '\nlab.answer("2.18", poles=poles)'))
+
+
+@WAYS.changed()
+def earlier_attempt_kept(work: Work) -> None:
+    """Copied the answer cell before changing it, and left the first attempt standing above, with its metadata."""
+    rough: Cell = copy.deepcopy(work.cell("q2-11"))
+    rough["id"] = "77e0d1b2"
+    rough["source"] = ["# first try, too rough\n", "omega_n = 2 * np.pi * 3"]
+    work.before("q2-11", rough)
+
+
+@WAYS.changed()
+def scratch_that_fails(work: Work) -> None:
+    """Left attempts of their own that stop with an error, which no answer uses."""
+    work.before("q2-10", code("sweep.angle  # no such thing?"))
+    work.before("q3-9", code("np.linalg.eig(A, B)"), code("this is not python, I only wanted to note something"))
+    work.after("summary", code("1 / 0"), number="02")
+
+
+@WAYS.changed()
+def locked_cells_copied_to_play(work: Work) -> None:
+    """Copied locked cells, as the texts ask, and changed numbers in the copies (which keep the locked metadata)."""
+    zoom, lqr = (copy.deepcopy(work.cell(cell)) for cell in ("first-zoom", "lqr"))
+    for cell, name, old, new in ((zoom, "10ad5e11", "2.0, 2.2", "0.1, 0.6"), (lqr, "10ad5e12", "40 * DEG", "30 * DEG")):
+        text = text_of(cell)
+        assert old in text
+        cell.update(id=name, source=text.replace(old, new).splitlines(keepends=True))
+    work.after("first-zoom", zoom)
+    work.after("lqr", lqr)
+
+
+@WAYS.changed()
+def locked_setup_changed_harmlessly(work: Work) -> None:
+    """Changed a locked cell in an editor that knows no locks, to no effect: a comment, and figures of another size."""
+    work.replace("setup", "import numpy as np", "import numpy as np  # numbers", number="02")
+    work.replace("turn", "half_period = 0.5 / 0.33", "# half a period, s\nhalf_period = 0.5 / 0.33")
+
+
+@WAYS.changed()
+def uses_what_a_picture_cell_made(work: Work) -> None:
+    """Uses in an answer what a cell defined that only shows something."""
+    work.write("q2-18", "poles = poles_by_hand(A_v)")
+    work.before(
+        "q2-18",
+        code(
+            "def poles_by_hand(matrix):\n    steady_speed  # the function of a cell above\n"
+            "    return np.linalg.eigvals(matrix)"
+        ),
+    )
+
+
+@WAYS.changed()
+def answers_read_back(work: Work) -> None:
+    """Takes earlier answers by lab.value instead of by their names, and looks at the summary all the time."""
+    work.write(
+        "q2-12", "omega = lab.value('2.11', 'omega_n')\n" + _ARM + "\nJ_l = bottom + top\nK_s = J_l * omega**2\n"
+    )
+    work.before("q3-5", code("lab.summary()"), code("lab.progress()"))
+
+
+@WAYS.changed()
+def check_left_in(work: Work) -> None:
+    """Left the calls of lab.check() and lab.submit() in a last cell of each notebook."""
+    for notebook in work.notebooks.values():
+        notebook["cells"].append(code("lab.check()"))
+        notebook["cells"].append(code("lab.submit()"))
+
+
+@WAYS.packed()
+def checkpoints_beside(folder: Path, work: Work) -> None:
+    """Handed in the folder with JupyterLab's .ipynb_checkpoints, which hold the notebooks as they were half done."""
+    files = work.contents()
+    for name, notebook in work.notebooks.items():
+        half = copy.deepcopy(notebook)
+        for cell in filter(is_answer, half["cells"]):
+            cell["source"] = []
+        files[f".ipynb_checkpoints/{name.replace('.ipynb', '-checkpoint.ipynb')}"] = written(half)
+    files["Untitled.ipynb"] = written({"cells": [code("1 + 1")], "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
+    as_folder(folder / work.student, files)
+
+
+@WAYS.changed()
+def large_outputs(work: Work) -> None:
+    """Printed all samples and drew large pictures: one notebook has ten megabytes of outputs."""
+    numbers = "".join(f"{n * 1e-6:.9f}\n" for n in range(250_000))
+    picture = {"image/png": "iVBORw0KGgo" * 400_000, "text/plain": ["<Figure size 7000x3000>"]}
+    shown = {"output_type": "display_data", "data": picture, "metadata": {}}
+    work.cell("q2-9").update(
+        execution_count=7, outputs=[{"output_type": "stream", "name": "stdout", "text": numbers}, shown]
+    )
+
+
+@WAYS.changed()
+def widget_state_saved(work: Work) -> None:
+    """JupyterLab saved the state of all explorers in the notebooks' metadata, some megabytes of it."""
+    state = {f"{n:032x}": {"model_name": "AnyModel", "state": {"data": "0.125," * 50_000}} for n in range(8)}
+    kind = "application/vnd.jupyter.widget-state+json"
+    for notebook in work.notebooks.values():
+        notebook["metadata"]["widgets"] = {kind: {"version_major": 2, "version_minor": 0, "state": state}}
+    assert len(json.dumps(state)) > 2_000_000

@@ -1,0 +1,320 @@
+"""Everything right, in code as people write it: magics, prints, annotations, async, styles, names of their own."""
+
+from __future__ import annotations
+
+from honest_hand_in import Ways, Work, code, text_of
+
+WAYS = Ways()
+
+_SWEEP = "with lab.bench() as on_the_bench:\n    sweep = experiments.sweep(on_the_bench)\n"
+_PEAK = "inside = (f_hz >= 1) & (f_hz <= 5)\nbest = f_hz[inside][np.argmax(amplitude_deg[inside])]\n"
+
+
+@WAYS.changed()
+def magics(work: Work) -> None:
+    """Times cells, asks for help and sets up matplotlib by magics, in own cells and within answers."""
+    for number in ("02", "03", "07"):
+        setting = '%matplotlib inline\n%config InlineBackend.figure_format = "retina"'
+        work.after("setup", code(setting), number=number)
+    work.write("q2-9", "%%time\n" + text_of(work.cell("q2-9")))
+    work.after("q2-10", code("%timeit -n 2 -r 1 spectrum(sweep['alpha'], 0.002)"), code("np.fft.fft?"), code("%who"))
+    work.write("q2-11", _PEAK + "%time omega_n = 2 * np.pi * best\n")
+
+
+@WAYS.changed()
+def shell_commands(work: Work) -> None:
+    """Begins with !pip install and !ls, as on Colab, whether or not anything can be installed here."""
+    for number in ("02", "05", "06"):
+        work.before("setup", code("!pip install -q numpy matplotlib control sympy\n!ls"), number=number)
+        work.after("setup", code("%pip list"), code("files = !echo some files\nprint(files)"), number=number)
+
+
+@WAYS.changed()
+def matplotlib_qt(work: Work) -> None:
+    """Wants windows for the plots, which there are at home and not where grading runs."""
+    for number in ("02", "03", "07", "08", "09"):
+        work.after("setup", code("%matplotlib qt"), number=number)
+
+
+@WAYS.changed()
+def print_debugging(work: Work) -> None:
+    """Prints everything, in loops, to see what is going on."""
+    loop = "\nfor i, value in enumerate(sweep.degrees('alpha')):\n    print('HIER', i, value)\n"
+    work.write("q2-9", text_of(work.cell("q2-9")) + loop)
+    work.write(
+        "q3-8", "print('vorher', K_c, W)\n" + text_of(work.cell("q3-8")) + "\nprint(f'{K=}')\nprint(locals().keys())"
+    )
+
+
+@WAYS.changed()
+def own_names_between(work: Work) -> None:
+    """Works with names of their own, some in their own letters, and assigns at the end."""
+    work.write(
+        "q2-11",
+        "ω_größte = 2 * np.pi * f_hz[(f_hz >= 1) & (f_hz <= 5)][\n    amplitude_deg[(f_hz >= 1) "
+        "& (f_hz <= 5)].argmax()\n]\nomega_n = ω_größte",
+    )
+    work.write("q2-18", "señal, été, λ = 1, 2, np.linalg.eigvals(A_v)\npoles = λ")
+
+
+@WAYS.changed()
+def typed(work: Work) -> None:
+    """Annotates everything, and wraps answers in dataclasses and functions."""
+    work.write("q2-11", _PEAK + "omega_n: float = float(2 * np.pi * best)")
+    work.write(
+        "q2-12",
+        """
+from __future__ import annotations
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Rod:
+    mass: float
+    length: float
+    offset: float | None = None
+
+    @property
+    def inertia(self) -> float:
+        match self.offset:
+            case None:
+                return self.mass * self.length**2 / 3
+            case d:
+                return self.mass * (self.length**2 / 12 + d**2)
+
+
+rods: list[Rod] = [Rod(lab.joint.m_1, lab.joint.L_1), Rod(lab.joint.m_2, lab.joint.L_2, lab.joint.d_12)]
+J_l: float = sum(rod.inertia for rod in rods)
+K_s: float = J_l * omega_n**2
+""".lstrip(),
+    )
+
+
+@WAYS.changed()
+def asynchronous(work: Work) -> None:
+    """Awaits in cells, as IPython allows."""
+    work.before(
+        "q2-9", code("import asyncio\n\n\nasync def patiently(what):\n    await asyncio.sleep(0.01)\n    return what")
+    )
+    work.write("q2-11", "await asyncio.sleep(0)\n" + _PEAK + "omega_n = await patiently(2 * np.pi * best)")
+
+
+@WAYS.changed()
+def if_main(work: Work) -> None:
+    """Puts answers below if __name__ == "__main__", as in every script."""
+    work.write(
+        "q2-11",
+        "def main():\n    " + _PEAK.replace("\n", "\n    ") + "return 2 * np.pi * best\n\n\n"
+        'if __name__ == "__main__":\n    omega_n = main()',
+    )
+
+
+@WAYS.changed()
+def warnings_about(work: Work) -> None:
+    """Raises warnings, and silences others."""
+    work.after("setup", code("import warnings\nwarnings.filterwarnings('ignore')"), number="03")
+    work.write(
+        "q2-11",
+        "import warnings\nwarnings.warn('nearly zero', DeprecationWarning)\nnp.ones(2) / np.zeros(2)\n"
+        + _PEAK
+        + "omega_n = 2 * np.pi * best",
+    )
+
+
+@WAYS.changed()
+def errors_caught(work: Work) -> None:
+    """Tries first what fails, and catches it."""
+    work.write(
+        "q2-11",
+        "try:\n    import seaborn_is_not_here\nexcept ImportError:\n    pass\nfinally:\n    "
+        + _PEAK.replace("\n", "\n    ")
+        + "\nomega_n = 2 * np.pi * best",
+    )
+
+
+@WAYS.changed()
+def plot_styles(work: Work) -> None:
+    """Has styles, fonts and sizes of their own, shows and closes figures, and saves them as files."""
+    style = "plt.style.use('ggplot')\nplt.rcParams.update({'figure.figsize': (12, 5), 'font.family': 'Comic Sans MS'})"
+    work.after("setup", code(style), number="02")
+    work.write(
+        "q2-9",
+        _SWEEP
+        + """
+figure_sweep = plt.figure()
+plt.plot(sweep.time, sweep.degrees("alpha"), "r-", lw=0.5, label="Auslenkung $\\\\alpha$")
+plt.xlabel("Zeit $t$ [s]")
+plt.ylabel("$\\\\alpha$ [deg]")
+plt.title("Sweep 1–5 Hz")
+plt.legend(); plt.grid(True)
+plt.savefig("sweep.png", dpi=200)
+plt.savefig("sweep.pdf")
+plt.show()
+""",
+    )
+    work.write("q2-10", text_of(work.cell("q2-10")) + "\nfigure_spectrum.savefig('spectrum.svg')\nplt.close('all')")
+
+
+@WAYS.changed()
+def pyplot_all_the_way(work: Work) -> None:
+    """Knows only plt.plot, and takes the figure by plt.gcf()."""
+    work.write(
+        "q2-9",
+        _SWEEP + "plt.plot(sweep.time, sweep.degrees('alpha'))\nplt.xlabel('t (s)')\n"
+        "plt.ylabel('alpha (deg)')\nfigure_sweep = plt.gcf()",
+    )
+
+
+@WAYS.changed()
+def star_imports(work: Work) -> None:
+    """Imports everything from everywhere below the setup cell."""
+    work.after("setup", code("from sympy import *"), number="01")
+    work.after("setup", code("from numpy import *\nfrom math import *\nfrom matplotlib.pyplot import *"), number="02")
+    work.after("setup", code("from pylab import *"), number="06")
+
+
+@WAYS.changed()
+def scipy_instead(work: Work) -> None:
+    """Uses other functions than the texts suggest: scipy's transform, a lambda, a matrix built from blocks."""
+    work.write(
+        "q2-10",
+        """
+from scipy.fft import rfft
+
+spectrum = lambda x, dt: (
+    np.arange(M := 2 ** int(np.ceil(np.log2(len(x)))))[: M // 2] / (M * dt),
+    2 * abs(rfft(x, M)[: M // 2]) / len(x),
+)
+f_hz, amplitude_deg = spectrum(sweep.degrees("alpha"), sweep.sample_time)
+figure_spectrum, ax = plt.subplots()
+ax.semilogy(f_hz[f_hz <= 10], amplitude_deg[f_hz <= 10])
+ax.set(xlabel="f in Hz", ylabel="amplitude in deg")
+""".lstrip(),
+    )
+    work.write(
+        "q2-13",
+        """
+def state_space(K_s, J_l, J_eq, B_eq):
+    M, K = np.array([[J_eq + J_l, J_l], [J_l, J_l]]), np.diag([0, K_s])
+    D, F = np.diag([B_eq, 0]), np.array([[1], [0]])
+    inverse = np.linalg.inv(M)
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ K, -inverse @ D]])
+    return [A, np.vstack([np.zeros((2, 1)), inverse @ F]), np.eye(2, 4), np.zeros((2, 1))]
+""".lstrip(),
+    )
+
+
+@WAYS.changed()
+def plain_lists(work: Work) -> None:
+    """Gives matrices as lists of lists, integers for floats, and numpy's own kinds of numbers."""
+    work.write(
+        "q3-3",
+        """
+a = open_loop_polynomial
+A_c = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [-a[4], -a[3], -a[2], -a[1]]]
+B_c = [[0], [0], [0], [1]]
+""".lstrip(),
+    )
+    work.write("q3-6", "rank = int(np.linalg.matrix_rank(control.ctrb(A, B)))\ncontrollable = 'yes'")
+    work.write("q3-5", "K_c = [[float(d - a) for d, a in zip(desired_polynomial[:0:-1], open_loop_polynomial[:0:-1])]]")
+    work.write("q3-9", "poles = tuple(complex(p) for p in np.linalg.eigvals(A - B @ K))")
+
+
+@WAYS.changed()
+def other_algebra(work: Work) -> None:
+    """Writes the same formulas otherwise: multiplied out, with fractions, sides of an equation the other way round."""
+    work.write("q2-1", "V = sympy.Rational(1, 2) * alpha * K_s * alpha")
+    work.write(
+        "q2-2", "half = sympy.S.Half\nT = sympy.expand(half * (J_eq * theta_dot**2 + J_l * (theta_dot + alpha_dot)**2))"
+    )
+    work.write(
+        "q2-5",
+        "equation_alpha = sympy.Eq(J_l * theta_ddot + J_l * alpha_ddot + B_l * alpha_dot + K_s * alpha, 0)\n"
+        "display(equation_alpha)",
+    )
+    work.write("q2-8", "J_link = 0.5 * m_1 * L_1**2 * sympy.Rational(2, 3) + m_2 * (L_2**2 / 12 + d_12**2)")
+
+
+@WAYS.changed()
+def tabs_and_blanks(work: Work) -> None:
+    """Indents by tabs, ends lines with blanks, begins with empty lines, ends with semicolons and Windows line ends."""
+    spectrum = text_of(work.cell("q2-10")).replace("    ", "\t").replace("\n", "   \n")
+    work.write("q2-10", "\n\n" + spectrum + "\n\n\n\t\n")
+    work.write("q2-11", _PEAK.replace("\n", ";\r\n") + "omega_n = 2 * \\\r\n    np.pi * best;\r\n")
+    work.write(
+        "q2-12", "# Tr\u00e4gheit\u00a0und\u200bSteifigkeit \u2264 \ufeff\n" + text_of(work.cell("q2-12")) + "\n\x0c\n"
+    )
+
+
+@WAYS.changed()
+def default_lines_removed(work: Work) -> None:
+    """Deleted all that answer cells came with, comments and presets, and wrote their own."""
+    work.write(
+        "q2-4", "equation_theta = sympy.Eq(J_eq * theta_ddot + J_l * (theta_ddot + alpha_ddot) + B_eq * theta_dot, tau)"
+    )
+    work.write(
+        "q2-9",
+        _SWEEP + "figure_sweep, ax = plt.subplots()\nax.plot(sweep.time, sweep.degrees('alpha'))\n"
+        "ax.set(xlabel='t (s)', ylabel='alpha (deg)')",
+    )
+    work.write("q3-1", "stability = 'marginally stable'")
+
+
+@WAYS.changed()
+def old_attempts_as_comments(work: Work) -> None:
+    """Keeps whole pages of earlier attempts as comments and strings in the answer cells."""
+    junk = "".join(f"# attempt {n}: omega_n = {n}  # Your code here.\n" for n in range(200))
+    work.write("q2-11", junk + '"""\nomega_n = 3\n### BEGIN SOLUTION\n"""\n' + text_of(work.cell("q2-11")))
+
+
+@WAYS.changed()
+def threads_and_progress(work: Work) -> None:
+    """Runs things in threads, waits a moment, and draws a progress bar by clearing the output."""
+    work.write(
+        "q2-18",
+        """
+import time
+from concurrent.futures import ThreadPoolExecutor
+from IPython.display import HTML, clear_output, display
+
+with ThreadPoolExecutor(2) as pool:
+    poles, again = pool.map(np.linalg.eigvals, [A_v, A_v])
+for part in range(10):
+    clear_output(wait=True)
+    display(HTML(f"<progress value='{part}' max='10'></progress>"))
+    time.sleep(0.02)
+""".lstrip(),
+    )
+
+
+@WAYS.changed()
+def written_by_a_magic(work: Work) -> None:
+    """Writes a module by %%writefile and imports it, runs a script by %run, and stores things by %store or pickle."""
+    work.before("q2-10", code("%%writefile my_peak.py\ndef peak(f, amplitude):\n    return f[amplitude.argmax()]"))
+    work.write(
+        "q2-11",
+        "from my_peak import peak\n\ninside = (f_hz >= 1) & (f_hz <= 5)\n"
+        "omega_n = 2 * np.pi * peak(f_hz[inside], amplitude_deg[inside])",
+    )
+    work.after(
+        "q2-12-answer", code("import pickle\nwith open('mine.pkl', 'wb') as file:\n    pickle.dump((J_l, K_s), file)")
+    )
+    work.before(
+        "q2-14", code("import pickle\nwith open('mine.pkl', 'rb') as file:\n    J_link, K_spring = pickle.load(file)")
+    )
+    work.write("q2-14", "A, B, C, D = state_space(K_spring, J_link, lab.servo.J_eq, lab.servo.B_eq)")
+
+
+@WAYS.changed(pandas=True)
+def pandas_in_a_helper(work: Work) -> None:
+    """Uses pandas in a helper of their own, where it is installed."""
+    work.before(
+        "q2-11", code("import pandas as pd\n\ntable = pd.DataFrame({'f': f_hz, 'a': amplitude_deg})\ntable.head()")
+    )
+    work.write("q2-11", "swept = table[table.f.between(1, 5)]\nomega_n = 2 * np.pi * swept.f[swept.a.idxmax()]")
+
+
+@WAYS.changed()
+def pandas_only_to_look(work: Work) -> None:
+    """Shows tables by pandas in cells of their own; no answer uses them, so it matters not whether it is installed."""
+    work.after("q2-12-answer", code("import pandas as pd\npd.DataFrame({'J_l': [J_l], 'K_s': [K_s]})"))

@@ -1,0 +1,251 @@
+"""Everything right, with files of one's own beside the notebooks, or notebooks written by other programs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from checkout import ROOT
+from honest_hand_in import Files, Notebook, Ways, Work, as_folder, code, released_notebooks, text_of, written
+
+WAYS = Ways()
+
+_PEAK = b'''"""My helpers."""
+import numpy as np
+
+
+def peak(f, amplitude, low=1, high=5):
+    inside = (f >= low) & (f <= high)
+    return f[inside][np.argmax(amplitude[inside])]
+'''
+_BY_PEAK = "omega_n = 2 * np.pi * peak(f_hz, amplitude_deg)"
+
+
+@WAYS.changed()
+def own_module(work: Work) -> None:
+    """Imports a module of their own from the folder."""
+    work.files["my_peaks.py"] = _PEAK
+    work.write("q2-11", f"from my_peaks import peak\n\n{_BY_PEAK}")
+
+
+@WAYS.changed()
+def own_module_by_star(work: Work) -> None:
+    """Imports everything from a helpers.py of their own, in a cell of their own, which itself imports another file."""
+    work.files["helpers.py"] = b"from constants_of_mine import *\nfrom peaks_of_mine import peak\n"
+    work.files["constants_of_mine.py"] = "# Größen\nTWO_PI = 6.283185307179586\n".encode()
+    work.files["peaks_of_mine.py"] = _PEAK.replace(b"\n", b"\r\n")
+    work.after("setup", code("from helpers import *"), number="02")
+    work.write("q2-11", "omega_n = TWO_PI * peak(f_hz, amplitude_deg)")
+
+
+@WAYS.changed()
+def own_package_in_subfolders(work: Work) -> None:
+    """Has a package of their own in subfolders named tools and src, the latter by way of sys.path."""
+    work.files |= {"tools/__init__.py": b"", "tools/spectra/__init__.py": b"from .peaks import peak\n"}
+    work.files |= {"tools/spectra/peaks.py": _PEAK, "src/rods.py": b"def rod(m, L):\n    return m * L**2 / 3\n"}
+    work.write("q2-11", f"from tools.spectra import peak\n\n{_BY_PEAK}")
+    work.write(
+        "q2-12",
+        "import sys\n\nsys.path.insert(0, 'src')\nimport rods\n\narm = lab.joint\nJ_l = rods.rod(arm.m_1, arm.L_1)"
+        " + arm.m_2 * (arm.L_2**2 / 12 + arm.d_12**2)\nK_s = J_l * omega_n**2",
+    )
+
+
+@WAYS.packed()
+def own_module_one_folder_up(folder: Path, work: Work) -> None:
+    """Handed in the whole course folder, with a module of their own beside notebooks/, taken in by sys.path."""
+    work.write("q2-11", f"import sys\n\nsys.path.append('..')\nfrom my_peaks import peak\n\n{_BY_PEAK}")
+    files = {f"notebooks/{name}": content for name, content in work.contents().items()}
+    as_folder(folder / work.student / "rotflex-course", {**files, "my_peaks.py": _PEAK})
+
+
+@WAYS.changed()
+def own_script_run(work: Work) -> None:
+    """Runs a script and another notebook of their own by %run."""
+    helper: Notebook = {"cells": [code("def rod(m, L):\n    return m * L**2 / 3")], "metadata": {}}
+    work.files["prepare.py"] = _PEAK
+    work.files["my functions.ipynb"] = written({**helper, "nbformat": 4, "nbformat_minor": 5})
+    work.before("q2-11", code("%run prepare.py"), code('%run "my functions.ipynb"'))
+    work.write("q2-11", _BY_PEAK)
+    work.write("q2-12", text_of(work.cell("q2-12")).replace("arm.m_1 * arm.L_1**2 / 3", "rod(arm.m_1, arm.L_1)"))
+
+
+@WAYS.changed()
+def own_data(work: Work) -> None:
+    """Reads numbers of their own from a CSV, a JSON file and a text with blanks and umlauts in its name."""
+    work.files["data/poles.csv"] = b"sigma;omega\r\n-12;16\r\n-12;-16\r\n-30;0\r\n-40;0\r\n"
+    work.files["limits.json"] = json.dumps({"t_s": 0.5, "PO": 5, "alpha": 12.5, "V": 10}).encode()
+    work.files["meine Größen.txt"] = "Dämpfung 0.6\n".encode("latin-1")
+    work.write(
+        "q3-4",
+        "sigma, omega = np.loadtxt('data/poles.csv', delimiter=';', skiprows=1).T\n"
+        "open('meine Größen.txt', encoding='latin-1').read()\n"
+        "desired_poles = sigma + 1j * omega\ndesired_polynomial = np.poly(desired_poles).real",
+    )
+    work.replace(
+        "q3-12",
+        'satisfied = "yes" if t_s <= 0.5',
+        'import json\nlimits = json.load(open(\'limits.json\'))\nsatisfied = "yes" if t_s <= limits["t_s"]',
+    )
+
+
+@WAYS.changed()
+def own_file_between_notebooks(work: Work) -> None:
+    """Hands numbers from one notebook to the next by a file that the first one writes."""
+    work.after("q2-12-answer", code("np.savez('mine.npz', J_l=J_l, K_s=K_s)"))
+    work.write(
+        "q2-14",
+        "mine = np.load('mine.npz')\n"
+        "A, B, C, D = state_space(float(mine['K_s']), float(mine['J_l']), lab.servo.J_eq, lab.servo.B_eq)",
+    )
+
+
+@WAYS.changed()
+def ids_lost_by_an_old_format(work: Work) -> None:
+    """Saved by an old Jupyter, as format 4.4: no cell has an id."""
+    for notebook in work.notebooks.values():
+        notebook["nbformat_minor"] = 4
+        for cell in notebook["cells"]:
+            del cell["id"]
+
+
+@WAYS.changed()
+def everything_lost_as_by_kaggle(work: Work) -> None:
+    """Saved by Kaggle: format 4.4, no ids, and its own metadata in place of all others."""
+    for notebook in work.notebooks.values():
+        notebook["nbformat_minor"] = 4
+        notebook["metadata"]["kaggle"] = {
+            "accelerator": "none",
+            "isInternetEnabled": True,
+            "dockerImageVersionId": 30698,
+        }
+        for cell in notebook["cells"]:
+            del cell["id"]
+            cell["metadata"] = {"trusted": True, "execution": {"iopub.status.busy": "2026-03-01T10:00:00.000Z"}}
+
+
+def without_release(work: Work) -> None:
+    """Only the notebooks, with the ID typed into the first cell of each."""
+    for name in work.notebooks:
+        work.replace("parameters", 'student = ""', f'student = "{work.student}"', number=name)
+    work.files.clear()
+
+
+@WAYS.changed()
+def by_colab(work: Work) -> None:
+    """Used Colab: format 4.0, ids in the metadata, the course installed by pip, a drive mounted; no course.json."""
+    without_release(work)
+    install = code("!pip install -q rotflex-course.zip\nfrom google.colab import drive\ndrive.mount('/content/drive')")
+    for notebook in work.notebooks.values():
+        notebook["cells"].insert(0, install)
+        notebook["nbformat_minor"] = 0
+        notebook["metadata"]["colab"] = {"provenance": [], "toc_visible": True}
+        notebook["cells"] = [
+            {
+                **{key: value for key, value in cell.items() if key != "id"},
+                "metadata": {**cell["metadata"], "id": cell["id"]},
+            }
+            for cell in notebook["cells"]
+        ]
+
+
+@WAYS.changed()
+def by_pycharm(work: Work) -> None:
+    """Worked in PyCharm: its metadata in each cell, sources as one text, and ids of another form."""
+    work.files[".idea/workspace.xml"] = b'<?xml version="1.0"?><project version="4"/>'
+    for notebook in work.notebooks.values():
+        for number, cell in enumerate(notebook["cells"]):
+            cell["metadata"] |= {
+                "pycharm": {"name": "#%%\n"},
+                "collapsed": False,
+                "ExecuteTime": {"end_time": "2026-03-01"},
+            }
+            cell.update(id=f"{number:016x}", source=text_of(cell))
+
+
+@WAYS.changed()
+def by_vs_code(work: Work) -> None:
+    """Worked in VS Code: languages in the metadata, another kernel's name, cells added without a thought."""
+    for notebook in work.notebooks.values():
+        notebook["metadata"]["kernelspec"] = {"display_name": ".venv (3.12.3)", "language": "python", "name": "python3"}
+        notebook["metadata"]["language_info"] |= {"version": "3.12.3", "pygments_lexer": "ipython3"}
+        for cell in notebook["cells"]:
+            cell["metadata"]["vscode"] = {"languageId": "python" if cell["cell_type"] == "code" else "markdown"}
+        notebook["cells"].insert(3, code("# %%"))
+
+
+@WAYS.packed()
+def written_otherwise(folder: Path, work: Work) -> None:
+    """Notebooks' files as other programs write them: CRLF, a byte order mark, one line, letters escaped."""
+    files = work.contents()
+    options = [{}, {"ensure_ascii": True}, {"indent": None}, {"sort_keys": True}, {"indent": 4}]
+    for number, (name, notebook) in enumerate(work.notebooks.items()):
+        content = written(notebook, **options[number % len(options)])
+        content = content.replace(b"\n", b"\r\n") if number % 2 else content
+        files[name] = b"\xef\xbb\xbf" + content if number % 3 == 0 else content
+    as_folder(folder / work.student, files)
+
+
+@WAYS.packed()
+def format_3(folder: Path, work: Work) -> None:
+    """Downloaded one notebook as format 3, for an old program: worksheets, inputs, no ids."""
+    files = work.contents()
+    cells = [
+        {"cell_type": "code", "input": cell["source"], "language": "python", "prompt_number": 1, **common}
+        if cell["cell_type"] == "code"
+        else {"cell_type": "markdown", "source": cell["source"], "metadata": cell["metadata"]}
+        for cell in work.notebook("02")["cells"]
+        for common in [{"metadata": cell["metadata"], "collapsed": False, "outputs": []}]
+    ]
+    old = {
+        "metadata": {"name": ""},
+        "nbformat": 3,
+        "nbformat_minor": 0,
+        "worksheets": [{"cells": cells, "metadata": {}}],
+    }
+    as_folder(folder / work.student, {**files, work.name("02"): written(old)})
+
+
+def installed(version: str = "3.12") -> Files:
+    """What of a virtual environment may be taken for something else: the course as installed, with empty notebooks."""
+    packages = f".venv/lib/python{version}/site-packages"
+    files = {f"{packages}/rotflex/_course/notebooks/{n}": written(nb) for n, nb in released_notebooks(ROOT).items()}
+    files |= {f"{packages}/lots/module_{number}.py": b"x = 1\n" * 50 for number in range(400)}
+    return {
+        **files,
+        ".venv/pyvenv.cfg": b"home = /usr/bin\nversion = 3.12.3\n",
+        f"{packages}/lots/huge.so": bytes(12_000_000),
+    }
+
+
+@WAYS.packed()
+def virtual_environment_inside(folder: Path, work: Work) -> None:
+    """Made the virtual environment in the folder of the notebooks; it holds the course's notebooks as they were."""
+    as_folder(folder / work.student, {**work.contents(), **installed()})
+
+
+@WAYS.packed()
+def whole_course_folder(folder: Path, work: Work) -> None:
+    """Handed in the whole folder of the course, with the package, the environment, git and all."""
+    files = {f"notebooks/{name}": content for name, content in work.contents().items()} | installed("3.11")
+    files |= {
+        "README.md": b"# The rotary",
+        "pyproject.toml": b"[project]\n",
+        "rotflex/__init__.py": b"",
+        ".git/HEAD": b"ref",
+    }
+    as_folder(folder / work.student / "rotflex-course", files)
+
+
+@WAYS.changed()
+def exports_beside(work: Work) -> None:
+    """Exported each notebook as a page, a script and a PDF, and left these beside, with notes and a picture."""
+    for name in list(work.notebooks):
+        stem = name.removesuffix(".ipynb")
+        work.files |= {
+            f"{stem}.html": b"<html></html>",
+            f"{stem}.py": b"# coding: utf-8\nlab\n",
+            f"{stem}.pdf": b"%PDF-1.7",
+        }
+    work.files |= {"notes.docx": b"PK\x03\x04", "Thumbs.db": b"\xd0\xcf\x11\xe0", "desktop.ini": b"[.ShellClassInfo]"}
+    work.files |= {"~$notes.docx": b"\x05", ".DS_Store": b"\0\0\0\1Bud1", "figures/sweep.png": b"\x89PNG\r\n\x1a\n"}

@@ -1,0 +1,169 @@
+"""Something wrong, honestly: wrong numbers, and what was not handed in. ``told`` is what the student must read."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from checkout import ROOT
+from honest_hand_in import Row, Ways, Work, as_folder, released_notebooks, text_of, zipped
+from honest_packings import notebooks_only
+from honest_stops import AFTER_2_11, AFTER_2_12, AFTER_K, AFTER_W
+
+WAYS = Ways()
+ALL_CODE = ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.7", "2.8", "2.9", "2.10", "2.11", "2.13", *AFTER_2_11)
+ALL_WORDS = ("2.16", "2.17", "3.17", "Modeling report", "Control report")
+ALL = (*ALL_CODE, "3.1", "3.4", *ALL_WORDS)
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"Hz|rad/s", r"stopped|limit"))
+def frequency_in_hertz(work: Work) -> None:
+    """Gave omega_n in Hz: the stiffness is a fortieth, and with the gain that follows the bench stops at its limit."""
+    work.replace("q2-11", "omega_n = 2 * np.pi * f_peak", "omega_n = f_peak")
+
+
+@WAYS.changed(lost=("2.13", *AFTER_2_12), told=(r"2\.13", r"stopped|limit|unstable|sign"))
+def sign_in_the_model(work: Work) -> None:
+    """Forgot a minus in the last row of A."""
+    work.replace("q2-13", "[0, -K_s * (J_eq + J_l)", "[0, K_s * (J_eq + J_l)")
+
+
+@WAYS.changed(lost=("3.5", *AFTER_W), told=(r"3\.5", r"stopped|limit", r"deg"))
+def sign_of_the_gain(work: Work) -> None:
+    """Took the open-loop polynomial minus the desired one: all gains have the wrong sign, and the servo runs away."""
+    work.replace("q3-5", "(desired_polynomial - open_loop_polynomial)", "(open_loop_polynomial - desired_polynomial)")
+
+
+@WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"alpha|deflection", r"rad|deg"))
+def radians_for_degrees(work: Work) -> None:
+    """Gave the largest deflection in radians."""
+    work.replace("q3-14", "summary.max_alpha / DEG", "summary.max_alpha")
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"empty|not answered|nothing|None"))
+def another_name_assigned(work: Work) -> None:
+    """Assigned Omega_n and not omega_n, and saw on the screen what they wanted to see."""
+    text = text_of(work.cell("q2-11"))
+    work.write("q2-11", re.sub(r"^omega_n = 2.*$", "Omega_n = 2 * np.pi * f_peak\nOmega_n", text, flags=re.MULTILINE))
+
+
+@WAYS.packed(lost=("3.6", "3.7", "3.10", *AFTER_W), told=(r"3\.8", r"empty|not answered|nothing", r"06_control_design"))
+def notebook_left_empty(folder: Path, work: Work) -> None:
+    """Handed in 06 as it was released, having worked in a copy elsewhere."""
+    work.notebooks[work.name("06")] = released_notebooks(ROOT)[work.name("06")]
+    as_folder(folder / work.student, work.contents())
+
+
+@WAYS.changed(
+    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"missing|not handed in|no ")
+)
+def notebook_forgotten(work: Work) -> None:
+    """Did not hand in 09."""
+    del work.notebooks[work.name("09")]
+
+
+@WAYS.packed(
+    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"missing|not handed in|download")
+)
+def notebook_in_the_cloud(folder: Path, work: Work) -> None:
+    """iCloud had taken 09 off the disk: in its place is a small file that only stands for it."""
+    files = work.contents()
+    del files[work.name("09")]
+    files[f".{work.name('09')}.icloud"] = b"bplist00\xd3\x01\x02\x03"
+    as_folder(folder / work.student, files)
+
+
+@WAYS.packed(lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"read|damaged|broken|JSON"))
+def notebook_cut_short(folder: Path, work: Work) -> None:
+    """The disk was full when 09 was saved."""
+    files = work.contents()
+    files[work.name("09")] = files[work.name("09")][:20_000]
+    as_folder(folder / work.student, files)
+
+
+@WAYS.packed(
+    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"<<<<<<<|merge|git|read|JSON")
+)
+def notebook_with_conflicts(folder: Path, work: Work) -> None:
+    """Git could not merge 09, and left its marks in it."""
+    files = work.contents()
+    conflict = b'<<<<<<< HEAD\n "cells": [\n=======\n "cells" : [\n>>>>>>> main\n'
+    files[work.name("09")] = files[work.name("09")].replace(b' "cells": [\n', conflict)
+    as_folder(folder / work.student, files)
+
+
+@WAYS.changed(lost=("3.8", *AFTER_K), told=(r"3\.8", r"explorer|Keep this design|recorded|button"), answers_json=True)
+def kept_by_the_explorers_button(work: Work) -> None:
+    """Found K by dragging poles and kept it by the explorer's button; the answer cell of 3.8 is empty."""
+    work.write("q3-8", "# ✎ Your answer: 3.8\nK = None  # 1 × 4: V/rad, V/rad, V/(rad/s), V/(rad/s)\n# Your code here.")
+
+
+@WAYS.changed(
+    lost=("2.18", "Table 2", "3.2", "3.3", "3.5", *AFTER_W),
+    told=(r"2\.18", r"recorded|saved", r"empty|not"),
+    answers_json=True,
+)
+def not_saved(work: Work) -> None:
+    """Ran the last answer of 03 and closed the page without saving: answers.json has it, the notebook has not."""
+    work.write(
+        "q2-18", "# ✎ Your answer: 2.18\npoles = None  # four numbers, complex where they are\n# Your code here."
+    )
+
+
+@WAYS.changed(lost=("2.11",), told=(r"2\.11", r"explanation", r"empty|not answered|nothing|words"))
+def words_in_a_code_cell(work: Work) -> None:
+    """Wrote the explanation as comments and a string into the code cell, and left the text cell as it was."""
+    words = text_of(work.cell("q2-11-explanation")).split("\n\n", 1)[1]
+    released = {cell["id"]: cell for cell in released_notebooks(ROOT)[work.name("02")]["cells"]}
+    work.write("q2-11-explanation", text_of(released["q2-11-explanation"]))
+    work.write("q2-11", text_of(work.cell("q2-11")) + f'\nexplanation = r"""{words}"""\n')
+
+
+@WAYS.changed(lost=("Modeling report",), told=(r"Modeling report|III\.2", r"5000|too long|characters"))
+def words_without_end(work: Work) -> None:
+    """Wrote more than the 5000 characters that are allowed."""
+    work.say("report-iii-2-discrepancy-analysis", "Friction is what remains to be explained here. " * 150)
+
+
+@WAYS.packed(lost=ALL, told=(r"no notebook", r"pdf|html"))
+def pages_instead_of_notebooks(folder: Path, work: Work) -> None:
+    """Handed in the notebooks printed as pages."""
+    stems = [name.removesuffix(".ipynb") for name in notebooks_only(work)]
+    as_folder(
+        folder / work.student, {f"{s}.html": b"<html><h1>done</h1></html>" for s in stems} | {"all.pdf": b"%PDF-1.7"}
+    )
+
+
+@WAYS.packed(lost=ALL, told=(r"\.rar|\.7z|unpack|zip",))
+def another_archive(folder: Path, work: Work) -> None:
+    """Handed in an archive of another kind."""
+    as_folder(folder / work.student, {"notebooks.rar": b"Rar!\x1a\x07\x01\0" + bytes(5000)})
+
+
+@WAYS.packed(lost=ALL, told=(r"password|encrypted",))
+def zip_with_a_password(folder: Path, work: Work) -> None:
+    """Handed in a zip with a password."""
+    content = bytearray(zipped(work.contents(), "notebooks"))
+    for signature, flags in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        for found in re.finditer(re.escape(signature), bytes(content)):
+            content[found.start() + flags] |= 1
+    (folder / f"{work.student}.zip").write_bytes(content)
+
+
+@WAYS.packed(lost=ALL, told=(r"zip", r"damaged|broken|cut|read"))
+def zip_cut_short(folder: Path, work: Work) -> None:
+    """The upload broke off in the middle of the zip."""
+    content = zipped(work.contents(), "notebooks")
+    (folder / f"{work.student}.zip").write_bytes(content[: len(content) // 2])
+
+
+@WAYS.packed(
+    student="someone.real",
+    roster=(Row("someone.real"), Row("a.friend")),
+    lost=ALL,
+    told=(r"someone\.real", r"a\.friend"),
+)
+def another_ones_course_folder(folder: Path, work: Work) -> None:
+    """Began in a copy of a friend's folder: course.json has the friend's ID, the hand-in's name has their own."""
+    work.set_student("a.friend")
+    as_folder(folder / "someone.real", work.contents())

@@ -1,0 +1,147 @@
+"""Something wrong, honestly: code that stops, or that works at home only. ``told`` is what the student must read."""
+
+from __future__ import annotations
+
+from honest_hand_in import Ways, Work, code, text_of
+
+WAYS = Ways()
+
+AFTER_K = ("3.9", "3.11", "3.12", "3.13", "3.14", "3.15", "3.16", "Table 3")
+AFTER_W = ("3.8", *AFTER_K)
+AFTER_MODEL = ("3.2", "3.3", "3.5", "3.6", "3.7", "3.10", *AFTER_W)
+AFTER_2_14 = ("2.15", "2.18", "Table 2", *AFTER_MODEL)
+AFTER_2_12 = ("2.14", *AFTER_2_14)
+AFTER_2_11 = ("2.12", *AFTER_2_12)
+_PEAK = "inside = (f_hz >= 1) & (f_hz <= 5)\nbest = f_hz[inside][np.argmax(amplitude_deg[inside])]\n"
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"NameError", r"omgea", r"line 3", r"2\.12", r"build"))
+def name_error(work: Work) -> None:
+    """Mistyped a name in 2.11; all that builds on it goes too, and no answer in words."""
+    work.write("q2-11", _PEAK + "omega_n = 2 * np.pi * omgea")
+
+
+@WAYS.changed(lost=("2.12", *AFTER_2_12), told=(r"2\.12", r"SyntaxError", r"never closed|was never", r"line 2"))
+def syntax_error(work: Work) -> None:
+    """Left a bracket open in 2.12, after it had worked."""
+    work.write("q2-12", "arm = lab.joint\nJ_l = (arm.m_1 * arm.L_1**2 / 3 + arm.m_2 * (arm.L_2**2 / 12 + arm.d_12**2)\n"
+               "K_s = J_l * omega_n**2")  # fmt: skip
+
+
+@WAYS.changed(lost=("Table 3",), told=(r"Table 3", r"took (too long|longer)|time", r"\d+ s"))
+def endless_loop(work: Work) -> None:
+    """Waits in Table 3 for a number that never becomes small."""
+    work.write("table-3", text_of(work.cell("table-3")) + "\nwhile t_s_sim is not None and t_s_sim > 0:\n    pass\n")
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"ModuleNotFoundError|not found|no file", r"my_peaks"))
+def module_forgotten(work: Work) -> None:
+    """Handed in the notebooks, but not the module that they import."""
+    work.write("q2-11", "from my_peaks import peak\n\nomega_n = 2 * np.pi * peak(f_hz, amplitude_deg)")
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"statistics\.py"))
+def module_named_like_pythons_own(work: Work) -> None:
+    """Named their own module like one of Python's; at home the folder comes first, and it works."""
+    work.files["statistics.py"] = b"def peak(f, a):\n    return f[a.argmax()]\n"
+    work.write("q2-11", _PEAK + "from statistics import peak\n\nomega_n = 2 * np.pi * peak(f_hz[inside], "
+               "amplitude_deg[inside])")  # fmt: skip
+
+
+@WAYS.changed(pandas=False, lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"pandas", r"not installed"))
+def pandas_missing(work: Work) -> None:
+    """Uses pandas in an answer, which is installed at home and not where grading runs."""
+    work.before("q2-11", code("import pandas as pd\n\ntable = pd.DataFrame({'f': f_hz, 'a': amplitude_deg})"))
+    work.write("q2-11", "swept = table[table.f.between(1, 5)]\nomega_n = 2 * np.pi * swept.f[swept.a.idxmax()]")
+
+
+@WAYS.changed(
+    lost=("2.12", *AFTER_2_12), told=(r"2\.12", r"NameError", r"my_arm", r"further (down|below)|later|not defined")
+)
+def run_out_of_order(work: Work) -> None:
+    """Uses a name that is defined in a cell further down, and ran that one first at home."""
+    work.write("q2-12", "J_l = my_arm(lab.joint)\nK_s = J_l * omega_n**2")
+    work.after("check", code("def my_arm(a):\n    return a.m_1 * a.L_1**2 / 3 + a.m_2 * (a.L_2**2 / 12 + a.d_12**2)"))
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"NameError", r"f_best"), answers_json=True)
+def cell_deleted_after_running(work: Work) -> None:
+    """Deleted a cell whose names are still used; at home they were still there, and it said recorded."""
+    work.write("q2-11", "omega_n = 2 * np.pi * f_best")
+
+
+@WAYS.changed(lost=("2.12", *AFTER_2_12), told=(r"2\.12", r"exit"))
+def exit_in_a_cell(work: Work) -> None:
+    """Ends the kernel by exit() in a cell of their own, where an if went wrong."""
+    work.before("q2-12", code("if omega_n < 100:\n    print('not plausible')\n    exit()"))
+
+
+@WAYS.changed(lost=("3.12", "Table 3"), told=(r"3\.12", r"RecursionError", r"recursion"))
+def deep_recursion(work: Work) -> None:
+    """Looks for the settling time by a function that calls itself for each sample."""
+    work.write("q3-12", '''
+def settled(i):
+    return settled(i - 1)
+
+
+t_s = turn.time[settled(len(turn) - 1)]
+'''.lstrip() + text_of(work.cell("q3-12")))  # fmt: skip
+
+
+@WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"stopped|ended|memory|recursion"))
+def recursion_without_limit(work: Work) -> None:
+    """Raised the limit of recursion, so that Python itself goes down."""
+    crash = "import sys\n\nsys.setrecursionlimit(10**9)\n\n\ndef deeper(n):\n    return deeper([n])\n\n\ndeeper(1)"
+    work.write("q3-14", crash)
+
+
+@WAYS.changed(lost=("3.16", "Table 3"), told=(r"3\.16", r"memory"))
+def too_much_memory(work: Work) -> None:
+    """Compares every sample with every other, of all runs, in one array."""
+    work.write("q3-16", "everything = np.ones((200_000, 200_000))\n" + text_of(work.cell("q3-16")))
+
+
+@WAYS.changed(lost=("3.12", "Table 3"), told=(r"locked|changed", r"setup", r"3\.12", r"NameError", r"math"))
+def import_in_a_locked_cell(work: Work) -> None:
+    """Added an import to the locked setup cell, in an editor that knows no locks, and uses it in an answer."""
+    work.replace("setup", "import numpy as np", "import math\nimport numpy as np", number="07")
+    work.write("q3-12", text_of(work.cell("q3-12")) + "\nV_max = math.fabs(V_max)\nt_s = math.fabs(t_s)")
+
+
+@WAYS.changed(
+    lost=("3.4", "3.5", "3.7", "3.10", *AFTER_W), told=(r"3\.4", r"FileNotFoundError|not found", r"poles\.csv")
+)
+def path_of_ones_own_machine(work: Work) -> None:
+    """Reads a file by its full path at home."""
+    work.files["poles.csv"] = b"-12,16\n-12,-16\n-30,0\n-40,0\n"
+    work.write("q3-4", r'''
+sigma, omega = np.loadtxt(r"C:\Users\Ada\Documents\lab\poles.csv", delimiter=",").T
+desired_poles = sigma + 1j * omega
+desired_polynomial = np.poly(desired_poles).real
+'''.lstrip())  # fmt: skip
+
+
+@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"input"))
+def asks_for_input(work: Work) -> None:
+    """Asks for the number by input(), and types it in at home."""
+    work.write("q2-11", "omega_n = float(input('natural frequency in rad/s? '))")
+
+
+@WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"AttributeError", r"worst"))
+def name_taken_for_something_else(work: Work) -> None:
+    """Called the recording ``response``, as the module is called that is needed later on."""
+    work.write("q3-13", text_of(work.cell("q3-13")) + "\nresponse = measured")
+
+
+@WAYS.changed(lost=("2.9",), told=(r"2\.9", r"figure", r"empty|no (curve|line|axes)|nothing|label"))
+def figure_taken_after_it_was_shown(work: Work) -> None:
+    """Took the figure by plt.gcf() after plt.show(), which closes it: this is a new and empty one."""
+    plot = "plt.plot(sweep.time, sweep.degrees('alpha'))\nplt.xlabel('t (s)')\nplt.ylabel('alpha (deg)')\n"
+    run = "with lab.bench() as on_the_bench:\n    sweep = experiments.sweep(on_the_bench)\n"
+    work.write("q2-9", f"{run}{plot}plt.show()\nplt.close('all')\nfigure_sweep = plt.gcf()")
+
+
+@WAYS.changed(lost=("2.10", "2.11", *AFTER_2_11), told=(r"2\.10", r"TypeError|nothing|None|return"))
+def nothing_returned(work: Work) -> None:
+    """Prints in the function what it should return."""
+    work.write("q2-10", text_of(work.cell("q2-10")).replace("return f, amplitude", "print(f, amplitude)"))

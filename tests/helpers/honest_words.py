@@ -1,0 +1,235 @@
+"""Answers in words as people write them: in their languages, with formulas, lists, tables and pictures."""
+
+from __future__ import annotations
+
+import base64
+import copy
+import hashlib
+import random
+import struct
+import uuid
+import zlib
+from urllib.parse import quote
+
+from honest_hand_in import STUB_OF_WORDS, Ways, Work, is_answer, text_of
+
+WAYS = Ways()
+
+GERMAN = """
+Mit einer **Spannung** am Motor ist der Servo frei beweglich, und der Arm wirkt auf ihn zurück. In der Nähe von
+$\\omega_n=\\sqrt{K_s/J_l}$ wirkt er wie ein *Tilger*: Er hält den Servo fest, so daß $\\theta$ dort ein Minimum hat, wo
+$|H|$ sein Maximum hat.
+
+1. Die Spitze liegt zu hoch, bei etwa $1{,}2\\,\\omega_n$ („scheinbare“ Resonanz).
+2. Das Verhältnis $|\\alpha/\\theta|$ hängt nur vom Arm und vom Gelenk ab – Größen der Straße spielen keine Rolle.
+
+$$ H(j\\omega)=\\frac{\\omega^2}{\\omega_n^2-\\omega^2+2j\\zeta\\omega_n\\omega} $$
+"""
+SPANISH = """
+¿Por qué engaña el máximo? Porque el espectro de $\\alpha$ es el producto $|H|\\cdot|\\theta|$, y con una tensión
+en el motor el ángulo $\\theta$ **no** es igual de grande a todas las frecuencias. Según la ecuación (4):
+
+- el cociente $|\\alpha/\\theta|$ contiene sólo el brazo y la articulación;
+- el servo, en cambio, "se queda quieto" justo donde el brazo oscila más (¡es un absorbedor de vibraciones!).
+
+La señal está bien; lo que está mal es la lectura del año pasado… ¿no? Sí, señor.
+"""
+FRENCH = """
+Le pic du spectre « trompe » parce que la tension laisse le servo libre : près de $\\omega_n$, le bras le retient, et
+$\\theta$ y est minimal. Où $|H|$ est grand, $|\\theta|$ est petit ; leur produit a donc son
+maximum ailleurs qu'à $\\omega_n$.
+
+> Le rapport $|\\alpha/\\theta|$ ne dépend que de $K_s$, de $J_l$ et de l'amortissement.
+
+| grandeur | unité |
+|---|---|
+| $K_s$ | N·m/rad |
+| $J_l$ | kg·m² |
+
+Ça, c'est l'essentiel ; cœur, naïveté, Œuvre, ÿ.
+"""
+LANGUAGES = {"german": GERMAN, "spanish": SPANISH, "french": FRENCH}
+
+
+def png(width: int, height: int, noise: int = 0) -> bytes:
+    """A picture: a slope of grey, or noise drawn from a seed, which cannot be compressed."""
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    rows = [bytes(255 * x // width for x in range(width))] * height
+    if noise:
+        source = random.Random(noise)
+        rows = [source.randbytes(width) for _ in range(height)]
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    pixels = zlib.compress(b"".join(b"\0" + row for row in rows))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+def texts_of(work: Work) -> list[str]:
+    """The ids of all text cells that are answers."""
+    cells = [cell for notebook in work.notebooks.values() for cell in notebook["cells"]]
+    return [cell["id"] for cell in cells if is_answer(cell) and cell["cell_type"] == "markdown"]
+
+
+def in_language(work: Work, language: str) -> None:
+    for number, cell in enumerate(texts_of(work), 1):
+        work.say(cell, f"({number}) {LANGUAGES[language].strip()}")
+
+
+def paste(work: Work, cell: str, content: bytes, key: str = "", reference: str = "") -> None:
+    """Paste a picture below the words of a cell: as JupyterLab does it, which invents a name, or under a name."""
+    key = key or f"{uuid.UUID(bytes=hashlib.md5(content).digest())}.png"
+    held = work.cell(cell)
+    held.setdefault("attachments", {})[key] = {"image/png": base64.b64encode(content).decode()}
+    work.write(cell, text_of(held) + f"\n\n![image.png](attachment:{reference or key})")
+
+
+@WAYS.changed(student="Jürgen Größl-Weiß")
+def words_in_german(work: Work) -> None:
+    """Wrote all answers in words in German, with umlauts, formulas and lists; has umlauts in the ID."""
+    in_language(work, "german")
+
+
+@WAYS.changed(student="María-José Núñez")
+def words_in_spanish(work: Work) -> None:
+    """Wrote all answers in words in Spanish, with question marks upside down."""
+    in_language(work, "spanish")
+
+
+@WAYS.changed(student="Aïcha Lefèvre d'Œuvre")
+def words_in_french(work: Work) -> None:
+    """Wrote all answers in words in French, with quotes, tables and narrow spaces; has an apostrophe in the ID."""
+    in_language(work, "french")
+
+
+@WAYS.changed()
+def words_in_other_scripts(work: Work) -> None:
+    """Hebrew, Arabic, Greek and Chinese, from right to left and with marks that turn the direction; emoji."""
+    texts = (
+        "הקפיץ חזק: $K_s=J_l\\omega_n^2$ ולכן התדר עולה.",
+        "الزنبرك \u202eعكس\u202c $\\omega_n$ أقوى.",
+        "Η ιδιοσυχνότητα.",
+        "固有频率为 $\\omega_n$。",
+    )
+    for number, cell in enumerate(texts_of(work)):
+        work.say(cell, f"{texts[number % 4]}\n\n👍🏽 👩‍🔬 ⚙️ \u200fé\u0301")
+
+
+@WAYS.changed()
+def pictures_pasted(work: Work) -> None:
+    """Pasted screenshots into answers in words: two in one cell, and under names as the classic notebook gives them."""
+    screenshot = "Bildschirmfoto 2026-03-01 um 12.30.05 Größe.png"
+    paste(work, "q2-11-explanation", png(640, 400))
+    paste(work, "q2-11-explanation", png(300, 200))
+    paste(work, "q2-16-comparison", png(320, 200), "image.png")
+    paste(work, "q3-12-conclusion", png(320, 201), quote(screenshot))
+    paste(work, "q3-14-conclusion", png(800, 500), screenshot, quote(screenshot))
+
+
+@WAYS.changed()
+def photograph_pasted(work: Work) -> None:
+    """Pasted a photograph of a page of paper, of two megabytes, and deleted nothing of the words."""
+    paste(work, "report-iii-1-stiffness-analysis", png(2000, 1000, noise=1))
+
+
+@WAYS.changed()
+def picture_as_a_file(work: Work) -> None:
+    """Put pictures as files beside the notebooks, and refers to them, as in any Markdown."""
+    work.files["images/my spectrum.png"] = png(640, 400)
+    work.write(
+        "q2-11-explanation", text_of(work.cell("q2-11-explanation")) + "\n\n![spectrum](images/my%20spectrum.png)"
+    )
+    work.write(
+        "q2-16-comparison",
+        text_of(work.cell("q2-16-comparison")) + '\n\n<img src="images/my spectrum.png" width="400">',
+    )
+
+
+@WAYS.changed()
+def picture_in_the_text(work: Work) -> None:
+    """Colab wrote a pasted picture into the text itself."""
+    data = base64.b64encode(png(200, 100)).decode()
+    work.write("q2-17-reason", text_of(work.cell("q2-17-reason")) + f"\n\n![image.png](data:image/png;base64,{data})")
+
+
+@WAYS.changed()
+def every_kind_of_markdown(work: Work) -> None:
+    """Uses whatever Markdown has: tables, code, lists in lists, quotes, links, equations of several lines, HTML."""
+    work.say(
+        "q3-12-conclusion",
+        """
+## Settling
+
+| what | is | allowed |
+|:--|--:|--:|
+| $t_s$ | 0.41 s | 0.5 s |
+
+* one
+    * two
+        1. three ~~not~~ **four**
+
+> quoted, with a [link](https://example.org/page) and a footnote[^1]
+
+\\begin{align} K &= \\tilde K W^{-1} \\\\ &= 3 < 5 \\end{align}
+
+```python
+print("a < b & c")
+```
+
+<b>bold</b><br/>H<sub>2</sub>O, x<sup>2</sup> &nbsp; &alpha; <span style="color:red">red</span> <!-- a comment -->
+
+[^1]: here.
+""",
+    )
+
+
+@WAYS.changed()
+def words_from_a_word_processor(work: Work) -> None:
+    """Pasted text from a word processor: curly quotes, soft hyphens, no-break spaces, tabs, Windows line ends."""
+    for cell in texts_of(work):
+        text = text_of(work.cell(cell)).replace(" the ", "\u00a0the ").replace("tion", "\u00adtion").replace("'", "’")
+        work.write(cell, text.replace("\n", "\r\n") + "\r\n\t“so”\u2028…\ufeff\r\n")
+
+
+@WAYS.changed()
+def headings_of_words_deleted(work: Work) -> None:
+    """Deleted the heading of each text cell, with the pencil, before writing."""
+    for cell in texts_of(work):
+        work.write(cell, text_of(work.cell(cell)).split("\n", 2)[2])
+
+
+@WAYS.changed()
+def grey_lines_left(work: Work) -> None:
+    """Left the grey line that says where to write, and wrote below it, or above."""
+    for number, cell in enumerate(texts_of(work)):
+        head, _, words = text_of(work.cell(cell)).partition("\n\n")
+        work.write(cell, "\n\n".join([head, STUB_OF_WORDS, words] if number % 2 else [head, words, STUB_OF_WORDS]))
+
+
+@WAYS.changed()
+def words_in_a_split_cell(work: Work) -> None:
+    """Split a text cell in JupyterLab: both halves have new ids and the metadata of the whole."""
+    cells, index = work.place("q2-16-comparison")
+    old = cells[index]
+    first, second = text_of(old).split(". The servo turns", 1)
+    halves = [copy.deepcopy(old) for _ in range(2)]
+    halves[0].update(id="51ab09ce", source=[first + "."])
+    halves[1].update(id="c2d40f17", source=["The servo turns" + second])
+    cells[index : index + 1] = halves
+
+
+@WAYS.changed()
+def words_that_look_like_code(work: Work) -> None:
+    """Wrote words that look like code, formats and stubs: {t_s:.2f}, %d, \\n, $5, # Your code here., BEGIN SOLUTION."""
+    work.say(
+        "q3-16-conclusion",
+        "{t_s:.2f} s, 5 %d, C:\\new\\table, it costs $5 and 7$.\n\n# Your code here.\n\nThat is so. "
+        "### BEGIN SOLUTION is what I do not know; None, null, NaN; '''quotes''' and \"\"\"more\"\"\".",
+    )
+
+
+@WAYS.changed()
+def text_cell_made_a_code_cell(work: Work) -> None:
+    """Pressed Y on a text cell: it is a code cell now, with the words in it, and Python complains about them."""
+    work.cell("q2-11-explanation").update(cell_type="code", execution_count=None, outputs=[])
