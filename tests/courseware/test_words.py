@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
+import subprocess
+import sys
 import time
 import zlib
 
@@ -227,6 +229,8 @@ def test_hostile_sources_take_no_time():
         "![](" * 40_000,
         HEADING[:36] * 5_000,
         "![a](data:image/png;base64,A" * 5_000,
+        ("![" * 250 + "](" + "x" * 1300) * 110,  # many places where it may begin, and many where it may end
+        ("![" * 250 + "](" + "x" * 900 + " " + "y" * 200) * 110,
         "a " * 90_000,
     ):
         words.written(MASTER, pristine(why=why(source), how=cell(source, "x", kind="code")))
@@ -284,11 +288,13 @@ def bomb(side):
     [
         (bomb(60_000), "it has more than 60 million pixels"),
         (bomb(8_000), "it has more than 60 million pixels"),
+        (png((1, 20_001)), "it is more than 20000 pixels wide or high"),
+        (png((20_001, 1)), "it is more than 20000 pixels wide or high"),
         (png((400, 400))[:60], "it is damaged"),
         (b"<svg onload='alert(1)'/>", "it is none of PNG, JPEG, GIF, WEBP, BMP"),
         (b"", "it is none of PNG, JPEG, GIF, WEBP, BMP"),
     ],
-    ids=["bomb", "too large", "cut off", "svg", "empty"],
+    ids=["bomb", "too large", "strip", "wide strip", "cut off", "svg", "empty"],
 )
 def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
     found = words.written(MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(data))))
@@ -307,6 +313,31 @@ def test_pictures_are_bounded_in_number_and_all_together():
     found = words.written(MASTER, pristine(why=why(shown, attachments=small)))
     assert len(found.words[WHY].pictures) == 6
     assert found.problems == ["1.1, why: more than 6 pictures: the first 6 are shown"]
+
+
+@pytest.mark.parametrize("mode", ["RGBA", "L", "P"])
+def test_the_largest_picture_takes_bounded_memory_and_time(mode):
+    """In a process of its own, as its memory would not be told from that of others."""
+    program = (
+        "import io, resource, sys\nfrom PIL import Image\nfrom rotflex.courseware import attached_pictures\n"
+        f"packed = io.BytesIO()\nImage.new({mode!r}, (7700, 7700)).save(packed, 'PNG')\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
+        "print(len(attached_pictures.as_png(packed.getvalue())) > 1000)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout == "True\n", done.stderr
+
+
+def test_animated_pictures_are_their_first_frame():
+    frames = [Image.new("P", (300, 300), color) for color in range(50)]
+    packed = io.BytesIO()
+    frames[0].save(packed, "GIF", save_all=True, append_images=frames[1:])
+    found = words.written(
+        MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(packed.getvalue())))
+    )
+    (data,) = found.words[WHY].pictures.values()
+    with Image.open(io.BytesIO(data)) as image:
+        assert (image.format, getattr(image, "n_frames", 1)) == ("PNG", 1)
 
 
 def test_a_noisy_picture_is_made_small_enough():

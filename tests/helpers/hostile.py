@@ -1,13 +1,14 @@
 """A class of students who mean harm, and three who do not: what all of it has in common.
 
-The attacks are data: those made of code in ``hostile_code.py`` and ``hostile_reach.py``, those that forge what comes
-back in ``hostile_answers.py``, those by the form of what is handed in in ``hostile_files.py``. The course is small, its
-questions and its key are real. Code is run only where it finds itself in a sandbox, and is bounded in time and memory
-even there (:data:`PRELUDE`).
+The attacks are data: those made of code in ``hostile_code.py`` and ``hostile_reach.py``, those by cells of their own in
+``hostile_cells.py``, those that forge what comes back in ``hostile_answers.py``, those by the form of what is handed in
+in ``hostile_files.py``, by what lies beside notebooks in ``hostile_own_files.py``, by words and pictures in
+``hostile_words.py``. The course is small, its questions and its key are real. Code is run only where it finds itself in
+a sandbox, and is bounded in time and memory even there (:data:`PRELUDE`).
 
 What each deserves was worked out by hand from the points in the catalogue: 2.1: expression 2; 2.10: function 2,
-figure 1; 2.11: frequency 2, explanation 1, which waits for a person; 2.12: inertia 1, stiffness 2. There is no figure
-in this course, so 9 of the 11 points can be had at once.
+figure 1; 2.11: frequency 2, explanation 1, which waits for a person; 2.12: inertia 1, stiffness 2; 2.17: reason 2, in
+a text cell, which waits for a person. There is no figure in this course, so 9 of the 13 points can be had at once.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from typing import Any
 import nbformat
 from made_courses import copied
 
+from rotflex.courseware import words
 from rotflex.instructor import course as courses
 from rotflex.instructor.release import student_course
 from solutions.true_bench import TrueBench
 
 START, PRELAB, STIFFNESS = "00_start.ipynb", "01_modeling_prelab.ipynb", "02_finding_stiffness.ipynb"
-QUESTIONS = ("0.1", "2.1", "2.10", "2.11", "2.12")
+QUESTIONS = ("0.1", "2.1", "2.10", "2.11", "2.12", "2.17")
+IN_WORDS = "w2-17"  #: the text cell in which the last one is answered
 NAMESPACES = ("pid", "net", "mnt", "ipc")
 #: What every secret looks like. The attacks know this much, and not the rest.
 CANARY = r"canary-[0-9a-f]{32}"
@@ -77,6 +80,9 @@ class Attack:
     finds : name in the report → what it should be, or a function that says whether it is right
     trouble : pieces of what should be said in problems, notes or reasons
     zipped : handed in as a zip
+    words : what is written into the text cell
+    adds : place in the notebook on the stiffness ("first", "parameters", "setup" or "last": before all cells, after the
+        one that is called so, or after all) → code of a cell of their own there, run after the prelude
     spoil : what else happens to the notebooks, by file name, before they are handed in
     lay : what else happens to the folder (or to the zip, if ``zipped``) that is handed in
     runs : whether its q2-11 is run, and so reports
@@ -89,6 +95,8 @@ class Attack:
     finds: Mapping[str, Any] = field(default_factory=dict)
     trouble: tuple[str, ...] = ()
     zipped: bool = False
+    words: str = ""
+    adds: Mapping[str, str] = field(default_factory=dict)
     spoil: Callable[[dict[str, dict[str, Any]]], None] = field(default=lambda notebooks: None)
     lay: Callable[[Path, Mapping[str, Any]], None] = field(default=lambda path, outside: None)
     runs: bool = True
@@ -130,6 +138,8 @@ def _notebook(questions: Mapping[str, tuple[str, str, str]], canary: str) -> nbf
     secret = nbformat.v4.new_markdown_cell(f"For instructors: {canary}", id="secret")
     secret.metadata["tags"] = ["instructor"]
     cells = [parameters, secret, _cell("setup", "import rotflex.lab\nlab = rotflex.lab.start(student, bench)", False)]
+    if "2.11" in questions:
+        cells.append(_words_cell(canary))
     for number, (cell_id, source, parts) in questions.items():
         solution = f"### BEGIN SOLUTION\n{source}  # {canary}\n### END SOLUTION"
         cells += [_cell(cell_id, solution, True), _cell(f"{cell_id}-answer", f'lab.answer("{number}", {parts})', False)]
@@ -138,9 +148,21 @@ def _notebook(questions: Mapping[str, tuple[str, str, str]], canary: str) -> nbf
 
 def _cell(cell_id: str, source: str, answer: bool) -> nbformat.NotebookNode:
     cell = nbformat.v4.new_code_cell(source, id=cell_id)
-    about = {"grade": answer, "grade_id": cell_id, "locked": not answer, "schema_version": 3, "solution": answer}
-    cell.metadata["nbgrader"] = about | {"task": False} | ({"points": 1} if answer else {})
+    cell.metadata["nbgrader"] = _grading(cell_id, answer)
     return cell
+
+
+def _words_cell(canary: str) -> nbformat.NotebookNode:
+    source = f"{words.heading('Your answer: 2.17, reason')}\n\n{words.BEGIN}\nFriction. {canary}\n{words.END}"
+    cell = nbformat.v4.new_markdown_cell(source, id=IN_WORDS)
+    cell.metadata["nbgrader"] = _grading(IN_WORDS, True)
+    cell.metadata[words.KEY] = {"question": "2.17", "part": "reason"}
+    return cell
+
+
+def _grading(cell_id: str, answer: bool) -> dict[str, Any]:
+    about = {"grade": answer, "grade_id": cell_id, "locked": not answer, "schema_version": 3, "solution": answer}
+    return about | {"task": False} | ({"points": 1} if answer else {})
 
 
 # --- what they write --------------------------------------------------------------------------------------------------
@@ -152,6 +174,7 @@ def honest(student: str, canary: str = "") -> dict[str, str]:
     sources = {cell: source for questions in _SOLUTIONS.values() for cell, source, _ in questions.values()}
     sources["q2-11"] = f"omega_n = {bench.omega_n:.4g}\nexplanation = 'The link holds the servo still. {canary}'"
     sources["q2-12"] = f"J_l = {bench.J_l!r}\nK_s = {bench.K_s:.4g}"
+    sources[IN_WORDS] = f"The *friction* of the joint, $b$, is not in the model.\n\n1. {canary or 'nothing'}\n2. more"
     return sources
 
 
@@ -162,12 +185,30 @@ def written(student: str, attack: Attack, outside: Mapping[str, Any]) -> dict[st
     for cell, code in {"q2-11": "", **attack.tries}.items():
         if cell in sources and cell not in attack.tries:
             continue
-        prelude = PRELUDE.format(outside=json.dumps(dict(outside)))
+        prelude = prelude_for(outside)
         if cell == "q2-11":
             sources[cell] = f"{prelude}\nreport = {{}}\n{code}\n{REPORT.format()}"
         else:
             sources[cell] = f"{prelude}\n{code}\n"
+    if attack.words:
+        sources[IN_WORDS] = attack.words
     return sources
+
+
+def prelude_for(outside: Mapping[str, Any]) -> str:
+    """What comes before every piece of code."""
+    return PRELUDE.format(outside=json.dumps(dict(outside)))
+
+
+def add_cells(notebooks: dict[str, dict[str, Any]], adds: Mapping[str, str], outside: Mapping[str, Any]) -> None:
+    """Put cells of their own into the notebook on the stiffness."""
+    cells = notebooks[STIFFNESS]["cells"]
+    for where, code in adds.items():
+        after = {"first": 0, "last": len(cells)}.get(where)
+        if after is None:
+            after = 1 + next(place for place, cell in enumerate(cells) if cell["id"] == where)
+        cell = {"id": f"own-{where}", "cell_type": "code", "metadata": {}, "outputs": [], "execution_count": None}
+        cells.insert(after, {**cell, "source": f"{prelude_for(outside)}\n{code}\n"})
 
 
 def filled_in(source: Path, writes: Mapping[str, str]) -> dict[str, dict[str, Any]]:

@@ -23,11 +23,14 @@ import matplotlib
 from checkout import ROOT
 from hostile import HONEST, QUESTIONS, Attack
 from hostile_answers import FORGED, TEXT
+from hostile_cells import CELLS
 from hostile_code import CODE
 from hostile_files import FORMS, NAMES, REFUSED
+from hostile_own_files import OWN_FILES
 from hostile_reach import REACH
+from hostile_words import WORDS
 
-CLASS: dict[str, Attack] = {**CODE, **REACH, **FORGED, **TEXT, **FORMS, **NAMES}
+CLASS: dict[str, Attack] = {**CODE, **CELLS, **REACH, **FORGED, **TEXT, **FORMS, **OWN_FILES, **WORDS, **NAMES}
 PROBE_SEED = 20_240_229
 CELL_TIMEOUT, DEADLINE = 4, 30  # s
 
@@ -169,7 +172,7 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
         **listeners.ports,
     }
     for student, attack in CLASS.items():
-        _hand_in(submissions, source, student, attack, outside)
+        hand_in(submissions, source, student, attack, outside)
     for name in REFUSED:
         with contextlib.suppress(OSError):
             (submissions / name).mkdir()
@@ -203,8 +206,10 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
     return result
 
 
-def _hand_in(submissions: Path, source: Path, student: str, attack: Attack, outside: dict) -> None:
+def hand_in(submissions: Path, source: Path, student: str, attack: Attack, outside: dict) -> None:
+    """What a student hands in, as a folder or a zip among the submissions."""
     work = hostile.filled_in(source, hostile.written(student, attack, outside))
+    hostile.add_cells(work, attack.adds, outside)
     attack.spoil(work)
     files = {name: json.dumps(notebook) for name, notebook in work.items()}
     path = submissions / (f"{student}.zip" if attack.zipped else student)

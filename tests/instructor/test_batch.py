@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import shutil
 from base64 import b64encode
 from dataclasses import replace
 from types import SimpleNamespace
@@ -182,37 +180,6 @@ def test_a_submission_without_notebooks_is_not_run_and_is_trouble(fake_class):
     assert fake_class.runs == []
     with fake_class.book() as book:
         assert book.current("zoe").run.problems == ("There is no notebook of the course in the submission.",)
-
-
-def test_nobodys_work_is_replaced_by_what_another_hands_in_in_their_name(fake_class):
-    """Neither what was handed in before, nor what comes later; with whatever time it says of itself."""
-
-    def claims(student, other):
-        course = fake_class.folder / "in" / student / "course.json"
-        course.write_text(json.dumps({"student": student, "with": [other]}))
-        os.utime(course, (4e9, 4e9))
-
-    fake_class.hand_in("ada", "mallory", source="omega_n = 1")
-    claims("mallory", "bob")
-    assert fake_class.grade() == {"ada": 2, "bob": 2, "mallory": 2}
-    shutil.rmtree(fake_class.folder / "in" / "ada")
-    fake_class.hand_in("mallory", source="omega_n = 666")
-    claims("mallory", "ada")
-    assert list(fake_class.grade()) == ["mallory"]
-    shutil.rmtree(fake_class.folder / "in" / "mallory")
-    fake_class.hand_in("bob", source="omega_n = 2")
-    fake_class.grade()
-    with fake_class.book() as book:
-        assert {student: _sources(book, student) for student in ("ada", "bob")} == {
-            "ada": ["omega_n = 1"],
-            "bob": ["omega_n = 2"],
-        }
-        assert "says that it was made with ada, who handed in something else" in book.current("mallory").run.problems[0]
-
-
-def _sources(book, student):
-    notebook = next(one for one in book.delivered(student) if one.name == "a.ipynb")
-    return [cell["source"] for cell in json.loads(notebook.content)["cells"]]
 
 
 def test_without_isolation_everything_stops_and_what_was_graded_stays(fake_class):

@@ -27,7 +27,12 @@ from hostile_outside import CLASS, Listeners, by_question, grade
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="isolation needs Linux")
 
-OUT_OF = 11
+OUT_OF = 13
+#: What words are shown with, and nothing besides; formulas are MathML.
+OF_WORDS = re.compile(
+    r"p|strong|em|s|code|pre|[uo]l|li|blockquote|[hb]r|span|img|table|thead|tbody|t[rhd]|figure|details|summary|div|"
+    r"math|m(row|i|n|o|text|su[bp]|subsup|frac|sqrt|root|over|under|underover|table|t[rd]|style|space|padded|phantom)"
+)
 
 
 @pytest.fixture(scope="session")
@@ -57,7 +62,7 @@ def graded():
 
 
 def test_there_are_many_and_all_are_graded(graded):
-    assert len(CLASS) >= 36
+    assert len(CLASS) >= 120
     with (graded.out / "grades.csv").open(encoding="utf-8", newline="") as file:
         assert len(list(csv.DictReader(file))) == len(CLASS) + len(HONEST), graded.done.stderr
     assert graded.done.returncode == 1, graded.done.stderr
@@ -95,7 +100,7 @@ def test_no_fault_of_ours_is_reported(graded, student):
 
 @pytest.mark.parametrize("student", HONEST)
 def test_honest_neighbours_have_the_same_marks_as_alone(graded, student):
-    assert by_question(graded.marks(student)) == {"0.1": 0, "2.1": 2, "2.10": 2, "2.11": 2, "2.12": 3}
+    assert by_question(graded.marks(student)) == {"0.1": 0, "2.1": 2, "2.10": 2, "2.11": 2, "2.12": 3, "2.17": 0}
     assert graded.marks(student) == graded.marks(student, graded.alone)
     rows = [_row(out, student) for out in (graded.out, graded.alone)]
     assert rows[0] == rows[1]
@@ -198,11 +203,13 @@ class _Page(html.parser.HTMLParser):
     def __init__(self, path: Path) -> None:
         super().__init__()
         self.found: set[tuple[str, str]] = set()
+        self.loads: set[str] = set()
         self.text = path.read_text(encoding="utf-8")
         self.feed(self.text)
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
         self.found |= {(tag, name) for name, _ in attributes} | {(tag, "")}
+        self.loads |= {value or "" for name, value in attributes if name in ("src", "href", "srcset", "data", "action")}
 
     def handle_comment(self, data: str) -> None:
         self.found.add(("comment", data))
@@ -213,7 +220,10 @@ def test_feedback_has_no_elements_but_its_own_and_a_strict_policy(graded, studen
     ours = {("h2", ""), ("ul", ""), ("li", "")}  # of problems, and notes
     expected = _Page(graded.alone / HONEST[0] / "feedback.html")
     page = _Page(graded.out / student / "feedback.html")
-    assert page.found <= expected.found | ours
+    more = {(tag, name) for tag, name in page.found - expected.found - ours if not OF_WORDS.fullmatch(tag)}
+    assert more == set()
+    assert not {name for _tag, name in page.found if name.startswith("on")}
+    assert all(one.startswith(("#", "data:image/png;base64,")) for one in page.loads)
     assert "default-src 'none'" in page.text
     assert _steering(page.text) == set()
 

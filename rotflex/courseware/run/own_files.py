@@ -80,7 +80,8 @@ def chosen(
     """
     everything = sorted(found, key=lambda one: (len(one[0].parts), str(one[0])))
     environments = {path.parent for path, _size in everything if path.name == _ENVIRONMENT}
-    packages = {path.parts[0] for path, _size in everything if len(path.parts) == 2 and path.stem == "__init__"}
+    within = [path for path, _size in everything if len(path.parts) == 2]
+    packages = {path.parts[0] for path in within if _module(path.name) == "__init__"}
     never = {caseless(name) for name in notebooks}
     taken = {name.casefold() for name in (*modules, *_AT_START)} | _importable()
     paths: list[PurePosixPath] = []
@@ -168,9 +169,10 @@ def _is_put_aside(name: str) -> bool:
 def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> str:
     """Why a file cannot come along; "" if it can."""
     name, top = path.name.casefold(), path.parts[0]
-    if name in _SETTINGS:
-        return _SETTINGS[name]
-    module = PurePosixPath(top).name.partition(".")[0].casefold()
+    for part in map(str.casefold, path.parts):
+        if part in _SETTINGS:
+            return _SETTINGS[part]
+    module = _module(top)
     is_module = top in packages or (len(path.parts) == 1 and name.endswith(_MODULES))
     if is_module and module in taken:
         return _("Python has a module {module} already; give yours another name").format(module=module)
@@ -181,6 +183,11 @@ def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: C
     if len(str(path)) > LONGEST_PATH or any(not part.isprintable() or "\\" in part for part in path.parts):
         return _("its name is too long, or has characters that cannot be seen")
     return ""
+
+
+def _module(name: str) -> str:
+    """What a file is imported as: the name up to its first dot, as in ``x.cpython-312-x86_64-linux-gnu.so``."""
+    return name.partition(".")[0].casefold()
 
 
 def _few(notes: list[str], most: int = 20) -> tuple[str, ...]:

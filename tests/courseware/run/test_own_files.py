@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import PurePosixPath
 
 import pytest
@@ -120,3 +121,35 @@ def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
     (tmp_path / "work" / "all").symlink_to(tmp_path)
     found = own_files.read(tmp_path / "work", COURSE)
     assert found == own_files.OwnFiles({"tools/fits.py": b"a = 1\r\n"}, [])
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("cell_reports.jsonl/a.txt", "a run writes a file of that name"),
+        ("Cell_Reports.JSONL", "a run writes a file of that name"),
+        ("tools/matplotlibrc", "it would change matplotlib's settings"),
+        ("NumPy.PY", "Python has a module numpy already"),
+        ("numpy/__init__.cpython-312-x86_64-linux-gnu.so", "Python has a module numpy already"),
+        ("nbformat.abi3.so", "Python has a module nbformat already"),
+        ("IPython.py", "Python has a module ipython already"),
+        ("sitecustomize.pyc", "Python has a module sitecustomize already"),
+        ("mine/__init__.py", "Python has a module mine already"),
+        ("a\\..\\b.txt", "characters that cannot be seen"),
+        ("\x1b[2J.txt", "characters that cannot be seen"),
+        ("\u202etxt.py", "characters that cannot be seen"),
+        ("x" * 300, "too long"),
+    ],
+)
+def test_what_is_meant_to_harm_does_not_come_along_and_is_told(name, why):
+    chosen = choice(name, modules=["mine"])
+    assert chosen.paths == ()
+    assert why in chosen.notes[0]
+
+
+def test_ten_thousand_files_take_no_time_and_are_told_in_a_few_words():
+    began = time.monotonic()
+    chosen = choice(*(f"many/{number}.txt" for number in range(10_000)))
+    assert time.monotonic() - began < 5
+    assert (len(chosen.paths), len(chosen.notes)) == (own_files.MAX_FILES, 21)
+    assert "more files of yours do not come along" in chosen.notes[-1]

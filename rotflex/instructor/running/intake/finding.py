@@ -278,9 +278,12 @@ class _Explorer:
         """One for each student."""
         taken: list[tuple[whose.Owners, Piece]] = []
         what_to_do = _("Rename it to the student's ID, or put the student on the roster (rotflex roster).")
+        known = [raw.match for raw in self._raws if raw.match.certain or not self._people]
+        present = {one for match in known for one in match.students}
         for place, raw in enumerate(self._raws):
             course = self._course_file(raw)
-            owners = whose.owners(raw.name, raw.match, course, self._people, any(map(places.is_work, raw.files)))
+            holds_work = any(map(places.is_work, raw.files))
+            owners = whose.owners(raw.name, raw.match, course, self._people, holds_work, present)
             if owners.students:
                 taken.append((owners, self._piece(raw, owners, course, place)))
             else:

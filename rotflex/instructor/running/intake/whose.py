@@ -50,7 +50,14 @@ class _Says:
     unknown: tuple[str, ...] = field(default=())
 
 
-def owners(name: str, match: Match, course: Mapping[str, Any], people_known: People, holds_work: bool) -> Owners:
+def owners(
+    name: str,
+    match: Match,
+    course: Mapping[str, Any],
+    people_known: People,
+    holds_work: bool,
+    present: Collection[str] = (),
+) -> Owners:
     """Whose a hand-in is.
 
     Parameters
@@ -60,10 +67,15 @@ def owners(name: str, match: Match, course: Mapping[str, Any], people_known: Peo
     course : what its course.json says
     people_known : the roster
     holds_work : whether there is anything of the course in it
+    present : those who handed in under their own names; for them, nobody's course.json speaks
     """
     says = _says(course, people_known)
-    if match.students and (match.certain or not people_known):
+    is_taken = says.student is not None and caseless(says.student) in set(map(caseless, present))
+    if match.students and (match.certain or is_taken or not people_known):
         return _by_name(name, match, says)
+    if is_taken:
+        why = _("its {course_file} names {student}, who handed in under that name as well.")
+        return Owners(why_not=why.format(course_file=COURSE_FILE, student=says.student))
     if says.student is not None:
         return _by_course_file(match, says, people_known)
     if match.students and holds_work:

@@ -170,6 +170,19 @@ def test_a_name_that_nobody_has_gives_way_to_the_course_file(tmp_path):
     assert len(ignored) == 1 and "'old stuff' is not read: nobody on the roster is called so" in ignored[0]
 
 
+def test_nobodys_own_hand_in_gives_way_to_a_course_file_in_a_folder_of_another_name(tmp_path):
+    lay(tmp_path / "ada", work("ada"))
+    lay(tmp_path / "mallory", work("ada", "spoilt = 1"))
+    lay(tmp_path / "C:", work("ada", "spoilt = 1"))
+    found, ignored = found_in(tmp_path, ROSTER)
+    assert {student: [piece.source for piece in one.pieces] for student, one in found.items()} == {
+        "ada": ["ada"],
+        "mallory": ["mallory"],
+    }
+    assert found["mallory"].problems[0].startswith("course.json names the student 'ada'; this counts as 'mallory'")
+    assert "'C:' is not read: its course.json names ada, who handed in under that name as well." in ignored[0]
+
+
 def test_a_students_own_folder_can_be_given_as_it_is(tmp_path):
     lay(tmp_path, work("ada") | {"data/x.csv": b"1"})
     found, ignored = found_in(tmp_path)

@@ -1,0 +1,163 @@
+"""What those who mean harm hand in, read on the trusted side alone: nothing of it is run here.
+
+Each is taken in, put into the course's frame, and explained, as grading does it before and after a run; in bounded
+time, and with nothing in it that a run, a page or a terminal would have to fear. What comes of running it, the hostile
+class shows (tests/whole/test_hostile_class.py).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import time
+import unicodedata
+from pathlib import Path, PurePosixPath
+
+import hostile
+import pytest
+from hostile_cells import CELLS
+from hostile_files import FORMS
+from hostile_own_files import MODULES, OWN_FILES
+from hostile_words import WORDS
+
+from rotflex.courseware.run.cell_reports import Reports
+from rotflex.courseware.run.own_files import MAX_FILES, MAX_TOTAL
+from rotflex.courseware.run.reasons import explain
+from rotflex.instructor import course as courses
+from rotflex.instructor.release import student_course
+from rotflex.instructor.reports.rendered_words import as_html
+from rotflex.instructor.reports.safe_text import no_escapes
+from rotflex.instructor.running import intake
+from rotflex.instructor.running.bundle import Bundle
+from rotflex.instructor.running.prepared import prepare
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="these files cannot be made there")
+
+SECONDS = 20.0  # for what takes an honest hand-in a fraction of one
+#: Own files that harm nobody, as they bear no name that anything looks for.
+HARMLESS = {
+    *("Rotflex/courseware/run/cell_reports.py", "evil.pth", "conftest.py", "main.py", "watch.py", "style/matplotlibrc"),
+    *("\uff4e\uff55\uff4d\uff50\uff59.py", "nump\u0443.py", "rotflex_inside/__init__.py", "rotflex/lab.py"),
+}
+OTHERS = {name: FORMS[name] for name in ("rearranged", "retagged", "modules", "zip-slip", "zip-of-entries", "links")}
+ALL = {**CELLS, **OWN_FILES, **WORDS, **OTHERS}
+
+
+@pytest.fixture(scope="module")
+def frame(tmp_path_factory):
+    """The course's folder, and what its submissions are run with."""
+    source = hostile.course(tmp_path_factory.mktemp("hostile"), "canary")
+    course = courses.load(source)
+    pristine = {name: json.loads(text) for name, text in student_course.derived(course).items()}
+    return source, course, Bundle(b"", pristine, {}, {}, (), "0" * 64)
+
+
+@pytest.fixture
+def taken(request, frame, tmp_path, handed_in):
+    """One of them, taken in and explained, and how long that took."""
+    source, course, bundle = frame
+    student = request.param
+    handed_in(tmp_path / "in", source, student, ALL[student])
+    for honest in hostile.HONEST:
+        handed_in(tmp_path / "in", source, honest, hostile.Attack())
+    began = time.monotonic()
+    found = {one.student: one for one in intake.find(tmp_path / "in").submissions}
+    read = intake.read(found[student], sorted(bundle.pristine), {}, course.packages)
+    hand_in, _said = intake.newest([item for one in read for item in one.items()], sorted(bundle.pristine))
+    ready = prepare(hand_in, bundle, course.catalogue, student)
+    reasons = explain(
+        bundle.pristine,
+        ready.merged,
+        Reports(),
+        set(ready.words),
+        course.catalogue,
+        handed_in=ready.handed_in,
+        claim=ready.claim,
+    )
+    said = [*found[student].problems, *intake.problems(read), *ready.problems, *ready.notes, *reasons.lost]
+    said += [note for one in read for note in one.notes]
+    return student, ready, said, time.monotonic() - began, found
+
+
+@pytest.fixture
+def handed_in(tmp_path):
+    """Hands in what an attack is made of, for nothing that is outside."""
+    secret = tmp_path / "secret"
+    secret.write_text("canary")
+    outside = {"secrets": [str(secret)], "targets": [str(tmp_path / "target")], "token": "token", "marker": str(secret)}
+    outside |= {"namespaces": {}, "witness": "witness", "neighbour": hostile.HONEST[0]}
+
+    def hand_in(folder: Path, source: Path, student: str, attack: hostile.Attack) -> None:
+        from hostile_outside import hand_in
+
+        folder.mkdir(exist_ok=True)
+        hand_in(folder, source, student, attack, outside)
+
+    return hand_in
+
+
+@pytest.mark.parametrize("taken", ALL, indirect=True)
+def test_it_is_read_in_little_time_and_nothing_dangerous_is_left(taken):
+    student, ready, said, seconds, found = taken
+    assert seconds < SECONDS
+    assert set(found) == {student, *hostile.HONEST}
+    for honest in hostile.HONEST:
+        assert [piece.source for piece in found[honest].pieces] == [honest]
+        assert (found[honest].bench_of, found[honest].partners, found[honest].problems) == (honest, (), ())
+    for notebook in ready.merged.notebooks.values():
+        names = [cell["id"] for cell in notebook["cells"]]
+        assert len(set(names)) == len(names)
+        assert all(re.fullmatch(r"[a-zA-Z0-9_-]{1,64}", name) for name in names)
+    assert len(ready.files) <= MAX_FILES and sum(map(len, ready.files.values())) <= MAX_TOTAL
+    for name in map(PurePosixPath, ready.files):
+        assert not name.is_absolute() and ".." not in name.parts and name.as_posix().isprintable()
+        assert not {"answers.json", "cell_reports.jsonl", "course.json"} & {part.casefold() for part in name.parts}
+    assert b"canary" not in b"".join(ready.files.values())
+    shown = no_escapes("\n".join(said))
+    assert not [
+        one for one in shown if unicodedata.category(one) in ("Cc", "Cf", "Cs") and one not in "\n\t\u200c\u200d"
+    ]
+    assert len(shown) < 20_000
+    for words in ready.words.values():
+        assert all(data.startswith(b"\x89PNG") and len(data) < 10**6 for data in words.pictures.values())
+        page = str(as_html(words.text, words.pictures))
+        assert not re.search(
+            r"<(?:script|iframe|svg|style|base|form|a|link|meta|object|embed|input)\b|<[^>]* on\w+=", page
+        )
+        assert not re.search(r'(?:src|href)="(?!data:image/png;base64,)', page)
+
+
+#: What the reader says by itself; the rest is said after a run.
+_BY_READING = {
+    "ten-thousand-cells": "more than 1000 cells",
+    "own-modules": "Python has a module numpy already",
+    "own-files-in-the-way": "a run writes a file of that name",
+    "thousands-of-own-files": "more files of yours do not come along",
+    "large-own-files": "more than 30 MB",
+    "own-files-are-links": "it is a link",
+    "own-files-lead-away": "leads outside",
+    "claims-in-markup": "Recorded at home and missing here: 2.12 J_l",
+    "claims-as-another": "and is not compared",
+    "claims-a-million": "answers.json is not read",
+    "claims-in-depth": "and is not compared",
+    "claims-huge-numbers": "and is not compared",
+    "says-it-is-another": "course.json names the student",
+    "says-it-is-anothers-too": "who handed in something else, and did not say so",
+    "says-it-is-with-another": "course.json names the student",
+    "words-of-brackets": "of which the first 5000 are read",
+    "words-by-the-megabyte": "of which the first 5000 are read",
+    "pictures-of-all-sorts": "it is more than 20000 pixels wide or high",
+}
+
+
+@pytest.mark.parametrize("taken", _BY_READING, indirect=True)
+def test_what_is_wrong_is_said(taken):
+    student, _ready, said, _seconds, _found = taken
+    assert _BY_READING[student] in "\n".join(said)
+
+
+@pytest.mark.parametrize("taken", ["own-modules"], indirect=True)
+def test_no_module_of_pythons_or_the_courses_comes_along(taken):
+    _student, ready, _said, _seconds, _found = taken
+    assert set(ready.files) <= HARMLESS < set(MODULES)
