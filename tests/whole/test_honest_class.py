@@ -1,4 +1,4 @@
-"""The honest class: whoever did everything right has full marks, however they did it; who did not, is told what and why.
+"""The honest class: who did everything right has full marks, however they did it; who did not, is told what and why.
 
 Ways that differ from others only in how they are packed and named are read here, and not run: what is run of them is
 the same. ``benchmarks/honest.py`` runs them all, and holds what students see at home against it.
@@ -93,9 +93,9 @@ def test_however_it_is_packed_and_named_the_whole_work_is_read(found, way):
         assert [*submission.problems, *intake.problems(read)] == []
         hand_in, _notes = intake.newest([item for one in read for item in one.items()], names)
         for name in names:
-            sources = [cell.source for cell in hand_in.notebooks[name] if cell.kind == "code"]
-            expected = [cell.source for cell in as_released(SOLVED[name]) if cell.kind == "code"]
-            assert [one.strip() for one in sources] == [one.strip() for one in expected], name
+            there = [cell.source.strip() for cell in hand_in.notebooks[name]]
+            answers = [cell.source.strip() for cell in as_released(SOLVED[name]) if cell.id in made.answer_cells[name]]
+            assert [one for one in there if one in answers] == answers, name
 
 
 def _composed(student):

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+LEFT = "exit()"  #: the type of error of a cell that ended Python, which is none
 REPORTS_FILE = "cell_reports.jsonl"  #: in the folder in which notebooks are run
 MAX_BYTES = 1_000_000  #: of the file
 _MOST_LINES = 6_000
@@ -120,7 +121,17 @@ def _ends(result: Any) -> None:
     cell = result.info.cell_id
     if cell is not None:
         error = result.error_before_exec or result.error_in_exec
-        _write({"event": "ended", "cell": cell, "error": None if error is None else asdict(of_exception(error))})
+        told = None if error is None else of_exception(error)
+        if told is None and _has_left():
+            told = CellError(LEFT, "")
+        _write({"event": "ended", "cell": cell, "error": None if told is None else asdict(told)})
+
+
+def _has_left() -> bool:
+    """Whether a cell has asked the kernel to end."""
+    from IPython.core.getipython import get_ipython
+
+    return bool(getattr(get_ipython(), "exit_now", False))
 
 
 def _write(line: Mapping[str, Any]) -> None:

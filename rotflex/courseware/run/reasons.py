@@ -20,7 +20,7 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import skippable_cells
 from rotflex.courseware.run.alignment import Role, source_of
-from rotflex.courseware.run.cell_reports import CellError, CellReport, Reports
+from rotflex.courseware.run.cell_reports import LEFT, CellError, CellReport, Reports
 from rotflex.courseware.run.merge import Merged, role_of
 from rotflex.courseware.run.recorders import recorded as recorders_of
 
@@ -131,6 +131,12 @@ class _Cell:
     def stopped(self) -> bool:
         return self.report is not None and (self.report.error is not None or not self.report.finished)
 
+    @property
+    def ended_all(self) -> bool:
+        """Whether nothing after it was run."""
+        report = self.report
+        return report is not None and (not report.finished or (report.error is not None and report.error.type == LEFT))
+
     @cached_property
     def binds(self) -> set[str]:
         return _names(skippable_cells.bound, self.source) if self.readable else set()
@@ -231,7 +237,7 @@ class _Run:
             if cell.stopped:
                 return self._root(cell)
         if cells[recorder].report is None:  # it was never come to
-            return next((cell for cell in reversed(cells[:recorder]) if cell.report and not cell.report.finished), None)
+            return next((cell for cell in reversed(cells[:recorder]) if cell.ended_all), None)
         for cell in self._upstream(own):
             lacked = self._lacked(cell, where)
             if lacked is not None or cell.stopped:
@@ -347,6 +353,8 @@ class _Words:
         if report is None or report.error is None:
             return _("the Python process ended in it, and nothing after it in this notebook was run")
         error = report.error
+        if error.type == LEFT:
+            return _("it called exit(), which ends Python: nothing after it in this notebook was run")
         line = _(", line {line}").format(line=error.line) if error.line else ""
         if error.type == "KeyboardInterrupt" and self.seconds is not None:
             return _("it took longer than {seconds:g} s and was stopped{line}").format(seconds=self.seconds, line=line)

@@ -11,9 +11,9 @@ from typing import Any
 from rotflex.courseware import answers, words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
-from rotflex.courseware.run import merge
+from rotflex.courseware.run import alignment, merge
 from rotflex.courseware.run.alignment import Change, Happened, Role
-from rotflex.courseware.run.handed_in import HandIn
+from rotflex.courseware.run.handed_in import CODE, Cell, HandIn
 from rotflex.courseware.run.merge import Merged
 from rotflex.courseware.run.reasons import Claim
 from rotflex.courseware.student_id import LONGEST, caseless
@@ -94,9 +94,20 @@ def prepare(
         problems += [f"{name}: {told}" for told in found.problems]
         notes += [f"{name}: {told}" for told in found.notes]
         notes += [f"{name}: {change}" for change in made.changes[name] if _is_told(change)]
+        if not found.words and _is_untouched(bundle.pristine[name]["cells"], cells):
+            notes.append(
+                _("{name}: it was handed in as it was handed out; nothing is written in it.").format(name=name)
+            )
     claim, said = _claim(hand_in.claim, catalogue, student)
     files = dict(sorted(hand_in.files.items()))
     return Prepared(made, files, written, claim, tuple(sorted(notebooks)), tuple(problems), (*notes, *said))
+
+
+def _is_untouched(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> bool:
+    """Whether a notebook has answer cells, and no code in it is any other than the course's."""
+    code = {alignment.source_of(cell).strip() for cell in master}
+    asked = any(alignment.role_of(cell) is Role.ANSWER for cell in master)
+    return asked and all(cell.source.strip() in code for cell in cells if cell.kind == CODE and cell.source.strip())
 
 
 def _is_told(change: Change) -> bool:

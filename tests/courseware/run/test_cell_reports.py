@@ -31,6 +31,7 @@ cell_reports.begin(path, "one.ipynb")
 for name, source in cells.items():
     shell.run_cell(source, cell_id=name)
 shell.run_cell("1 / 0")  # of no cell
+shell.run_cell("get_ipython().exit_now = True", cell_id="left")  # as a kernel's exit() does
 """
 
 
@@ -43,7 +44,8 @@ def reports(tmp_path_factory):
 
 
 def test_every_cell_is_reported_by_its_id(reports):
-    assert list(reports) == list(CELLS)
+    assert list(reports) == [*CELLS, "left"]
+    assert reports["left"].error == CellError(cell_reports.LEFT, "")
     assert all(report.finished and report.notebook == "one.ipynb" for report in reports.values())
 
 

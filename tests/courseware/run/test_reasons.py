@@ -4,7 +4,7 @@ import pytest
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number
-from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
+from rotflex.courseware.run.cell_reports import LEFT, CellError, CellReport, Refusal, Reports
 from rotflex.courseware.run.handed_in import CODE, Cell, as_released
 from rotflex.courseware.run.merge import merged
 from rotflex.courseware.run.reasons import Claim, explain
@@ -140,8 +140,8 @@ def test_a_cell_of_no_consequence_is_not_held_against_anybody():
     found = told({"q1": "a = 1"}, {"mine": NAME}, "1234", added=[(ONE, 4, Cell("mine", "", CODE, "omgea"))])
     assert found.stops == ()
     assert found.harmless == (
-        "Your own cell mine in 1_one.ipynb stopped: NameError, name 'omgea' is not defined, line 3; no answer is missing "
-        "for it.",
+        "Your own cell mine in 1_one.ipynb stopped: NameError, name 'omgea' is not defined, line 3; no answer is "
+        "missing for it.",
     )
 
 
@@ -166,6 +166,12 @@ def test_a_process_that_died_takes_the_rest_of_its_notebook_along():
     assert found.stops == (
         "1 stopped: the Python process ended in it, and nothing after it in this notebook was run; 2 builds on it.",
     )
+
+
+def test_a_cell_that_ends_python_takes_the_rest_of_its_notebook_along():
+    found = told({"q1": "exit()"}, {"q1": CellError(LEFT, ""), "q1-answer": "not run"}, "34")
+    (stop,) = found.stops
+    assert stop.startswith("1 stopped: it called exit(), which ends Python") and stop.endswith("; 2 builds on it.")
 
 
 def test_an_answer_that_was_given_and_not_recorded():

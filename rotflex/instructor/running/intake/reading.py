@@ -20,6 +20,8 @@ from rotflex.instructor.running.intake.hand_ins import Piece, Submission
 from rotflex.instructor.running.intake.notebook_names import Fit
 from rotflex.instructor.running.intake.stores import Entry, Store, Unreadable, opened
 
+_MOST_SHOWN = 5  # files that are named in a message
+
 
 @dataclass
 class Delivered:
@@ -103,6 +105,17 @@ def _unreadable(piece: Piece, why: str) -> str:
     return _("The submission cannot be read: {error}").format(error=f"{names.shown(piece.source)}: {why}")
 
 
+def _instead(found: Sequence[Delivered]) -> str:
+    """What there is where notebooks should be."""
+    held = sorted({name.rpartition("/")[2] for one in found for name in one.piece.files})
+    if not held:
+        return ""
+    listed = ", ".join(map(names.shown, held[:_MOST_SHOWN])) + (", …" if len(held) > _MOST_SHOWN else "")
+    return _(" It holds {listed}. A notebook's name ends in .ipynb; pages printed of it cannot be run.").format(
+        listed=listed
+    )
+
+
 def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[str]:
     """What could not be read as it should, and is not made good by a later piece.
 
@@ -127,7 +140,7 @@ def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[
         told.append(_("{name} cannot be read: {error}").format(name=name, error=why) + counts)
     none = not any(delivered.notebooks for delivered in found)
     if none and not unread and not any(map(notebook_names.is_notebook, earlier)):
-        told.append(_("There is no notebook of the course in the submission."))
+        told.append(_("There is no notebook of the course in the submission.") + _instead(found))
     return list(dict.fromkeys(told))
 
 
