@@ -46,10 +46,11 @@ class Marks:
 
 @dataclass
 class Graded:
-    """A class that was graded."""
+    """A class that was graded, and where it lies."""
 
     students: dict[str, Marks]
     ignored: list[str]
+    place: Path
 
     def of(self, student: str) -> Marks:
         """What a student got; nothing, where nothing was found of them."""
@@ -95,7 +96,7 @@ def grade(ways: Iterable[Way], solved: Mapping[str, Notebook], place: Path, *opt
     for path in (place / "out").glob("*/marks.json"):
         content = json.loads(path.read_text(encoding="utf-8"))
         students[_caseless(content["student"])] = Marks(content["marks"], content["problems"], content["notes"])
-    return Graded(students, [line["what"] for line in lines if line["event"] == "ignored"])
+    return Graded(students, [line["what"] for line in lines if line["event"] == "ignored"], place)
 
 
 def _rotflex(*words: str) -> str:

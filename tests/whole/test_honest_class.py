@@ -13,6 +13,7 @@ import honest_packings
 import honest_platforms
 import pytest
 from checkout import ROOT
+from honest_checks import at_home, students_installation, when_graded
 from honest_class import RIGHT, WRONG, solved_notebooks
 from honest_marks import build, grade
 from made_courses import OURS
@@ -23,6 +24,7 @@ from rotflex.instructor.running import bundle, intake
 
 pytestmark = pytest.mark.slow
 
+CELL_TIMEOUT = 20  # s: one of them never ends
 PANDAS = importlib.util.find_spec("pandas") is not None
 SOLVED = solved_notebooks(ROOT)
 PACKED = [*honest_packings.WAYS, *honest_platforms.WAYS]
@@ -48,7 +50,7 @@ RUN = [way for way in (*RIGHT, *WRONG) if way.name not in _NAMES and way.pandas 
 
 @pytest.fixture(scope="module")
 def graded(tmp_path_factory, sandbox):
-    return grade(RUN, SOLVED, tmp_path_factory.mktemp("honest"), "--jobs", "2", "--cell-timeout", "20")
+    return grade(RUN, SOLVED, tmp_path_factory.mktemp("honest"), "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT))
 
 
 @pytest.mark.parametrize("way", possible(way for way in RIGHT if way.name not in _NAMES))
@@ -100,3 +102,38 @@ def test_however_it_is_packed_and_named_the_whole_work_is_read(found, way):
 
 def _composed(student):
     return unicodedata.normalize("NFC", student).casefold()
+
+
+# --- seen beforehand --------------------------------------------------------------------------------------------------
+
+#: A dozen, of each sort one or two: what is seen at home is what grading finds.
+SEEN = (
+    *("helper-cell", "split-in-jupyterlab", "all-ids-renewed", "own-module", "texts-deleted", "magics"),
+    *("name-error", "syntax-error", "exit-in-a-cell", "module-forgotten", "frequency-in-hertz", "notebook-left-empty"),
+)
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    return students_installation(tmp_path_factory.mktemp("home") / "course")
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_what_is_seen_at_home_is_what_grading_finds(graded, home, name):
+    (way,) = [one for one in RUN if one.name == name]
+    seen = at_home(graded.place / "in" / way.student, way.student, home, CELL_TIMEOUT)
+    with Gradebook(graded.place / "book.sqlite") as book:
+        found = when_graded(book, way.student)
+    assert (seen.recorded, seen.stops) == (found.recorded, found.stops)
+
+
+def test_what_only_one_side_has_is_told(graded, home, tmp_path):
+    """pandas is there at home, and not where grading runs: at home it goes well, and is warned of."""
+    if PANDAS:
+        pytest.skip("pandas is installed here, so that it is there where grading runs, too")
+    (way,) = [one for one in WRONG if one.pandas is False]
+    (tmp_path / "pandas").mkdir()
+    (tmp_path / "pandas" / "__init__.py").write_text("class Series(list):\n    pass\n")
+    seen = at_home(graded.place / "in" / way.student, way.student, home, CELL_TIMEOUT, tmp_path)
+    assert any("pandas is installed here, but does not come with the course" in note for note in seen.notes)
+    assert any("pandas is not installed where grading runs" in line for line in graded.of(way.student).problems)

@@ -176,6 +176,7 @@ def check(
             *filter(None, (home.note, _other_release(work))),
             *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes)),
             *_foreign(work, merged),
+            *why.harmless,
         ),
         time.monotonic() - begun,
     )

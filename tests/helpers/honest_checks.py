@@ -1,0 +1,87 @@
+"""What a student sees at home of a hand-in of the honest class, held against what grading made of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from made_courses import OURS
+
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.graded_run import facts_of, recorded_in
+from rotflex.instructor.release import student_course
+
+Where = tuple[str, str]
+HERE, THERE = "here", "where grading runs"
+_STOPPED = (" stopped: ", " build on it", "builds on it")
+_PROGRAM = """
+import json, sys
+from dataclasses import asdict
+from pathlib import Path
+from rotflex.courseware import released
+from rotflex.courseware.run.check import check
+folder, student, seconds = sys.argv[1:]
+masters = released.masters()
+found = check(Path(folder), masters, released.catalogue_of(masters), student=student, cell_timeout=float(seconds))
+parts = [[one.question, one.name, one.state.value] for one in found.parts]
+print(json.dumps([parts, found.stops, found.lost, found.notes, found.seconds]))
+"""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is recorded of a hand-in, and what is said of what is not.
+
+    Attributes
+    ----------
+    recorded : (question, part) of what is recorded, words included
+    stops : what stopped, and what builds on it
+    notes : what else is said
+    seconds : that it took; 0 where that is not known
+    """
+
+    recorded: frozenset[Where]
+    stops: frozenset[str]
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+
+def students_installation(folder: Path) -> Path:
+    """The course as students have it, in a new folder, to be put on Python's path: nothing of an instructor's."""
+    student_course.build(OURS, folder)
+    assert not (folder / "rotflex" / "instructor").exists()
+    return folder
+
+
+def at_home(folder: Path, student: str, installation: Path, cell_timeout: float, *more: Path) -> Seen:
+    """What ``rotflex check`` finds in a folder, with a student's installation; ``more`` is on Python's path, too."""
+    path = os.pathsep.join(map(str, (installation, *more)))
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", _PROGRAM, str(folder), student, str(cell_timeout)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path, "ROTFLEX_RUNNING": ""},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    parts, stops, _lost, notes, seconds = json.loads(done.stdout.splitlines()[-1])
+    recorded = frozenset(
+        (question, part) for question, part, state in parts if state in ("recorded", "different", "written")
+    )
+    return Seen(recorded, frozenset(stops), tuple(notes), seconds)
+
+
+def when_graded(book: Gradebook, student: str) -> Seen:
+    """What grading found of a hand-in; sentences say "here", as they do at home."""
+    graded = book.current(student)
+    assert graded is not None
+    run = graded.run
+    words = {(question, part) for question, parts in run.words.items() for part in parts}
+    stops = {line.replace(THERE, HERE) for line in facts_of(run).problems if any(one in line for one in _STOPPED)}
+    return Seen(frozenset(recorded_in(run.answers) | words), frozenset(stops), run.notes)
