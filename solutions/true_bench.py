@@ -57,6 +57,11 @@ class TrueBench:
         return math.sqrt(self.K_s / self.J_l)
 
     @cached_property
+    def identity(self) -> dict[str, str | int]:
+        """What answers from this bench say of it: plain data."""
+        return dict(self._open().identity)
+
+    @cached_property
     def sweep(self) -> Recording:
         """The sweep of question 2.9, run again: the virtual bench does the same every time."""
         with self._open() as bench:

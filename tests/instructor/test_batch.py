@@ -130,11 +130,12 @@ class FakeClass:
         return Gradebook(self.folder / name)
 
 
-def perfect(student, seed, omega_n=None):
+def perfect(student, seed, omega_n=None, bench=None):
     """What is left by a run of somebody who answers 2.11 rightly."""
     value = TrueBench(student).omega_n if omega_n is None else omega_n
     answers = {"omega_n": {"kind": "number", "value": value}, "explanation": {"kind": "prose", "value": "So."}}
-    book = {"format": 1, "student": student, "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": seed}
+    book = {"format": 1, "student": student, "bench": bench or {"uri": "virtual"}}
+    book |= {"software": "rotflex", "probe_seed": seed}
     return json.dumps({**book, "answers": {"2.11": answers}}).encode()
 
 
@@ -190,6 +191,18 @@ def test_without_isolation_everything_stops_and_what_was_graded_stays(fake_class
     with fake_class.book() as book:
         assert [one.run.student for one in book.all_current()] == ["ada"]
     assert "cleo" not in fake_class.runs
+
+
+def test_a_bench_that_answers_claim_to_come_from_is_reported_and_changes_no_mark(fake_class):
+    fake_class.hand_in("ada", "bob")
+    fake_class.leaves["bob"] = runner.Run(perfect("bob", 7, omega_n=1.0, bench={"uri": "quanser:q2_usb/0"}))
+    assert fake_class.grade(probe_seed=7) == {"ada": 2, "bob": 0}
+    with fake_class.book() as book:
+        (problem,) = book.current("bob").run.problems
+        assert "come from another bench" in problem and "quanser:q2_usb/0" in problem
+        assert book.current("ada").run.problems == ()
+        statuses = {mark.part: mark.status for mark in book.current("bob").marks}
+        assert statuses["omega_n"] == "wrong"
 
 
 # --- what is known already --------------------------------------------------------------------------------------------
