@@ -4,139 +4,20 @@ from __future__ import annotations
 
 import csv
 import json
-from base64 import b64encode
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
-from made_courses import loaded
+from fake_class import FakeClass, InlineMarker, perfect
 
 from rotflex.courseware import student_id
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import batch
 from rotflex.instructor.batch import Batch, Settings
-from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.marking import decoding
-from rotflex.instructor.marking import marking_processes as marker
 from rotflex.instructor.regrade import regrade
 from rotflex.instructor.reports.grades import GRADES_FILE, Reports
 from rotflex.instructor.running import runner
-from rotflex.instructor.running.bundle import Bundle
-from rotflex.instructor.running.bundles import Chosen
-from solutions.true_bench import TrueBench
-
-KEY = """
-from rotflex.instructor.marking.checks import ForAPerson, Number
-
-KEY = {{
-    "2.11": {{
-        "omega_n": Number("the natural frequency", lambda bench: {factor} * bench.omega_n, rtol=0.05),
-        "explanation": ForAPerson("..."),
-    }},
-    "0.1": {{"resolution": Number("the resolution", lambda bench: 0.0015, rtol=0.1)}},
-}}
-"""
-
-
-class InlineMarker:
-    """Marks in this process."""
-
-    def __init__(self, course, processes):
-        self.course = course
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-    def warm_up(self):
-        pass
-
-    def mark(self, asked):
-        marker._courses[:] = [self.course]
-        return marker._mark(asked)
-
-
-class OneBundle:
-    """Every hand-in is run with the same."""
-
-    def __init__(self, made):
-        self.current, self.names = made, tuple(made.pristine)
-        self.releases = SimpleNamespace(problems=[])
-
-    def of(self, hand_in):
-        return Chosen(self.current)
-
-
-CELLS = [
-    {"id": "q1", "cell_type": "code", "source": "", "metadata": {"nbgrader": {"grade_id": "q1", "solution": True}}},
-    {"id": "q1-answer", "cell_type": "code", "source": 'lab.answer("2.11", omega_n=omega_n)', "metadata": {}},
-    {"id": "q2", "cell_type": "code", "source": "", "metadata": {"nbgrader": {"grade_id": "q2", "solution": True}}},
-    {"id": "q2-answer", "cell_type": "code", "source": 'lab.answer("0.1", resolution=omega_n)', "metadata": {}},
-]
-
-
-class FakeClass:
-    """Submissions of one cell each, whose runs are made up.
-
-    Attributes
-    ----------
-    runs : students that were run, in order
-    leaves : what a run leaves: student → a Run or an exception; a perfect run without
-    """
-
-    def __init__(self, folder, monkeypatch):
-        self.folder, self.runs, self.leaves, self.seeds, self.asked = folder, [], {}, {}, {}
-        self.key(1.0)
-        self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {"a.ipynb": ["q1"]}, {}, (), "0" * 64)
-        monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
-        monkeypatch.setattr(batch.runner, "work", self.work)
-        monkeypatch.setattr(batch, "Marker", InlineMarker)
-        monkeypatch.setattr("rotflex.instructor.regrade.Marker", InlineMarker)
-
-    def key(self, factor):
-        self.terms = getattr(self, "terms", 0) + 1  # a course is loaded once in a program
-        self.course = loaded(self.folder / f"term-{self.terms}", key=KEY.format(factor=factor))
-
-    def hand_in(self, *students, source="omega_n = 1"):
-        for student in students:
-            (self.folder / "in" / student).mkdir(parents=True, exist_ok=True)
-            cell = {"id": "q1", "cell_type": "code", "source": source, "metadata": {}}
-            (self.folder / "in" / student / "a.ipynb").write_text(json.dumps({"cells": [cell]}))
-
-    def work(self, job, packed, cancelled=None):
-        asked = json.loads(job)
-        student = asked["student"]
-        self.runs.append(student)
-        self.seeds[student] = asked["probe_seed"]
-        left = self.leaves.get(student) or runner.Run(perfect(student, asked["probe_seed"]))
-        if isinstance(left, Exception):
-            raise left
-        answers = None if left.answers is None else b64encode(left.answers).decode()
-        self.asked[student] = asked
-        reports = b64encode(left.reports).decode()
-        found = {"answers": answers, "problems": left.problems, "complete": left.complete, "reports": reports}
-        return json.dumps(found).encode()
-
-    def grade(self, book="book.sqlite", **settings):
-        """Grade; each student's points."""
-        with Gradebook(self.folder / book) as gradebook:
-            steps = list(Batch(self.folder / "in", self.course, gradebook, Settings(**settings)).grade())
-        return {step.graded.run.student: sum(mark.points for mark in step.graded.marks) for step in steps}
-
-    def book(self, name="book.sqlite"):
-        return Gradebook(self.folder / name)
-
-
-def perfect(student, seed, omega_n=None, bench=None):
-    """What is left by a run of somebody who answers 2.11 rightly."""
-    value = TrueBench(student).omega_n if omega_n is None else omega_n
-    answers = {"omega_n": {"kind": "number", "value": value}, "explanation": {"kind": "prose", "value": "So."}}
-    book = {"format": 1, "student": student, "bench": bench or {"uri": "virtual"}}
-    book |= {"software": "rotflex", "probe_seed": seed}
-    return json.dumps({**book, "answers": {"2.11": answers}}).encode()
 
 
 @pytest.fixture

@@ -1,0 +1,236 @@
+"""What a batch owes to honest people: faults contained, marks kept, hand-ins put together, reasons told."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import pytest
+from fake_class import FakeClass, perfect
+from made_courses import loaded
+
+from rotflex.courseware.run import cell_reports
+from rotflex.instructor import batch
+from rotflex.instructor.regrade import regrade
+from rotflex.instructor.running import runner, supplied
+
+FAULTY = """
+from rotflex.instructor.marking.checks import ForAPerson, Number
+
+KEY = {
+    "2.11": {"omega_n": Number("it", lambda bench: bench.omega, rtol=0.05), "explanation": ForAPerson("...")},
+    "0.1": {"resolution": Number("it", lambda bench: 3.0, rtol=0.1)},
+}
+"""
+
+
+@pytest.fixture
+def fake_class(tmp_path, monkeypatch):
+    return FakeClass(tmp_path, monkeypatch)
+
+
+def marks(book, student):
+    return {f"{one.question} {one.part}": one for one in book.current(student).marks}
+
+
+# --- faults of the key, and of grading --------------------------------------------------------------------------------
+
+
+def test_a_fault_of_the_key_costs_its_part_and_no_other(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book:
+        book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
+    fake_class.course = loaded(fake_class.folder / "faulty", key=FAULTY)
+    fake_class.grade()
+    with fake_class.book() as book:
+        found = marks(book, "ada")
+        assert found["2.11 omega_n"].status == "not marked: key fault"
+        assert (found["2.11 explanation"].points, found["2.11 explanation"].status) == (1.0, "given by a person")
+        (problem,) = book.current("ada").run.problems
+        assert problem.startswith("2.11, omega_n is not marked: the key failed. AttributeError")
+        assert "key.py, line 5" in problem
+    fake_class.key(1.0)  # mended
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert marks(book, "ada")["2.11 omega_n"].points == 2
+        assert marks(book, "ada")["2.11 explanation"].points == 1
+        assert book.current("ada").run.problems == ()
+    assert fake_class.runs == ["ada"]
+
+
+def test_where_grading_fails_what_was_there_stays(fake_class, monkeypatch):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.hand_in("ada", source="something else")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert "the disk is full" in book.current("ada").run.problems[0]
+    del fake_class.leaves["ada"]
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == ()
+    assert fake_class.runs == ["ada", "ada", "ada"]
+
+
+def test_where_grading_fails_at_first_nothing_is_marked_yet(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert {one.status for one in book.current("ada").marks} == {"not marked: key fault"}
+
+
+# --- what comes in ----------------------------------------------------------------------------------------------------
+
+
+def test_own_files_go_into_the_run_and_change_it(fake_class):
+    fake_class.hand_in("ada")
+    folder = fake_class.folder / "in" / "ada"
+    (folder / "helpers.py").write_text("x = 1\n")
+    (folder / "numpy.py").write_text("x = 1\n")
+    fake_class.grade()
+    assert list(fake_class.asked["ada"]["files"]) == ["helpers.py"]
+    with fake_class.book() as book:
+        assert book.current("ada").run.files == ("helpers.py",)
+        assert any("numpy.py" in note for note in book.current("ada").run.notes)
+    (folder / "helpers.py").write_text("x = 2\n")
+    fake_class.grade()
+    assert fake_class.runs == ["ada", "ada"]
+
+
+def test_an_added_cell_is_run_where_it_stands(fake_class):
+    fake_class.hand_in("ada")
+    path = fake_class.folder / "in" / "ada" / "a.ipynb"
+    content = json.loads(path.read_text())
+    content["cells"].insert(0, {"id": "mine", "cell_type": "code", "source": "helper = 1", "metadata": {}})
+    path.write_text(json.dumps(content))
+    fake_class.grade()
+    (notebook,) = fake_class.asked["ada"]["notebooks"].values()
+    assert [cell["source"] for cell in notebook["cells"]][:2] == ["helper = 1", "omega_n = 1"]
+
+
+def test_what_is_handed_in_later_is_put_together_with_what_came_before(fake_class):
+    """The first delivery has the notebook, the second a file alone; and the folder is empty in between."""
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    path = fake_class.folder / "in" / "ada" / "a.ipynb"
+    path.unlink()
+    (path.parent / "more.py").write_text("x = 1\n")
+    assert fake_class.grade() == {"ada": 2}
+    assert list(fake_class.asked["ada"]["files"]) == ["more.py"]
+
+
+def claim(student, **cells):
+    book = {"format": 2, "student": student, "bench": {}, "software": "rotflex", "probe_seed": 1}
+    number = {"kind": "number", "value": 1.0}
+    return json.dumps({**book, "answers": {"2.11": {"omega_n": number}}, "cells": {"2.11": cells}})
+
+
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [
+        ("", "by the button of an explorer or by hand"),
+        ("gone", "the cell that did it, gone, is no longer in a.ipynb"),
+        ("q1-answer", "a.ipynb, run from top to bottom, leaves it empty"),
+    ],
+)
+def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fake_class, cell, words):
+    fake_class.hand_in("ada")
+    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n=cell))
+    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.grade()
+    with fake_class.book() as book:
+        (problem,) = book.current("ada").run.problems
+        assert problem.startswith("Recorded at home and missing here: 2.11 omega_n; ") and words in problem
+        assert words in marks(book, "ada")["2.11 omega_n"].reason
+        assert book.current("ada").run.claim == {"2.11": {"omega_n": cell}}
+
+
+def test_answers_of_another_student_are_no_claim(fake_class):
+    fake_class.hand_in("ada")
+    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("bob", omega_n=""))
+    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == ()
+        assert any("is 'bob''s, and is not compared" in note for note in book.current("ada").run.notes)
+
+
+# --- reasons, and values that are supplied ----------------------------------------------------------------------------
+
+
+def stopped(*cells):
+    """What a run says whose first answer stopped."""
+    lines = [{"event": "ended", "cell": cell, "error": None} for cell in cells]
+    error = {"type": "NameError", "message": "name 'omgea' is not defined", "line": 1}
+    lines.append({"event": "ended", "cell": "q1", "error": error})
+    return "".join(json.dumps({"notebook": "a.ipynb", **line}) + "\n" for line in lines).encode()
+
+
+def test_what_stopped_is_told_and_stays_told_when_marked_again(fake_class):
+    fake_class.hand_in("ada", source="omega_n = omgea")
+    fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
+    fake_class.grade()
+    why = "2.11 stopped: NameError, name 'omgea' is not defined, line 1."
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == (why,)
+        assert marks(book, "ada")["2.11 omega_n"].reason == why
+    fake_class.key(2.0)
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert marks(book, "ada")["2.11 omega_n"].reason == why
+        list(regrade(book, fake_class.course))
+        assert book.current("ada").run.problems == (why,)
+    assert fake_class.runs == ["ada"]
+
+
+def supply(fake_class, text):
+    return (supplied.read(text, fake_class.course.catalogue),)
+
+
+def test_a_supplied_value_is_run_earns_nothing_and_stays_until_it_is_taken_back(fake_class):
+    fake_class.hand_in("ada", "bob", source="omega_n = omgea")
+    fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
+    fake_class.grade()
+    fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=stopped())
+    for again in range(2):
+        fake_class.grade(probe_seed=7, supplied=() if again else supply(fake_class, "Ada:2.11.omega_n=19.5"))
+        with fake_class.book() as book:
+            found = marks(book, "ada")["2.11 omega_n"]
+            assert (found.status, found.points) == ("supplied by your instructor", 0)
+            assert "NameError" in found.reason and "earns nothing" in found.reason
+            assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
+            assert marks(book, "bob")["2.11 omega_n"].points == 2
+    (notebook,) = fake_class.asked["ada"]["notebooks"].values()
+    before = [cell["source"] for cell in notebook["cells"] if cell["id"] == "supplied-q1-answer"]
+    assert before == ["omega_n = 19.5\nlab.answer('2.11', omega_n=19.5)"]
+    assert "supplied" not in json.dumps(fake_class.asked["bob"])
+    fake_class.grade(probe_seed=7, supplied=supply(fake_class, "ada:2.11.omega_n="))
+    with fake_class.book() as book:
+        assert book.current("ada").run.supplied == {}
+        assert marks(book, "ada")["2.11 omega_n"].status == "right"
+
+
+# --- the roster -------------------------------------------------------------------------------------------------------
+
+
+def test_who_handed_in_before_is_not_named_as_absent(fake_class):
+    fake_class.hand_in("ada", "bob")
+    (fake_class.folder / "class.csv").write_text("id\nada\nbob\ncleo\n")
+    with fake_class.book() as book:
+        book.import_roster(fake_class.folder / "class.csv")
+    fake_class.grade()
+    for path in (fake_class.folder / "in" / "ada").iterdir():
+        os.unlink(path)
+    (fake_class.folder / "in" / "ada").rmdir()
+    with fake_class.book() as book:
+        assert batch.Batch(fake_class.folder / "in", fake_class.course, book).absent == ["cleo"]
+
+
+def test_reports_that_are_no_reports_cost_nobody_anything(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=b"\xff{[" * 1000)
+    assert fake_class.grade(probe_seed=7) == {"ada": 2}
+    assert cell_reports.read(b"\xff{[" * 1000).cells == ()
