@@ -84,7 +84,7 @@ FORGED = {
         {
             "q2-12": """
 beyond = '"2.12": {"J_l": {"kind": "number", "value": 1e999}, "K_s": {"kind": "number", "value": -1e999}}, "2.11": {'
-forged = open('answers.json').read().replace('"2.11": {', beyond)
+forged = open('answers.json').read().replace('"2.11": {', beyond, 1)
 open('answers.json', 'w').write(forged)
 """
             + _LEAVE

@@ -55,7 +55,7 @@ shell.kernel.execute_request = shell.kernel.do_execute = None
 OTHER_PARAMETERS = """
 # Parameters
 student = OUTSIDE["neighbour"]
-bench = "virtual:?seed=1&preset=workbook"
+bench = "virtual:?seed=1"
 for name in ("ROTFLEX_PROBE_SEED", "ROTFLEX_RUN", "ROTFLEX_BENCH"): os.environ[name] = "7"
 """
 

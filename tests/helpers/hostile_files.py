@@ -20,6 +20,8 @@ from typing import Any
 
 from hostile import HONEST, PRELAB, STIFFNESS, Attack
 
+from rotflex.instructor.running.intake import limits
+
 Notebooks = dict[str, dict[str, Any]]
 Outside = Mapping[str, Any]
 _RIGHT = 'lab.answer("2.12", J_l=lab.joint.J_l, K_s=1.3)'
@@ -68,7 +70,7 @@ def _rearrange(notebooks: Notebooks) -> None:
 
 
 def _double_answers(notebooks: Notebooks) -> None:
-    """The first of several counts: it is wrong here, and the second is right."""
+    """All are run, as they would be at home: the first is wrong here, the second is right, and counts."""
     cells = notebooks[PRELAB]["cells"]
     place = next(index for index, cell in enumerate(cells) if cell["id"] == "q2-1")
     cells.insert(place, {**cells[place], "source": "V = 1"})
@@ -219,25 +221,26 @@ def _unusual(path: Path, outside: Outside) -> None:
             packed.writestr(name, content)
 
 
+_TOO_LARGE = f"more than {limits.MAX_NOTEBOOK_FILE} bytes"
 _IGNORED = "There is no notebook of the course in the submission"
 _FULL = {"2.1": 2.0, "2.10": 2.0, "2.11": 2.0, "2.12": 3.0}
 _ALL = ("q0-1", "q2-1", "q2-10", "q2-11", "q2-12")
 
 FORMS = {
-    # Nothing but answer cells' sources is taken: with these as they should be, it is an honest submission.
+    # Where the course's cells are, and what they are called, does no harm: with right answers, it is an honest hand-in.
     "retagged": Attack(honestly=_ALL, earns=_FULL, spoil=_each(_retag), runs=False),
     "rearranged": Attack(honestly=_ALL, earns=_FULL, spoil=_rearrange, runs=False),
-    "doubled": Attack(earns={}, spoil=_double_answers, trouble=("q2-1 is there 2 times; the first is taken",)),
+    "doubled": Attack(spoil=_double_answers, trouble=("q2-1 is there 2 times",)),
     "other-types": Attack(spoil=_other_types, runs=False),
     "links": Attack(earns={}, lay=_links, runs=False, trouble=(_IGNORED,)),
     "pipes": Attack(earns={}, lay=_pipes, runs=False, trouble=(_IGNORED,)),
     "deep-folders": Attack(lay=_deep),
     "many-files": Attack(earns={}, lay=_many, runs=False, trouble=("more than 5000 files",)),
     "modules": Attack(lay=_modules, trouble=("course.json names the student",)),
-    "odd-notebooks": Attack(earns={}, lay=_odd_notebooks, runs=False, trouble=("not JSON", "more than 5000000 bytes")),
+    "odd-notebooks": Attack(earns={}, lay=_odd_notebooks, runs=False, trouble=("not JSON", _TOO_LARGE)),
     "closed": Attack(lay=_closed, exactly=False, runs=False),
     "zip-slip": Attack(zipped=True, lay=_slip),
-    "zip-bomb": Attack(zipped=True, earns={}, lay=_bomb, runs=False, trouble=("more than 5000000 bytes",)),
+    "zip-bomb": Attack(zipped=True, earns={}, lay=_bomb, runs=False, trouble=(_TOO_LARGE,)),
     "zip-of-entries": Attack(zipped=True, earns={}, lay=_many_entries, runs=False, trouble=("table of contents",)),
     "zip-encrypted": Attack(zipped=True, earns={}, lay=_encrypted, runs=False, trouble=("it is encrypted",)),
     "zip-that-lies": Attack(zipped=True, earns={}, lay=_lies, runs=False, trouble=("cannot be read",)),

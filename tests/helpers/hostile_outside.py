@@ -5,6 +5,7 @@ instructor runs it.
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import os
 import shutil
@@ -176,7 +177,11 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
     for name in REFUSED:
         with contextlib.suppress(OSError):
             (submissions / name).mkdir()
-    (folder / "roster.csv").write_text(f"id,name,email\n{HONEST[0]},Ada,{canaries['gradebook']}\n")
+    with (folder / "roster.csv").open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(["id", "name", "user ID"])  # the last is kept, and stands in no report
+        table.writerow([HONEST[0], "Ada", canaries["gradebook"]])
+        table.writerows([student, "", ""] for student in (*HONEST[1:], *CLASS))
     for book in (out, folder / "marks-alone"):
         command = ["roster", folder / "roster.csv", "--gradebook", book / "gradebook.sqlite"]
         book.mkdir(exist_ok=True)

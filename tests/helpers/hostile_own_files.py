@@ -164,7 +164,7 @@ def says(**content: object) -> Lay:
 _POLICY = {"which": "preset", "preset": "workbook", "seed": 10**400, "uri": "qube:0"}
 #: Another bench in a file of the present form; the answers are no better for it.
 OTHER_BENCH = """
-book["bench"] = {"uri": "virtual:?preset=workbook&seed=1", "preset": "workbook", "seed": 10**30, "<b>": [chr(27)]}
+book["bench"] = {"uri": "virtual:?preset=workbook&seed=1", "preset": "workbook", "seed": 10**15, "<b>": [chr(27)]}
 book["cells"] = {"2.1": {"V": "<script>" + chr(27) + "[2J" + chr(0x202e)}, "2.12": {"K_s": "../../etc/passwd"}}
 book["format"] = 2
 """

@@ -221,12 +221,13 @@ CLASS = {
     "not-json": Student(
         {}, NOTHING, {("0.1", "resolution"): "right", ("2.9", "sweep"): "missing"}, awaiting=0, trouble="not JSON"
     ),
-    # Without the recording (2.9 deleted) there is no spectrum of it and no frequency; the function is defined before
-    # the cell fails, 2 of 2. The second q2-11, omega_n = 1, is not taken. J_l is there before K_s fails, 1 of 3.
+    # Without the recording (2.9 deleted) there is no spectrum of it; the function is defined before the cell fails, 2.
+    # The second q2-11, omega_n = 1, is run as well, and is wrong, 0 of 2. J_l is right, and K_s follows from it, 3.
     "cells": Student(
         {},
-        {"2.9": 0, "2.10": 2, "2.11": 0, "2.12": 1},
-        {("2.9", "sweep"): "missing", ("2.10", "spectrum"): "right", ("2.11", "omega_n"): "missing"},
+        {"2.9": 0, "2.10": 2, "2.11": 0, "2.12": 3},
+        {("2.9", "sweep"): "missing", ("2.10", "spectrum"): "right", ("2.11", "omega_n"): "wrong"},
+        trouble="2.9 stopped: NameError, name 'sweep' is not defined",
         spoil=_delete_and_double,
     ),
     # Nothing of it has the form of an answer, so nothing is recorded.

@@ -110,7 +110,7 @@ def _break(course: Notebooks) -> None:
     cells = course["01_modeling_prelab.ipynb"]["cells"]
     cells[:] = [cell for cell in cells if cell["id"] != "q2-8"]
     place = next(index for index, cell in enumerate(cells) if cell["id"] == "q2-3")
-    cells.insert(place + 1, {**cells[place], "source": "L = 0 * K_s"})
+    cells.insert(place, {**cells[place], "source": "L = 0 * K_s"})
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ NOTEBOOKS = {
         {
             ("2.8", "J_l"): (
                 2,
-                "its cell was deleted; of the doubled cell 2.3 the first is taken, which costs nothing",
+                "its cell was deleted; of the doubled cell 2.3 both are run, and the later one counts, which is right",
             ),
             **_all_of("3.13", _STOPPED),
             **_all_of("3.14", _STOPPED),
@@ -178,7 +178,7 @@ NOTEBOOKS = {
         },
         awaiting=39.0,
         trouble=("longer than", "not JSON"),
-        notes=("q2-8 is missing", "q2-3 is there 2 times; the first is taken"),
+        notes=("the cell q2-8 is not there", "the cell q2-3 is there 2 times; all of them are run, in order"),
         spoil=_break,
         not_json="09_partial_state_feedback.ipynb",
     ),

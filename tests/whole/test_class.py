@@ -75,8 +75,8 @@ def test_there_is_a_row_for_each_student_in_order(rows):
 
 def test_a_deleted_and_a_doubled_cell_are_noted(graded):
     notes = " ".join(marks_of(graded, "cells")["notes"])
-    assert "q2-9 is missing" in notes
-    assert "q2-11 is there 2 times; the first is taken" in notes
+    assert "the cell q2-9 is not there" in notes
+    assert "the cell q2-11 is there 2 times; all of them are run, in order" in notes
     assert "q2-12" not in notes
 
 

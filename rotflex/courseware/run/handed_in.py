@@ -17,6 +17,7 @@ MAX_CELLS = 1_000  #: of a notebook
 MAX_SOURCE = 200_000  #: characters of a cell
 MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
 CODE, TEXT = "code", "markdown"  #: kinds of cells that count; there are others
+UNREADABLE = "unreadable"  #: kind of a cell whose source is no text, or too long; it is empty here
 
 
 class NotebookError(Exception):
@@ -31,7 +32,7 @@ class Cell:
     ----------
     id : its id; "" where the file has none
     grade_id : as its grading metadata say, which an editor that gives new ids keeps; "" where there are none
-    kind : "code", "markdown" or "raw"
+    kind : "code", "markdown", "raw", or :data:`UNREADABLE`
     source : its text
     attachments : of a text cell: file name → media type → base64
     """
@@ -103,28 +104,31 @@ def _listed(notebook: dict[str, Any]) -> Any:
 
 
 def _cells(cells: Sequence[Any]) -> tuple[Cell, ...]:
-    return tuple(_cell(place, cell) for place, cell in enumerate(cells) if isinstance(cell, dict))
+    return tuple(_cell(cell) for cell in cells if isinstance(cell, dict))
 
 
-def _cell(place: int, cell: dict[str, Any]) -> Cell:
+def _cell(cell: dict[str, Any]) -> Cell:
     source = cell.get("source")
     if isinstance(source, list) and all(isinstance(line, str) for line in source):
         source = "".join(source)
-    if not isinstance(source, str):
-        raise NotebookError(_("the source of its cell {place} is not text.").format(place=place + 1))
-    most = MAX_TEXT if cell.get("cell_type") == TEXT else MAX_SOURCE
-    if len(source) > most:
-        raise NotebookError(
-            _("its cell {place} has more than {max_source} characters.").format(place=place + 1, max_source=most)
-        )
-    try:
-        source.encode()
-    except UnicodeEncodeError:
-        raise NotebookError(_("its cell {place} is not valid text.").format(place=place + 1)) from None
+    kind = _text(cell.get("cell_type"))
+    if not isinstance(source, str) or not _is_readable(source, MAX_TEXT if kind == TEXT else MAX_SOURCE):
+        kind, source = UNREADABLE, ""
     metadata = cell.get("metadata")
     grading = metadata.get("nbgrader") if isinstance(metadata, dict) else None
     grade_id = grading.get("grade_id") if isinstance(grading, dict) else None
-    return Cell(_text(cell.get("id")), _text(grade_id), _text(cell.get("cell_type")), source, _attachments(cell))
+    return Cell(_text(cell.get("id")), _text(grade_id), kind, source, _attachments(cell))
+
+
+def _is_readable(source: str, most: int) -> bool:
+    """Whether it is valid text of no more than so many characters."""
+    if len(source) > most:
+        return False
+    try:
+        source.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _text(value: object) -> str:

@@ -1,31 +1,22 @@
 """Why answers are missing after a run: what stopped, what builds on it, and what was recorded at home all the same.
 
-Of each answer that was not recorded, the cells are looked at from the one that recorded the answer before it. If one of
-them stopped, the cause is sought upwards: in earlier cells that stopped and bind a name which this one uses, and in
-earlier answers that it asked for. All of it is taken from claims of the run, and used for words alone.
+In words, for students and instructors; what caused what is found by :mod:`~rotflex.courseware.run.causes`.
 """
 
 from __future__ import annotations
 
 import re
-from bisect import bisect_left
-from collections import deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from itertools import islice
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
-from rotflex.courseware.run import skippable_cells
-from rotflex.courseware.run.alignment import Role, source_of
-from rotflex.courseware.run.cell_reports import LEFT, CellError, CellReport, Reports
-from rotflex.courseware.run.merge import Merged, role_of
-from rotflex.courseware.run.recorders import recorded as recorders_of
+from rotflex.courseware.run.alignment import Role
+from rotflex.courseware.run.causes import Cause, Causes, Refused, RunCell, Unanswered, Where
+from rotflex.courseware.run.cell_reports import LEFT, CellError, Reports
+from rotflex.courseware.run.merge import Merged
 
-Where = tuple[str, str]  # question and part
-_UNDEFINED = re.compile(r"name '(\w+)' is not defined")
 _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
 _NAMED = 2  # questions that are named before "and 12 more"
 _MOST_HARMLESS = 20  # cells that are told of though they cost nothing
@@ -90,18 +81,18 @@ def explain(
     place : where it was run, as in "pandas is not installed ..."
     """
     words = _Words(seconds, place)
-    run = _Run(pristine, merged, reports, set(recorded), catalogue)
+    run = Causes(pristine, merged, reports, set(recorded), catalogue)
     missing: dict[Where, str] = {}
-    built: dict[_Cell, list[str]] = {}
+    built: dict[RunCell, list[str]] = {}
     for where in run.missing():
         cause = run.cause_of(where)
-        if isinstance(cause, _Cell):
+        if isinstance(cause, RunCell):
             built.setdefault(cause, []).append(where[0])
         said = words.of_missing(run, where, cause)
         if said:
             missing[where] = said
     stops = tuple(words.of_stop(run, cell, list(dict.fromkeys(questions))) for cell, questions in built.items())
-    stopped = {where for where in run.missing() if isinstance(run.cause_of(where), _Cell)}
+    stopped = {where for where in run.missing() if isinstance(run.cause_of(where), RunCell)}
     lost = _lost(run, claim, stopped, handed_in) if claim else {}
     for where, why in lost.items():
         missing.setdefault(where, _("It was recorded at home; {why}.").format(why=why))
@@ -112,195 +103,6 @@ def explain(
     return Reasons(missing, stops, tuple(_grouped(lost)), tuple(harmless[:_MOST_HARMLESS]))
 
 
-# --- a run, and where it stopped --------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class _Cell:
-    """A cell of a run, in its place."""
-
-    notebook: str
-    place: int
-    id: str
-    role: Role
-    source: str
-    report: CellReport | None
-    readable: bool  # so that its names can be told
-
-    @property
-    def stopped(self) -> bool:
-        return self.report is not None and (self.report.error is not None or not self.report.finished)
-
-    @property
-    def ended_all(self) -> bool:
-        """Whether nothing after it was run."""
-        report = self.report
-        return report is not None and (not report.finished or (report.error is not None and report.error.type == LEFT))
-
-    @cached_property
-    def binds(self) -> set[str]:
-        return _names(skippable_cells.bound, self.source) if self.readable else set()
-
-    @cached_property
-    def uses(self) -> set[str]:
-        error = self.report.error if self.report else None
-        undefined = _UNDEFINED.search(error.message) if error and error.type == "NameError" else None
-        if undefined:
-            return {undefined[1]}
-        return _names(skippable_cells.uses, self.source) if self.readable else set()
-
-
-def _names(read: Any, source: str) -> set[str]:
-    try:
-        return set(read(source))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone, or too long
-        return set()
-
-
-@dataclass(frozen=True)
-class _Unanswered:
-    """An earlier answer that is missing, though nothing stopped."""
-
-    question: str
-
-
-@dataclass(frozen=True)
-class _Refused:
-    """An answer that was given and not taken."""
-
-    why: str
-
-
-_Cause = _Cell | _Unanswered | _Refused | None
-
-
-class _Run:
-    def __init__(
-        self,
-        pristine: Mapping[str, dict[str, Any]],
-        merged: Merged,
-        reports: Reports,
-        recorded: set[Where],
-        catalogue: Catalogue,
-    ) -> None:
-        self.catalogue, self.recorded = catalogue, recorded
-        self.refusals = {(one.question, one.part): one.why for one in reports.refusals}
-        by_cell = {(one.notebook, one.cell): one for one in reports.cells}
-        self.cells: dict[str, list[_Cell]] = {}
-        for name, notebook in merged.notebooks.items():
-            cells = notebook["cells"]
-            readable = skippable_cells.readable(map(source_of, cells))
-            self.cells[name] = [
-                _Cell(
-                    name, place, cell["id"], role_of(cell), source_of(cell), by_cell.get((name, cell["id"])), readable
-                )
-                for place, cell in enumerate(cells)
-            ]
-        self.recorder: dict[Where, tuple[str, int]] = {}  # notebook, and place in it
-        self.questions: dict[str, dict[int, str]] = {}  # notebook → place of a recorder → question
-        for name, notebook in pristine.items():
-            places = {cell.id: cell.place for cell in self.cells[name]}
-            for one in recorders_of(notebook["cells"]):
-                question = catalogue.everything.get(one.question)
-                if question is None or one.cell not in places:
-                    continue
-                self.questions.setdefault(name, {})[places[one.cell]] = question.number
-                for part in one.of(question):
-                    self.recorder[question.number, part] = name, places[one.cell]
-        self._causes: dict[Where, _Cause] = {}
-        self._roots: dict[_Cell, _Cause] = {}
-
-    def missing(self) -> list[Where]:
-        """What was asked and not recorded, in the order in which it is asked."""
-        asked = ((number, part) for number, question in self.catalogue.everything.items() for part in question.names)
-        return [where for where in asked if where in self.recorder and where not in self.recorded]
-
-    def question_of(self, cell: _Cell) -> str:
-        """The question whose answer is recorded next after a cell, or by it; "" if there is none."""
-        later = (place for place in sorted(self.questions.get(cell.notebook, ())) if place >= cell.place)
-        place = next(later, None)
-        return "" if place is None else self.questions[cell.notebook][place]
-
-    def cause_of(self, where: Where) -> _Cause:
-        """Why an answer is missing; None if there is no more to say than that it is."""
-        if where not in self._causes:
-            self._causes[where] = None  # should it be asked for again on the way
-            self._causes[where] = self._cause(where)
-        return self._causes[where]
-
-    def _cause(self, where: Where) -> _Cause:
-        name, recorder = self.recorder[where]
-        cells = self.cells[name]
-        before = max((place for place in self.questions[name] if place < recorder), default=-1)
-        own = cells[before + 1 : recorder + 1]
-        for cell in own:
-            if cell.stopped:
-                return self._root(cell)
-        if cells[recorder].report is None:  # it was never come to
-            return next((cell for cell in reversed(cells[:recorder]) if cell.ended_all), None)
-        for cell in self._upstream(own):
-            lacked = self._lacked(cell, where)
-            if lacked is not None or cell.stopped:
-                return lacked or self._root(cell)
-        return _Refused(self.refusals[where]) if where in self.refusals else None
-
-    def _root(self, cell: _Cell) -> _Cause:
-        """The first cause of a cell's stop: itself, or what it builds on."""
-        passed = []
-        cause: _Cause = None
-        while cause is None:
-            passed.append(cell)
-            cause = self._roots.get(cell) or self._lacked(cell)
-            for earlier in () if cause else islice(self._upstream([cell]), 1, None):
-                cause = self._lacked(earlier)
-                if cause or earlier.stopped:
-                    cell = earlier
-                    break
-            else:
-                cause = cause or cell
-        self._roots |= dict.fromkeys(passed, cause)
-        return cause
-
-    def is_passed_on(self, cell: _Cell) -> bool:
-        """Whether it was found that what stopped in a cell was caused elsewhere."""
-        return self._roots.get(cell, cell) is not cell
-
-    def _upstream(self, cells: Sequence[_Cell]) -> Iterator[_Cell]:
-        """Cells, and all that they build on by the names that they use: those that bound a name last, and theirs."""
-        found = set(cells)
-        waiting = deque(cells)
-        yield from cells
-        while waiting:
-            cell = waiting.popleft()
-            for name in sorted(cell.uses):
-                places = self._binders[cell.notebook].get(name, ())
-                place = bisect_left(places, cell.place) - 1
-                if place >= 0:
-                    binder = self.cells[cell.notebook][places[place]]
-                    if binder not in found:
-                        found.add(binder)
-                        waiting.append(binder)
-                        yield binder
-
-    @cached_property
-    def _binders(self) -> dict[str, dict[str, list[int]]]:
-        """Notebook → name → places of the cells that bind it."""
-        found: dict[str, dict[str, list[int]]] = {}
-        for notebook, cells in self.cells.items():
-            names = found.setdefault(notebook, {})
-            for cell in cells:
-                for name in cell.binds:
-                    names.setdefault(name, []).append(cell.place)
-        return found
-
-    def _lacked(self, cell: _Cell, where: Where | None = None) -> _Cause:
-        """The cause that lies in an earlier answer which a cell asked for and did not get."""
-        for needed in cell.report.lacked if cell.report else ():
-            if needed in self.recorder and needed not in self.recorded and needed != where:
-                return self.cause_of(needed) or _Unanswered(needed[0])
-        return None
-
-
 # --- in words ---------------------------------------------------------------------------------------------------------
 
 
@@ -309,11 +111,11 @@ class _Words:
     seconds: float | None
     place: str
 
-    def of_missing(self, run: _Run, where: Where, cause: _Cause) -> str:
+    def of_missing(self, run: Causes, where: Where, cause: Cause) -> str:
         """Why one answer is missing, for the student."""
-        if isinstance(cause, _Refused):
+        if isinstance(cause, Refused):
             return _("It was given, and not recorded: {why}.").format(why=cause.why.rstrip("."))
-        if isinstance(cause, _Unanswered):
+        if isinstance(cause, Unanswered):
             return _("It builds on {question}, which is not answered.").format(question=cause.question)
         if cause is None:
             return ""
@@ -322,7 +124,7 @@ class _Words:
             return _("{cell} stopped: {error}.").format(cell=cell, error=error)
         return _("It builds on what stopped before it: {cell} ({error}).").format(cell=cell, error=error)
 
-    def of_stop(self, run: _Run, cell: _Cell, questions: Sequence[str]) -> str:
+    def of_stop(self, run: Causes, cell: RunCell, questions: Sequence[str]) -> str:
         """What stopped, and all that builds on it, in a sentence."""
         own = run.question_of(cell)
         others = [question for question in questions if question != own]
@@ -331,12 +133,12 @@ class _Words:
             return f"{shown}."
         return _("{stop}; {others} on it.").format(stop=shown, others=_several(others, _("builds"), _("build")))
 
-    def of_harmless(self, run: _Run, cell: _Cell) -> str:
+    def of_harmless(self, run: Causes, cell: RunCell) -> str:
         """What stopped, and cost nothing."""
         shown = _("{cell} stopped: {error}").format(cell=self.name(run, cell), error=self.of_error(cell))
         return _("{stop}; no answer is missing for it.").format(stop=shown)
 
-    def name(self, run: _Run, cell: _Cell) -> str:
+    def name(self, run: Causes, cell: RunCell) -> str:
         """What a cell is called."""
         question = run.question_of(cell)
         if cell.role is Role.ADDED:
@@ -347,7 +149,7 @@ class _Words:
             return question or cell.id
         return _("The course's cell {cell} in {notebook}").format(cell=cell.id, notebook=cell.notebook)
 
-    def of_error(self, cell: _Cell) -> str:
+    def of_error(self, cell: RunCell) -> str:
         """What stopped a cell."""
         report = cell.report
         if report is None or report.error is None:
@@ -387,12 +189,12 @@ def _several(questions: Sequence[str], one: str, many: str) -> str:
 # --- what was recorded at home ----------------------------------------------------------------------------------------
 
 
-def _lost(run: _Run, claim: Claim, stopped: Collection[Where], handed_in: Collection[str]) -> dict[Where, str]:
+def _lost(run: Causes, claim: Claim, stopped: Collection[Where], handed_in: Collection[str]) -> dict[Where, str]:
     """What is claimed, and missing though nothing stopped: why."""
     found = {}
     for where in run.missing():
         cell = claim.cells.get(where[0], {}).get(where[1])
-        if cell is None or where in stopped or isinstance(run.cause_of(where), _Refused):
+        if cell is None or where in stopped or isinstance(run.cause_of(where), Refused):
             continue
         notebook = run.recorder[where][0]
         if notebook not in handed_in:

@@ -62,7 +62,7 @@ def as_html(text: str, pictures: Mapping[str, bytes] | None = None) -> Markup:
         return _as_typed(text, _("As it was typed; it cannot be shown otherwise."))
     if len(page) - shown.size > MOST_BYTES:
         return _as_typed(text, _("As it was typed; it is too large to be shown otherwise."))
-    return Markup(page)
+    return Markup(no_escapes(page))  # once more: a reference such as &#x202e; has become what it stands for
 
 
 def _as_typed(text: str, why: str) -> Markup:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +14,7 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, merge
 from rotflex.courseware.run.alignment import Change, Happened, Role
-from rotflex.courseware.run.handed_in import CODE, Cell, HandIn
+from rotflex.courseware.run.handed_in import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
 from rotflex.courseware.run.merge import Merged
 from rotflex.courseware.run.reasons import Claim
 from rotflex.courseware.student_id import LONGEST, caseless
@@ -94,6 +95,8 @@ def prepare(
         problems += [f"{name}: {told}" for told in found.problems]
         notes += [f"{name}: {told}" for told in found.notes]
         notes += [f"{name}: {change}" for change in made.changes[name] if _is_told(change)]
+        notes += _doubled(name, bundle.pristine[name]["cells"], cells)
+        problems += _unreadable(name, cells)
         if not found.words and _is_untouched(bundle.pristine[name]["cells"], cells):
             notes.append(
                 _("{name}: it was handed in as it was handed out; nothing is written in it.").format(name=name)
@@ -101,6 +104,24 @@ def prepare(
     claim, said = _claim(hand_in.claim, catalogue, student)
     files = dict(sorted(hand_in.files.items()))
     return Prepared(made, files, written, claim, tuple(sorted(notebooks)), tuple(problems), (*notes, *said))
+
+
+def _doubled(name: str, master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> list[str]:
+    """A note on each answer cell that is there more than once, under one id."""
+    times = Counter(cell.id for cell in cells)
+    answers = [str(cell["id"]) for cell in master if alignment.role_of(cell) is Role.ANSWER]
+    told = _("{name}: the cell {cell} is there {times} times; all of them are run, in order.")
+    return [told.format(name=name, cell=cell, times=times[cell]) for cell in answers if times[cell] > 1]
+
+
+def _unreadable(name: str, cells: Sequence[Cell]) -> list[str]:
+    """A message on each cell that cannot be taken."""
+    told = _("{name}: its cell {place} is left out: it is no text, or has more than {most} characters.")
+    return [
+        told.format(name=name, place=place, most=MAX_SOURCE)
+        for place, cell in enumerate(cells, start=1)
+        if cell.kind == UNREADABLE
+    ]
 
 
 def _is_untouched(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> bool:

@@ -199,3 +199,7 @@ def test_what_is_nested_deeper_than_anybody_reads_is_shown_as_typed():
 def test_a_text_that_is_too_long_is_shown_as_far_as_it_goes():
     page = as_html("x" * (LONGEST + 1))
     assert page.count("x") == LONGEST and "too long to be shown" in page
+
+
+def test_a_reference_does_not_bring_back_what_turns_the_direction_of_writing():
+    assert "\u202e" not in as_html("right &#x202e; left") and "\\u202e" in as_html("right &#x202e; left")

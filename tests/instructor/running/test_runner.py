@@ -25,10 +25,10 @@ from rotflex.instructor.running import bundle, runner
 pytestmark = pytest.mark.usefixtures("sandbox")
 COURSE = Course(
     "demo-course",
-    "A demonstration",
     Catalogue(()),
     {},
-    bench=str,
+    bench=lambda student, policy: student,
+    title="A demonstration",
     parameters={"bench": "virtual"},
     imports=("rotflex.lab",),
 )
@@ -149,7 +149,7 @@ def test_one_submission_cannot_change_the_package_of_the_next(course):
 
 
 def test_the_same_course_is_the_same_bytes(course):
-    assert bundle._pack([ROOT / "rotflex"]) == bundle._pack([ROOT / "rotflex"])
+    assert bundle._pack([ROOT / "rotflex"], {}) == bundle._pack([ROOT / "rotflex"], {})
     assert len(course.digest) == 64
 
 
