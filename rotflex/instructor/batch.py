@@ -288,7 +288,8 @@ class Batch:
         run = runner.run_from(running.result())
         if not run.complete:
             raise GradingError(_("the run was called off"))
-        return _Ran(run.answers, run.problems, cell_reports.read(run.reports))
+        ours = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
+        return _Ran(run.answers, run.problems, cell_reports.read(run.reports).of(ours))
 
     def _explained(self, record: RunRecord, ran: _Ran, taken: _Taken) -> RunRecord:
         """A run with what is to be said of it: what stopped, and what was recorded at home and is missing here."""

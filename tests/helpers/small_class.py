@@ -19,7 +19,10 @@ from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.release import student_course
 
 NOTEBOOK = "00_start.ipynb"
-_ANSWERS = ("resolution = 2 * np.pi / 4096", "resolution = 0.0015", "resolution = 1.0", "resolution = 'none'", "1 / 0")
+_ANSWERS = (
+    *("resolution = 2 * np.pi / 4096", "resolution = 0.0015", "resolution = 1.0"),
+    *("resolution = 'none'", "resolution = None"),
+)
 
 
 def course(folder: Path) -> Path:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -72,10 +72,9 @@ class Reports:
     cells: tuple[CellReport, ...] = ()
     refusals: tuple[Refusal, ...] = ()
 
-    @property
-    def errors(self) -> tuple[CellReport, ...]:
-        """Of cells that did not come to their end."""
-        return tuple(report for report in self.cells if report.error or not report.finished)
+    def of(self, cells: Collection[tuple[str, str]]) -> Reports:
+        """Those on some cells, by notebook and id: a run has others of its own, with ids that differ every time."""
+        return replace(self, cells=tuple(one for one in self.cells if (one.notebook, one.cell) in cells))
 
 
 # --- while notebooks are run ------------------------------------------------------------------------------------------

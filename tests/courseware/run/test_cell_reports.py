@@ -74,7 +74,12 @@ def line(**content):
 
 
 def test_a_cell_that_never_ended():
-    assert read(line(event="started", cell="c")).errors == (CellReport("n", "c", finished=False),)
+    assert read(line(event="started", cell="c")).cells == (CellReport("n", "c", finished=False),)
+
+
+def test_reports_on_cells_that_are_not_the_notebooks_are_left_out():
+    found = read(line(event="started", cell="c") + line(event="started", cell="d"))
+    assert [one.cell for one in found.of({("n", "d"), ("m", "c")}).cells] == ["d"]
 
 
 def test_what_was_lacked_belongs_to_the_cell_that_was_being_run():
