@@ -9,17 +9,16 @@ So is what students may change: answers, the parameters, and cells tagged ``open
 
 from __future__ import annotations
 
-import ast
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
 from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
-from rotflex.courseware.parts import Question
+from rotflex.courseware.run import recorders
+from rotflex.courseware.run.recorders import Recorded
 from rotflex.errors import AnswerError, GradingError
 
 # jsonschema, behind nbformat, loads a grammar of web addresses where there is one: for a second, and for nothing, as
@@ -176,48 +175,13 @@ def answer_cells(notebook: NotebookNode) -> list[str]:
     return [cell.id for cell in notebook.cells if is_answer(cell) and cell.cell_type == "code"]
 
 
-@dataclass(frozen=True)
-class Recorded:
-    """What a locked cell records: ``lab.answer(question, part=..., ...)``; or a text cell, which is the answer itself.
-
-    Attributes
-    ----------
-    cell : id of the cell
-    question : its number
-    parts : names, or None where the call does not write them out (``**``)
-    """
-
-    cell: str
-    question: str
-    parts: tuple[str, ...] | None
-
-    def of(self, question: Question) -> tuple[str, ...]:
-        """The names, all of the question's where they are not written out."""
-        return question.names if self.parts is None else self.parts
-
-
 def recorded(notebook: NotebookNode) -> Iterator[Recorded]:
-    """What the cells of a course notebook record, in order. (Cells that are not Python alone record nothing.)"""
+    """What the cells of a course notebook record, in order; a text cell for an answer is the answer itself."""
     for cell in notebook.cells:
         where = words.where_of(cell)
         if where is not None and is_answer(cell):
-            yield Recorded(cell.id, where[0], (where[1],))
-        if cell.cell_type != "code" or is_answer(cell):
-            continue
-        try:
-            body = ast.parse(cell.source).body
-        except SyntaxError:
-            continue
-        for statement in body:
-            match statement:
-                case ast.Expr(
-                    value=ast.Call(
-                        func=ast.Attribute(attr="answer"), args=[ast.Constant(value=str() as number)]
-                    ) as call
-                ):
-                    names = [keyword.arg for keyword in call.keywords]
-                    known = tuple(name for name in names if name is not None)
-                    yield Recorded(cell.id, number, known if len(known) == len(names) else None)
+            yield Recorded(cell.id, where[0], {where[1]: None})
+        yield from recorders.recorded([cell])
 
 
 def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware import course_file, words
+from rotflex.courseware import course_file
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import COURSE_FILE
@@ -138,7 +138,6 @@ def _is_there(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
 
 def _asked(notebooks: Mapping[str, NotebookNode], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
     for notebook in notebooks.values():
-        yield from filter(None, (words.where_of(cell) for cell in notebook.cells))
         for one in student_notebooks.recorded(notebook):
             question = catalogue.everything.get(one.question)
             if question is not None:
