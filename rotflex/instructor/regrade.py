@@ -14,6 +14,7 @@ from rotflex.instructor.gradebook import Gradebook, Graded
 from rotflex.instructor.graded_run import to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
+from rotflex.instructor.verdicts import Status
 
 ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
 
@@ -57,6 +58,13 @@ def _recorded(gradebook: Gradebook, done: Regraded, questions: Collection[str]) 
     gradebook.record(done.after, actor=ACTOR, reason=reason)
     # As it is in the gradebook: there, a mark that a person gave has stayed.
     return replace(done, after=gradebook.current(done.after.run.student) or done.after)
+
+
+def key_faults(graded: Graded) -> list[str]:
+    """What marking said of parts that it could not mark, for a fault of the key; with file and line."""
+    parts = [one for one in graded.marks if one.status == Status.NOT_MARKED]
+    told = [_("{question}, {part} is not marked").format(question=one.question, part=one.part) for one in parts]
+    return [line for line in graded.run.problems if line.startswith(tuple(told))]
 
 
 def _check(questions: Collection[str], course: Course) -> None:

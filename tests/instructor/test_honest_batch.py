@@ -11,7 +11,7 @@ from made_courses import loaded
 
 from rotflex.courseware.run import cell_reports
 from rotflex.instructor import batch
-from rotflex.instructor.regrade import regrade
+from rotflex.instructor.regrade import key_faults, regrade
 from rotflex.instructor.running import runner, supplied
 
 FAULTY = """
@@ -234,3 +234,13 @@ def test_reports_that_are_no_reports_cost_nobody_anything(fake_class):
     fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=b"\xff{[" * 1000)
     assert fake_class.grade(probe_seed=7) == {"ada": 2}
     assert cell_reports.read(b"\xff{[" * 1000).cells == ()
+
+
+def test_a_regrade_by_a_faulty_key_says_where_the_fault_is(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book:
+        (done,) = regrade(book, loaded(fake_class.folder / "faulty", key=FAULTY))
+        (fault,) = key_faults(done.after)
+        assert fault.startswith("2.11, omega_n is not marked: the key failed. AttributeError") and "line 5" in fault
+        assert key_faults(done.before) == []

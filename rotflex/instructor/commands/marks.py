@@ -45,17 +45,20 @@ def regrade(
     """
     from contextlib import nullcontext
 
+    from rotflex.instructor.regrade import key_faults
     from rotflex.instructor.regrade import regrade as mark_again
     from rotflex.instructor.reports.changes import changes
     from rotflex.instructor.reports.grades import Reports
 
     found = courses.find(course)
     changed = failed = 0
+    faults: dict[str, None] = {}
     with open_existing(gradebook) as book, nullcontext() if out is None else Reports(out, found, book):
         for done in mark_again(book, found, question or (), jobs):
             told = changes(done.before, done.after)
             changed += bool(told.parts)
             failed += bool(done.problem)
+            faults |= dict.fromkeys(key_faults(done.after))
             if as_json:
                 typer.echo(json.dumps({**told.as_data(), "problem": done.problem}))
                 continue
@@ -66,13 +69,15 @@ def regrade(
                 )
             if told.parts:
                 _say(str(told))
+    for fault in faults:
+        _say(fault, err=True)
     if not as_json:
         typer.echo(
             _("{changes} of the students have other marks now.").format(changes=changed)
             if changed
             else _("Nobody's marks changed.")
         )
-    if failed:
+    if failed or faults:
         raise typer.Exit(SOME_TROUBLE)
 
 

@@ -11,12 +11,13 @@ import importlib
 import json
 import multiprocessing
 import os
+import signal
 import threading
-from collections.abc import Mapping
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rotflex.courseware import student_id
 from rotflex.courseware.benches import BenchPolicy
@@ -29,6 +30,7 @@ from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.marking import About, Mark
 
+_T = TypeVar("_T")
 _MEMORY = 4 * 1024**3  # bytes of address space
 _IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
 _PATIENCE = 600.0  # s for all answers of a submission
@@ -96,7 +98,7 @@ class Marker:
     def warm_up(self) -> None:
         """Start a marking process, if none is idle, while there is something else to wait for."""
         with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
-            self._pool.submit(_warm)
+            _submit(self._pool, _warm)
 
     def mark(self, asked: Asked) -> Marked:
         """Mark a submission's answers.
@@ -108,7 +110,7 @@ class Marker:
         """
         pool = self._pool
         try:
-            return pool.submit(_mark, asked).result(timeout=_PATIENCE)
+            return _submit(pool, _mark, asked).result(timeout=_PATIENCE)
         except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
             with self._lock:
                 if self._pool is pool:
@@ -117,7 +119,7 @@ class Marker:
         # It may have been another submission's answers that broke the pool.
         alone = self._new_pool(1)
         try:
-            return alone.submit(_mark, asked).result(timeout=_PATIENCE)
+            return _submit(alone, _mark, asked).result(timeout=_PATIENCE)
         except (BrokenExecutor, TimeoutError) as error:
             raise GradingError(
                 _("The answers could not be marked ({error_type}).").format(error_type=type(error).__name__)
@@ -131,6 +133,17 @@ class Marker:
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)
+
+
+def _submit(pool: ProcessPoolExecutor, work: Callable[..., _T], *given: object) -> Future[_T]:
+    """Have work done; a process that is started for it does not hear Ctrl-C, which is for this program to answer."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        return pool.submit(work, *given)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(work, *given)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 # --- in the marking process -------------------------------------------------------------------------------------------
