@@ -15,11 +15,14 @@ from xdist.scheduler import LoadScopeScheduling
 SOLUTIONS = "solutions"
 #: What takes longest begins first, so that no process is left with it in the end.
 LONGEST = (
+    "tests/whole/test_honest_class.py",
     "tests/whole/test_hostile_class.py",
     "tests/whole/test_whole_class.py",
     SOLUTIONS,
     "tests/whole/test_class.py",
     "tests/whole/test_jupyterlab.py",
+    "tests/whole/test_bench_policies.py",
+    "tests/courseware/run/test_check.py",
     "tests/widgets/test_explorers_browser.py",
     "tests/instructor/running/test_inside_equivalence.py",
     "tests/instructor/running/test_runner.py",
