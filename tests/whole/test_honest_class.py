@@ -132,8 +132,13 @@ def test_what_only_one_side_has_is_told(graded, home, tmp_path):
     if PANDAS:
         pytest.skip("pandas is installed here, so that it is there where grading runs, too")
     (way,) = [one for one in WRONG if one.pandas is False]
-    (tmp_path / "pandas").mkdir()
-    (tmp_path / "pandas" / "__init__.py").write_text("class Series(list):\n    pass\n")
+    for folder, name, content in (
+        ("pandas", "__init__.py", "class DataFrame(dict):\n    pass\n"),
+        ("pandas-9.dist-info", "METADATA", "Metadata-Version: 2.1\nName: pandas\nVersion: 9\n"),
+        ("pandas-9.dist-info", "top_level.txt", "pandas\n"),
+    ):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / name).write_text(content)
     seen = at_home(graded.place / "in" / way.student, way.student, home, CELL_TIMEOUT, tmp_path)
     assert any("pandas is installed here, but does not come with the course" in note for note in seen.notes)
     assert any("pandas is not installed where grading runs" in line for line in graded.of(way.student).problems)
