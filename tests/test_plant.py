@@ -200,12 +200,6 @@ def test_one_long_step_is_as_good_as_many_short_ones():
     np.testing.assert_allclose(long.state, short.state, rtol=1e-11)
 
 
-def test_derivative_is_what_the_plant_follows():
-    state, h = State(0.3, 0.1, 2.0, -1.0), 1e-6
-    ahead = np.array(Plant(SMOOTH, state).advance(2.0, h))
-    np.testing.assert_allclose((ahead - state) / h, SMOOTH.derivative(state, 2.0, (0.0, 0.0)), rtol=1e-3)
-
-
 def test_no_time_changes_nothing():
     plant = Plant(ROUGH, State(0.1, 0.2, 0.3, 0.4))
     assert plant.advance(5.0, 0.0) == State(0.1, 0.2, 0.3, 0.4)
@@ -279,7 +273,8 @@ def test_energy_never_grows_without_input(parameters, state, servo_friction, lin
         I_max=I_max,
     )
     energy = rough.energy(np.vstack([state, drive(rough, [0.0], 0.3, state)]))
-    # While a joint breaks loose or turns round, friction is constant for one substep: it gives back next to nothing.
+    # While a joint breaks loose or turns round, or stands while the other moves, friction is constant for one substep:
+    # it gives back next to nothing.
     assert np.diff(energy).max() <= 1e-7 + 1e-12 * energy[0]  # J; measured 5e-10
 
 
