@@ -237,7 +237,7 @@ def logarithmic_decrement(
     swing. Here r and both c are fitted to all turning points. Friction does not change the period.
 
     A servo that is held by a position loop gives way a little. If the recording has theta, the part of it that swings
-    with alpha is allowed for, in ω_n (1.5 % on the virtual bench) and in ζ (a third to two thirds), and a part of the
+    with alpha is allowed for, in ω_n (some 3 % on the virtual bench) and in ζ (most of it), and a part of the
     correction goes into the uncertainty, since the servo sticks in small swings.
 
     Parameters
@@ -265,7 +265,8 @@ def logarithmic_decrement(
     ratio = _ratio_of_swings(peaks)
     decrement = -math.log(ratio.value)  # of half a period
     zeta = decrement / math.hypot(math.pi, decrement)
-    (half_period, _), spread = np.polyfit(np.arange(times.size), times, 1, cov=True)
+    # Wide swings count more, as they do where the servo's part is found: in small ones the servo sticks.
+    (half_period, _), spread = np.polyfit(np.arange(times.size), times, 1, w=np.abs(peaks), cov=True)
     omega_d = math.pi / half_period
     own = omega_d * math.sqrt(spread[0, 0]) / half_period, ratio.uncertainty / (math.pi * ratio.value)
     held = omega_d / math.sqrt(1 - zeta**2), zeta

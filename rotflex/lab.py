@@ -18,7 +18,7 @@ from rotflex import hil
 from rotflex.courseware.benches import PRESET
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.session import DEMO, Session, student_of
-from rotflex.hil.student_benches import student_seed
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
 from rotflex.workbook.questions import CATALOGUE
 
 
@@ -61,7 +61,7 @@ class Lab(Session):
 
     def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
         self.address = uri
-        self.policy = bench_policy(folder)
+        self.policy = bench_policy(folder, DRAW)
         self.seed = self.policy.seed_for(student, student_seed)
         bench = self.bench()
         self.servo = bench.servo
@@ -81,7 +81,11 @@ class Lab(Session):
         print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")
 
-    def bench(self, address: str | None = None) -> hil.Bench:
-        """This student's bench, to be opened in a ``with`` statement; or the one at another address."""
+    def bench(self, address: str | None = None, run: int = FIRST_RUN) -> hil.Bench:
+        """This student's bench, to be opened in a ``with`` statement; or the one at another address.
+
+        No two runs of a real bench are the same. A virtual bench does the same every time, unless it is told that this
+        is another ``run``: the same number gives the same recording, always.
+        """
         preset = self.policy.preset if self.policy.which == PRESET else None
-        return hil.open(address or self.address, seed=self.seed, preset=preset, draw=self.policy.draw)
+        return hil.open(address or self.address, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)

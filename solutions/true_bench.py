@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex import experiments, hil
-from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware.benches import PRESET, THEIR_OWN, BenchPolicy
+from rotflex.config import Joint, Servo, srv02
+from rotflex.courseware.benches import PRESET, BenchPolicy
 from rotflex.errors import RotflexError
-from rotflex.hil.student_benches import preset, student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, LIMITS, RATE, SAMPLE_TIME
+
+THEIR_OWN_NOW = BenchPolicy(draw=DRAW)  #: everybody's own, as they are drawn now
 
 
 class TrueBench:
@@ -36,12 +38,12 @@ class TrueBench:
         should a preset's own be another
     """
 
-    def __init__(self, student: str, policy: BenchPolicy = THEIR_OWN) -> None:
+    def __init__(self, student: str, policy: BenchPolicy = THEIR_OWN_NOW) -> None:
         self._seed, self._draw = policy.seed_for(student, student_seed), policy.draw
         self._preset = policy.preset if policy.which == PRESET else None
         spec = student_bench(self._seed, draw=self._draw) if self._preset is None else preset(self._preset)
         self.servo: Servo = srv02()
-        self.joint: Joint = joint(spec.arm_position)
+        self.joint: Joint = spec.joint
         self.K_s = spec.parameters.K_s * (self.joint.J_l / spec.parameters.J_l)
         self._simulated: dict[bytes, list[Recording]] = {}
         self._tracked: dict[tuple[tuple[float, ...], str], Recording] = {}

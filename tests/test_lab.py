@@ -12,7 +12,7 @@ import sympy
 
 import rotflex.lab
 from rotflex.errors import AnswerError, BenchError, ConfigurationError
-from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, student_bench, student_seed
 from rotflex.workbook.probes import COMPOUND_SINES
 from rotflex.workbook.questions import CATALOGUE
 
@@ -30,7 +30,7 @@ def quiet(student="ada", **more):
 
 def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder):
     rotflex.lab.start("ada")
-    position = student_bench(student_seed("ada")).arm_position
+    position = student_bench(student_seed("ada")).joint.arm_position
     assert capsys.readouterr().out == (
         f"Student   ada\nBench     virtual: arm in position {position}, encoders of type E\nAnswers   answers.json\n"
     )
@@ -85,13 +85,23 @@ def test_an_id_taken_apart_as_macs_do_is_the_same_student_with_the_same_answers(
 def test_the_parts_and_the_bench_are_the_students_own():
     lab = quiet("ada")
     spec = student_bench(student_seed("ada"))
-    assert lab.joint.arm_position == spec.arm_position
+    assert lab.joint.arm_position == spec.joint.arm_position
     assert lab.servo.K_enc == pytest.approx(2 * np.pi / 4096)
     with lab.bench() as bench:
         assert bench.identity["seed"] == student_seed("ada")
     assert quiet("ada", bench="virtual:?arm_position=3").joint.arm_position == 3
     with pytest.raises(BenchError):
         quiet(bench="nowhere")
+    assert lab.bench().identity["draw"] == DRAW  # no course.json says another
+
+
+def test_another_run_of_the_bench_has_its_number_and_other_friction():
+    lab = quiet("ada")
+    with lab.bench() as first, lab.bench(run=2) as second, lab.bench(run=2) as again:
+        assert [bench.identity["run"] for bench in (first, second, again)] == [1, 2, 2]
+        of_first, of_second, of_again = (bench.board.plant.parameters for bench in (first, second, again))
+    assert of_second == of_again != of_first
+    assert of_second.K_s == of_first.K_s
 
 
 def test_the_bench_is_the_one_that_the_course_file_gives(folder):
@@ -105,14 +115,15 @@ def test_the_bench_is_the_one_that_the_course_file_gives(folder):
     ada, of_ada = bench_of("ada", bench=same)
     grace, of_grace = bench_of("grace", bench=same)
     assert of_ada == of_grace and of_ada["seed"] == ada.seed == grace.seed == 7
-    assert ada.joint.arm_position == student_bench(7).arm_position
+    assert ada.joint.arm_position == student_bench(7, draw=1).joint.arm_position
     preset, of_preset = bench_of("ada", bench={"which": "preset", "preset": "workbook"})
     assert of_preset["preset"] == "workbook" and "seed" not in of_preset
     assert preset.bench("virtual:?seed=3").identity["seed"] == 3
     with preset.bench() as bench:
         assert bench.board.plant.parameters.K_s == 1.4
-    with pytest.raises(ConfigurationError, match=r"draw 2 .* course\.json"):
-        bench_of("ada", draw=2)
+    assert bench_of("ada", draw=2)[1]["draw"] == 2
+    with pytest.raises(ConfigurationError, match=r"draw 3 .* course\.json"):
+        bench_of("ada", draw=3)
     with pytest.raises(ConfigurationError, match="'real_bench', 'workbook'"):
         bench_of("ada", bench={"which": "preset", "preset": "mars"})
 

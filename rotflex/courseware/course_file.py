@@ -60,8 +60,13 @@ def text(course: Mapping[str, Any]) -> str:
     return json.dumps(dict(course), ensure_ascii=False) + "\n"
 
 
-def bench_policy(folder: Path) -> BenchPolicy:
+def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
     """Which bench a student who works in a folder has: as its ``course.json`` says, else as the installed release does.
+
+    Parameters
+    ----------
+    folder : where the notebooks are
+    latest : version of the draws where neither is there, as in the course's own folder
 
     Raises
     ------
@@ -72,6 +77,6 @@ def bench_policy(folder: Path) -> BenchPolicy:
     if course is None:
         course = read(Path(rotflex.__file__).parent / RELEASED)
     try:
-        return benches.policy_of(course or {})
+        return benches.policy_of({"draw": latest} if course is None else course)
     except ConfigurationError as error:
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None

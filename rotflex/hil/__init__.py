@@ -8,6 +8,7 @@
 ``virtual:?seed=7&arm_position=2``     with the top arm elsewhere
 ``virtual:?preset=real_bench``         parameters fitted to a real bench
 ``virtual:?encoder=EHR``               with finer encoders
+``virtual:?run=2``                     another run: friction is not what it was in the first
 ``virtual:?clock=wall``                in real time
 ``replay:file.mat``                    a recording in the plant's place
 ``replay:file.mat?clock=wall``         in real time
@@ -26,7 +27,7 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
 from rotflex.hil.replay import RecordedPlant
-from rotflex.hil.student_benches import DRAW, student_bench
+from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, student_bench
 from rotflex.hil.student_benches import preset as named_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
@@ -34,10 +35,16 @@ from rotflex.recording import Recording
 __all__ = ["Bench", "open"]
 
 _CLOCKS: dict[str, Callable[[], TimeSource]] = {"simulated": SimulatedClock, "wall": WallClock}
-_OPTIONS = ("seed", "arm_position", "preset", "encoder", "clock")
+_OPTIONS = ("seed", "arm_position", "preset", "run", "encoder", "clock")
 
 
-def open(uri: str = "virtual", seed: int | None = None, preset: str | None = None, draw: int = DRAW) -> Bench:
+def open(
+    uri: str = "virtual",
+    seed: int | None = None,
+    preset: str | None = None,
+    draw: int = DRAW,
+    run: int = FIRST_RUN,
+) -> Bench:
     """The bench at an address, to be used in a ``with`` statement.
 
     Parameters
@@ -45,6 +52,7 @@ def open(uri: str = "virtual", seed: int | None = None, preset: str | None = Non
     uri : as in the table above
     seed, preset : for a virtual bench whose address names neither; the preset counts, where there are both
     draw : version of how benches are drawn from seeds
+    run : number of the run, for a virtual bench whose address names none; the same number gives the same recording
 
     Raises
     ------
@@ -77,12 +85,14 @@ def open(uri: str = "virtual", seed: int | None = None, preset: str | None = Non
         spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
         identity["seed"] = chosen
         identity["draw"] = draw
-    identity |= {"arm_position": spec.arm_position, "encoder": encoder, "clock": clock}
+    number = _integer("run", options.get("run", run))
+    spec = spec.run(number)
+    identity |= {"run": number, "arm_position": spec.joint.arm_position, "encoder": encoder, "clock": clock}
     servo = srv02(encoder=encoder)
     return Bench(
-        connect=lambda: VirtualBoard(spec.parameters, servo, clock=_CLOCKS[clock]()),
+        connect=lambda: VirtualBoard(spec.parameters, servo, clock=_CLOCKS[clock](), timing=spec.timing),
         servo=servo,
-        joint=joint(spec.arm_position),
+        joint=spec.joint,
         identity=identity,
     )
 
@@ -101,11 +111,13 @@ def _replay(uri: str, rest: str) -> Bench:
     position = about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
         raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
+    seed, draw = about.get("seed"), about.get("draw")
+    drawn = isinstance(seed, int) and seed >= 0 and draw in DRAWS
     servo = srv02(encoder=encoder)
     return Bench(
         connect=lambda: VirtualBoard(RecordedPlant(recording), servo, clock=_CLOCKS[clock]()),
         servo=servo,
-        joint=joint(position),
+        joint=student_bench(seed, position, draw).joint if drawn else joint(position),
         identity={"uri": uri, "recording": Path(path).name, "clock": clock},
     )
 

@@ -121,17 +121,26 @@ class StateFeedback:
 
 
 class PositionServo:
-    """A stiff position loop around the servo alone: u = K_p e + K_d ė with e = theta_d − theta.
+    """A position loop around the servo alone: u = K_p e + K_d ė with e = theta_d − theta.
 
-    It makes the servo follow the sweep nearly whatever the arm does, so that the arm sees a base that moves as
-    commanded. The derivative does most of that work near the arm's natural frequency: a loop that is stiff by K_p
-    alone lets the arm's reaction pull the peak of alpha several per cent low. One count of the encoder is worth
-    K_d w_c times its angle in voltage, 1.3 V here, which bounds how stiff the loop may be.
+    It makes the servo follow a command nearly whatever the arm does, so that the arm sees a base that moves as
+    commanded. How stiff the loop may be is bounded twice: by the delay of the board's output, which makes a stiff loop
+    unstable, and by the encoder, one count of which is worth K_d w_c times its angle in voltage.
+
+    Parameters
+    ----------
+    K_p : V/rad
+    K_d : V/(rad/s)
+    sample_time : s
+    cutoff : of the derivative, rad/s
+
+    Raises
+    ------
+    DesignError
+        If a gain is not finite, or as :class:`BandLimitedDerivative` says.
     """
 
-    def __init__(
-        self, K_p: float = 20.0, K_d: float = 4.0, sample_time: float = 0.002, cutoff: float = DERIVATIVE_CUTOFF
-    ) -> None:
+    def __init__(self, K_p: float, K_d: float, sample_time: float = 0.002, cutoff: float = DERIVATIVE_CUTOFF) -> None:
         if not (math.isfinite(K_p) and math.isfinite(K_d)):
             raise DesignError(f"The gains must be finite; they are K_p = {K_p!r} and K_d = {K_d!r}.")
         self._K_p, self._K_d = K_p, K_d

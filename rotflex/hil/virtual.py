@@ -5,7 +5,7 @@ counts the other way), analog input 0 the potentiometer, analog input 1 the tach
 
 Time is simulated by default: it passes only while a task waits for its next sample, so that a run is as quick as the
 computer and the same every time. With a :class:`~rotflex.hil.clock.WallClock` it passes as on a real bench.
-Inside, the plant moves in whole ticks of 1/64 ms.
+Inside, the plant moves in whole ticks of 1/64 ms; outputs take effect when :class:`~rotflex.hil.terminals.Timing` says.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from rotflex.config import DAC_LIMIT, Servo, srv02
 from rotflex.errors import HILError
 from rotflex.hil.board import CHANNEL, BufferOverflowMode, Channels, Clock, Counts, Levels, Vector, check_buffer
 from rotflex.hil.clock import Sampling, SimulatedClock, TimeSource
-from rotflex.plant import HALVINGS, REST, SUBSTEP, Moving, Plant, PlantParameters, State
+from rotflex.hil.terminals import AT_ONCE, Terminals, Timing
+from rotflex.plant import REST, Moving, Plant, PlantParameters, State
 from rotflex.units import DEG
 
+MOTOR = 0
 SERVO_ENCODER, LINK_ENCODER = 0, 1
 POTENTIOMETER, TACHOMETER = 0, 1
 _ENCODERS, _ANALOG_INPUTS, _ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 2, 2, 8
-#: s; whole ticks, in powers of two, need few transition matrices of the plant, however irregular the calls are
-TICK = SUBSTEP / 2**HALVINGS
 _TRACK = 352 * DEG  # of the potentiometer; the remaining 8 deg are the gap
 
 
@@ -60,6 +60,7 @@ class VirtualBoard:
     servo : the nominal servo, for sensor gains and the cable
     state : where the plant starts
     clock : simulated time by default
+    timing : when outputs take effect; at once by default
     """
 
     def __init__(
@@ -68,15 +69,15 @@ class VirtualBoard:
         servo: Servo | None = None,
         state: State = REST,
         clock: TimeSource | None = None,
+        timing: Timing = AT_ONCE,
     ) -> None:
         self.servo = servo or srv02()
         self.clock = clock or SimulatedClock()
         self.plant: Moving = plant if not isinstance(plant, PlantParameters) else Plant(plant, state)
         if isinstance(self.plant, Plant) and not isinstance(self.clock, SimulatedClock):
             self.plant.prepare()
+        self.terminals = Terminals(self.plant, MOTOR, self.servo.cable_gain, _ANALOG_OUTPUTS, timing, self.clock.now())
         self._open = True
-        self._ticks = round(self.clock.now() / TICK)
-        self._outputs = [0.0] * _ANALOG_OUTPUTS
         self._digital = [0] * _DIGITAL_LINES
         self._count_offsets = [0] * _ENCODERS
         self._tasks: dict[int, _Task] = {}
@@ -94,20 +95,11 @@ class VirtualBoard:
             return
         self._instant = instant
         if self._watchdog.deadline < instant:
-            self._move(self._watchdog.deadline)
+            self.terminals.move(self._watchdog.deadline)
             self._watchdog.expired = True
             self._watchdog.deadline = math.inf
-            for channel, voltage in self._watchdog.states.items():
-                self._outputs[channel] = voltage
-        self._move(instant)
-
-    def _move(self, instant: float) -> None:
-        ticks = round(instant / TICK) - self._ticks
-        while ticks > 0:
-            span = 1 << (ticks.bit_length() - 1)
-            self.plant.advance(self._outputs[0] * self.servo.cable_gain, span * TICK)
-            self._ticks += span
-            ticks -= span
+            self.terminals.set(self._watchdog.states)
+        self.terminals.move(instant)
 
     def _counts(self, channel: int) -> int:
         state = self.plant.state
@@ -195,8 +187,7 @@ class VirtualBoard:
         self._catch_up(self.clock.now())
         if self._watchdog.expired:
             raise HILError("The watchdog has expired and holds the outputs; clear it before writing again.")
-        for channel, voltage in voltages.items():
-            self._outputs[channel] = voltage
+        self.terminals.send(voltages)
 
     def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Set digital lines."""
@@ -260,6 +251,7 @@ class VirtualBoard:
         if clock != Clock.HARDWARE_CLOCK_0:
             raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
         chosen.sampling.start(self.clock.now(), frequency, num_samples)
+        self.terminals.begin()
 
     def task_read_encoder(self, task: int, num_samples: int, buffer: Counts) -> int:
         """Wait for samples of encoders, and return how many came."""

@@ -14,7 +14,7 @@ from rotflex import hil
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Wiring
-from rotflex.hil.student_benches import preset
+from rotflex.hil.student_benches import DRAW, preset, student_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.plant import State
 from rotflex.units import DEG
@@ -49,7 +49,7 @@ class FaultyBoard:
     @property
     def voltage(self) -> float:
         """What is on the output now."""
-        return self.inner._outputs[0]
+        return self.inner.terminals.commanded[0]
 
     @property
     def tasks(self) -> int:
@@ -356,13 +356,14 @@ def test_identity_is_plain_data_that_says_which_bench_it_is():
     expected = {
         "uri": "virtual:?arm_position=2&encoder=EHR",
         "seed": 7,
-        "draw": 1,
+        "draw": DRAW,
+        "run": 1,
         "arm_position": 2,
         "encoder": "EHR",
         "clock": "simulated",
     }
     assert json.loads(json.dumps(bench.identity)) == bench.identity == expected
-    assert bench.joint == joint(2)
+    assert bench.joint == student_bench(7, 2).joint
     assert bench.servo == srv02(encoder="EHR")
     assert "seed=7" in repr(bench)
     assert "closed" in repr(bench)
@@ -386,6 +387,7 @@ def test_the_callers_preset_goes_before_their_seed_and_the_address_before_both()
     assert bench.identity == {
         "uri": "virtual",
         "preset": "workbook",
+        "run": 1,
         "arm_position": 1,
         "encoder": "E",
         "clock": "simulated",
@@ -412,7 +414,7 @@ def test_time_waits_for_the_program_unless_it_is_the_computers():
         ("quanser", BenchError, "virtual"),
         ("", BenchError, "virtual"),
         ("virtual:seed=7", BenchError, r"virtual:\?"),
-        ("virtual:?speed=7", BenchError, "seed, arm_position, preset, encoder, clock"),
+        ("virtual:?speed=7", BenchError, "seed, arm_position, preset, run, encoder, clock"),
         ("virtual:?seed=1&seed=2", BenchError, "each once"),
         ("virtual:?seed=-1", BenchError, "seed must be a whole number.*'-1'"),
         ("virtual:?seed=one", BenchError, "seed must be a whole number.*'one'"),

@@ -18,6 +18,7 @@ from rotflex.hil.student_benches import DRAW, PRESETS, preset, student_bench, st
 from rotflex.units import HZ
 
 SEEDS = range(500)
+J_EQ = srv02().J_eq
 
 
 @pytest.fixture(scope="module")
@@ -25,59 +26,158 @@ def benches():
     return [student_bench(seed) for seed in SEEDS]
 
 
+@pytest.fixture(scope="module")
+def first_benches():
+    return [student_bench(seed, draw=1) for seed in SEEDS]
+
+
 def spread(values) -> tuple[float, float]:
     return float(np.min(values)), float(np.max(values))
 
 
-# The ranges are those of the docstring of student_bench.
+def assert_fills(values, low, high, margin=0.02):
+    least, most = spread(values)
+    room = margin * (high - low)
+    assert low <= least < low + room
+    assert high - room < most <= high
+
+
+# --- what is drawn; the ranges are those of the docstrings ------------------------------------------------------------
+
+
 @pytest.mark.parametrize(
-    ("name", "low", "high"), [("K_s", 1.15, 1.65), ("B_eq", 0.004, 0.012), ("B_l", 0.0005, 0.0025)]
+    ("name", "low", "high"), [("B_eq", 0.004, 0.012), ("B_l", 0.001, 0.0025), ("J_eq", 0.97 * J_EQ, 1.03 * J_EQ)]
 )
 def test_parameters_fill_their_range(benches, name, low, high):
-    least, most = spread([getattr(bench.parameters, name) for bench in benches])
-    margin = 0.02 * (high - low)
-    assert low <= least < low + margin
-    assert high - margin < most <= high
+    assert_fills([getattr(bench.parameters, name) for bench in benches], low, high)
 
 
-def test_inertia_is_within_three_per_cent(benches):
-    least, most = spread([bench.parameters.J_eq / srv02().J_eq for bench in benches])
-    assert 0.97 <= least < 0.971
-    assert 1.029 < most <= 1.03
+def test_natural_frequencies_fill_the_inside_of_the_sweep_evenly_on_a_logarithmic_scale(benches):
+    omega_n = np.sqrt([bench.parameters.K_s / bench.parameters.J_l for bench in benches])
+    assert_fills(np.log(omega_n), np.log(18.0), np.log(27.5))
+    shares, _edges = np.histogram(np.log(omega_n), 4, (np.log(18.0), np.log(27.5)))
+    assert shares.min() > 0.8 * len(benches) / 4
+    assert omega_n.min() / HZ - 1.0 > 1.4 and omega_n.max() / HZ < 0.9 * 5.0
+
+
+@pytest.mark.parametrize(("name", "range_"), [("m_1", 0.08), ("m_2", 0.08), ("L_1", 0.03), ("L_2", 0.03)])
+def test_arms_vary_by_what_a_student_can_weigh_and_measure(benches, name, range_):
+    nominal, resolution = getattr(joint(1), name), 1e-4 if name[0] == "m" else 5e-4
+    values = np.array([getattr(bench.joint, name) for bench in benches])
+    least, most = spread(values / nominal)
+    assert 1 - range_ - 0.02 < least < 1 - 0.9 * range_ and 1 + 0.9 * range_ < most < 1 + range_ + 0.02
+    np.testing.assert_allclose(values / resolution, np.round(values / resolution), atol=1e-6)
+
+
+def test_the_true_arm_is_the_one_that_the_student_is_told(benches):
+    for bench in benches:
+        assert bench.parameters.J_l == bench.joint.J_l
+    assert len({bench.joint.J_l for bench in benches}) > 0.98 * len(benches)
+
+
+def test_motors_are_within_the_data_sheets_tolerances_and_most_near_the_middle(benches):
+    sheet = srv02()
+    torque = np.array([bench.parameters.torque_per_volt for bench in benches]) / sheet.torque_per_volt
+    resistance = np.array([bench.parameters.resistance for bench in benches]) / sheet.R_m
+    back_emf = np.array([bench.parameters.back_emf for bench in benches]) / (sheet.K_g * sheet.k_m)
+    for values in (resistance, back_emf):
+        assert_fills(values, 0.88, 1.12, 0.1)
+        assert np.mean(np.abs(values - 1) < 0.06) == pytest.approx(0.75, abs=0.06)  # a triangle's share
+    assert 0.88 * 0.9 * 0.95 / 1.12 <= torque.min() < 0.85 and 1.17 < torque.max() <= 1.12 * 1.1 * 1.05 / 0.88
+    # In SI units the torque constant is the constant of the back-EMF: both are the same magnets and the same wire.
+    efficiency = torque * resistance / back_emf
+    assert efficiency.min() >= 0.9 * 0.95 and efficiency.max() <= 1.1 * 1.05
 
 
 @pytest.mark.parametrize(
-    ("name", "low", "high", "asymmetry"),
-    [("servo_friction", 0.006, 0.013, 0.3), ("link_friction", 0.0008, 0.0032, 0.2)],
+    ("draw", "name", "low", "high", "asymmetry"),
+    [
+        (1, "servo_friction", 0.006, 0.013, 0.3),
+        (1, "link_friction", 0.0008, 0.0032, 0.2),
+        (2, "servo_friction", 0.006, 0.013, 0.3),
+    ],
 )
-def test_friction_is_asymmetric_either_way_about_a_mean(benches, name, low, high, asymmetry):
+def test_friction_is_asymmetric_either_way_about_a_mean(draw, name, low, high, asymmetry):
+    benches = [student_bench(seed, draw=draw) for seed in SEEDS]
     plus, minus = np.array([getattr(bench.parameters, name) for bench in benches]).T
     mean, skew = (plus + minus) / 2, (plus - minus) / (plus + minus)
-    assert low <= mean.min() < mean.max() <= high
+    assert_fills(mean, low, high)
     assert -asymmetry <= skew.min() < -0.9 * asymmetry
     assert 0.9 * asymmetry < skew.max() <= asymmetry
 
 
+def test_the_link_hardly_rubs(benches):
+    friction = np.array([bench.parameters.link_friction for bench in benches])
+    assert_fills(friction[:, 0], 0.0, 1e-4)
+    np.testing.assert_array_equal(friction[:, 0], friction[:, 1])
+
+
 def test_the_arm_is_at_every_anchor(benches):
-    positions = [bench.arm_position for bench in benches]
+    positions = [bench.joint.arm_position for bench in benches]
     assert set(positions) == {1, 2, 3}
     assert min(map(positions.count, (1, 2, 3))) > 120
-    for bench in benches:
-        assert bench.parameters.J_l == joint(bench.arm_position).J_l
+    assert all(bench.joint.d_12 == joint(bench.joint.arm_position).d_12 for bench in benches)
 
 
-def test_every_natural_frequency_is_well_inside_the_sweep(benches):
-    least, most = spread([np.sqrt(bench.parameters.K_s / bench.parameters.J_l) / HZ for bench in benches])
-    assert 2.0 < least < most < 4.5
+def test_the_boards_output_comes_late_but_never_by_4_ms(benches):
+    assert_fills([bench.timing.delay for bench in benches], 0.5e-3, 1.5e-3)
+    assert all(0.5e-3 < bench.timing.longest < 4e-3 for bench in benches)
+    assert {(bench.timing.jitter, bench.timing.late, bench.timing.late_by) for bench in benches} == {
+        (0.25e-3, 1e-3, 2e-3)
+    }
+    assert len({bench.timing.seed for bench in benches}) == len(benches)
 
 
-def test_what_is_not_drawn_is_nominal(benches):
+def test_what_is_not_drawn_is_nominal(benches, first_benches):
     servo = srv02()
-    for bench in benches:
+    for bench in first_benches:
         assert bench.parameters.torque_per_volt == servo.torque_per_volt
         assert bench.parameters.back_emf == servo.K_g * servo.k_m
+        assert bench.parameters.J_l == joint(bench.joint.arm_position).J_l
+        assert bench.joint == joint(bench.joint.arm_position)
+        assert bench.timing.longest == 0
+    for bench in [*benches, *first_benches]:
         assert (bench.parameters.V_max, bench.parameters.I_max) == (10.0, 4.16)
         assert bench.parameters.K_3 == 0.0
+
+
+# --- runs ------------------------------------------------------------------------------------------------------------
+
+
+def test_run_1_is_the_bench_itself():
+    bench = student_bench(5)
+    assert bench.run(1) is bench
+
+
+@given(st.integers(0, 1000), st.integers(2, 1000))
+def test_another_run_changes_friction_and_the_boards_jitter_alone_and_is_the_same_every_time(seed, number):
+    bench = student_bench(seed)
+    run = bench.run(number)
+    assert run == bench.run(number) != bench.run(number + 1)
+    for name in ("servo_friction", "link_friction"):
+        before, after = np.array(getattr(bench.parameters, name)), np.array(getattr(run.parameters, name))
+        ratios = after / before
+        assert ratios[0] == pytest.approx(ratios[1]) and 0.8 <= ratios[0] <= 1.2
+    friction = {name: getattr(bench.parameters, name) for name in ("servo_friction", "link_friction")}
+    assert replace(run.parameters, **friction) == bench.parameters
+    assert replace(run.timing, seed=bench.timing.seed) == bench.timing
+    assert run.joint == bench.joint
+
+
+def test_runs_spread_over_their_range_without_leaning():
+    factors = [student_bench(5).run(n).parameters.servo_friction[0] for n in range(2, 402)]
+    factors = np.array(factors) / student_bench(5).parameters.servo_friction[0]
+    assert_fills(factors, 0.8, 1.2)
+    assert factors.mean() == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize("number", [0, -1, 1.0, True, "2"])
+def test_a_run_is_a_whole_number_from_1_on(number):
+    with pytest.raises(ConfigurationError, match="whole number from 1 on"):
+        student_bench(5).run(number)
+
+
+# --- which -----------------------------------------------------------------------------------------------------------
 
 
 @given(st.integers(0, 2**40))
@@ -92,24 +192,29 @@ def test_different_seeds_are_different_benches(benches):
 
 def test_a_bench_of_old_is_still_the_same():
     """Answers that were given on a bench stay right: no release, of this package or of numpy, may change the draw."""
-    bench = student_bench(7)
-    assert bench.arm_position == 3
+    bench = student_bench(7, draw=1)
+    assert bench.joint.arm_position == 3
     drawn = [bench.parameters.K_s, bench.parameters.J_eq, bench.parameters.B_l]
     np.testing.assert_allclose(drawn, [1.5986069004847876, 2.049815793042526e-3, 1.1003325698224508e-3], rtol=1e-9)
+    bench = student_bench(7, draw=2)
+    assert (bench.joint.arm_position, bench.joint.m_1, bench.joint.L_2) == (1, 0.0634, 0.153)
+    drawn = [bench.parameters.K_s, bench.parameters.torque_per_volt, bench.timing.delay]
+    np.testing.assert_allclose(drawn, [1.393164255846557, 0.12772475908836778, 1.4931053258133865e-3], rtol=1e-9)
 
 
-def test_the_first_draw_is_that_bench_and_another_version_is_told():
-    assert DRAW == 1
-    assert student_bench(7, draw=1) == student_bench(7)
-    with pytest.raises(ConfigurationError, match=r"draw 2 .* which knows 1\. Install the release .* course\.json"):
-        student_bench(7, draw=2)
+def test_the_newest_draw_is_the_second_and_another_version_is_told():
+    assert DRAW == 2
+    assert student_bench(7, draw=2) == student_bench(7) != student_bench(7, draw=1)
+    with pytest.raises(ConfigurationError, match=r"draw 3 .* which knows 1, 2\. Install the release .* course\.json"):
+        student_bench(7, draw=3)
 
 
+@pytest.mark.parametrize("draw", [1, 2])
 @pytest.mark.parametrize("position", [1, 2, 3])
-def test_moving_the_arm_changes_its_inertia_alone(position):
-    drawn, moved = student_bench(5), student_bench(5, arm_position=position)
-    assert moved.arm_position == position
-    assert moved.parameters == replace(drawn.parameters, J_l=joint(position).J_l)
+def test_moving_the_arm_changes_its_inertia_alone(position, draw):
+    drawn, moved = student_bench(5, draw=draw), student_bench(5, arm_position=position, draw=draw)
+    arm = replace(drawn.joint, arm_position=position, d_12=joint(position).d_12)
+    assert moved == replace(drawn, joint=arm, parameters=replace(drawn.parameters, J_l=arm.J_l))
 
 
 def test_there_are_three_anchors():
@@ -148,6 +253,5 @@ def test_presets_are_named():
 
 def test_the_real_bench_is_the_one_that_was_fitted():
     p = preset("real_bench").parameters
-    assert (p.J_eq, p.J_l, p.K_s, p.B_eq, p.B_l) == (2.12e-3, 2.77e-3, 1.454, 0.0095, 0.0021)
+    assert (p.J_eq, p.J_l, p.K_s, p.B_eq) == (2.12e-3, 2.77e-3, 1.454, 0.0095)
     assert np.mean(p.servo_friction) == pytest.approx(0.0108)
-    assert np.mean(p.link_friction) == pytest.approx(0.0032)

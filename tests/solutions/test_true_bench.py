@@ -6,23 +6,22 @@ import numpy as np
 import pytest
 
 from rotflex import identification
-from rotflex.config import joint
 from rotflex.courseware.benches import BenchPolicy
-from rotflex.hil.student_benches import preset, student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 from solutions.true_bench import TrueBench
 
 
 def test_their_own_is_drawn_from_their_id():
     drawn = student_bench(student_seed("ada"))
     bench = TrueBench("ada")
-    assert (bench.K_s, bench.joint) == (drawn.parameters.K_s, joint(drawn.arm_position))
+    assert (bench.K_s, bench.joint) == (drawn.parameters.K_s, drawn.joint)
 
 
 def test_the_same_for_all_is_drawn_from_the_seed():
-    policy = BenchPolicy("same", seed=7)
+    policy = BenchPolicy("same", seed=7, draw=DRAW)
     ada, grace = TrueBench("ada", policy), TrueBench("grace", policy)
     assert ada.K_s == grace.K_s == student_bench(7).parameters.K_s
-    assert ada.joint == grace.joint == joint(student_bench(7).arm_position)
+    assert ada.joint == grace.joint == student_bench(7).joint
     np.testing.assert_array_equal(ada.sweep["alpha"], grace.sweep["alpha"])
 
 

@@ -53,7 +53,7 @@ def wait_until(condition, seconds=60):
 
 
 def output(bench):
-    return bench.board._outputs[0]
+    return bench.board.terminals.commanded[0]
 
 
 @pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_messages_from_another_thread_are_heard_on_the_kernels_loop(lab):
         assert live.scene["version"] > version + 3
         page("stop")
         time.sleep(0.5)  # the loop is kept busy: the run ends all the same
-        assert live._run.done and live._bench.board._outputs[0] == 0.0
+        assert live._run.done and live._bench.board.terminals.commanded[0] == 0.0
         await asyncio.wait_for(live._task, 30)
         assert set(heard) == {here}
         live.close()
@@ -269,7 +269,7 @@ def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(lab):
     wait_until(lambda: live._run.samples().shape[1] > 50)
     bench, board = live._bench, live._bench.board
     live.close()
-    assert live._run.done and board._outputs[0] == 0.0 and not board.is_valid()
+    assert live._run.done and board.terminals.commanded[0] == 0.0 and not board.is_valid()
     with pytest.raises(BenchError):
         _ = bench.board
 

@@ -253,7 +253,7 @@ def test_numbers_made_up_in_the_right_form_earn_nothing_and_break_nothing(first,
 def test_the_true_bench_is_the_students_own(bench):
     drawn = student_bench(student_seed("ADA "))
     assert bench.omega_n == pytest.approx(math.sqrt(drawn.parameters.K_s / drawn.parameters.J_l))
-    assert bench.joint.arm_position == drawn.arm_position
+    assert bench.joint.arm_position == drawn.joint.arm_position
 
 
 @pytest.mark.parametrize(
