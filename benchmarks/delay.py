@@ -2,8 +2,8 @@
 
     python benchmarks/delay.py [--benches 200] [--log real_bench_lqr.mat]
 
-Linear, sampled, with the derivative's filters (``tests/helpers/delay_margin.py``). State feedback is by each bench's own
-gain: the printed poles, placed for the data sheet's servo, the bench's arm and its true stiffness.
+Linear and sampled, with the derivatives' filters (``tests/helpers/delay_margin.py``). State feedback is by each bench's
+own gain: the printed poles, placed for the data sheet's servo, the bench's arm and its true stiffness.
 """
 
 from __future__ import annotations
