@@ -6,7 +6,8 @@ from rotflex.instructor.marking.checks import ChoiceIs, ForAPerson, Number
 
 from . import tolerances
 from .design_checks import ArrayFrom, GainPlaces, PolesFrom, desired_poles, desired_polynomial, own_voltage_model
-from .response_checks import FigureShows, Measured, ResponseOf, Satisfied, run_again, simulated_again
+from .figure_shows import FigureShows
+from .response_checks import Measured, ResponseOf, Satisfied, run_again, simulated_again
 
 
 def from_own(question, part):

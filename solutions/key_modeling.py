@@ -13,8 +13,9 @@ from rotflex.units import DEG, HZ
 
 from . import tolerances
 from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, own_voltage_model
+from .figure_shows import FigureShows
 from .motion import MOTION, STATE, accelerations, euler_lagrange, slope
-from .response_checks import FigureShows, ResponseOf, validated_again
+from .response_checks import ResponseOf, validated_again
 from .spectrum_checks import SpectrumFunction
 
 EquationIs = partial(expression_checks.EquationIs, motion=MOTION)
