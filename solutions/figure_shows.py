@@ -2,98 +2,144 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.json_values import thin
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
-from rotflex.instructor.marking.checks import misfit
-from rotflex.instructor.marking.figure_checks import DEGREES, RADIANS, SECONDS, curves, has_unit
+from rotflex.instructor.marking.curve_following import Trace
+from rotflex.instructor.marking.seen_curves import Seen, Wanted, best, find, own_trace
+from rotflex.instructor.marking.unit_words import ANGLE, VOLTAGE
 from rotflex.instructor.verdicts import Case, Verdict, for_a_person, partly, right, wrong
-from rotflex.units import DEG
 
 from .response_checks import Again
 
-Vector = NDArray[np.float64]
-_VOLTS = r"v|volts?"
 _THINNED_VOLTAGE_RTOL = 0.6  # of a curve that follows a voltage between few samples; one that is not it has 1 or more
+_NO_CURVE, _NOT_IT = 0.0, 1.0  # what it costs to show a channel by none, or by one that does not follow
+_BY_MISFIT = 1e-3  # of a share, between curves that earn the same
+
+Shown = dict[str, list[Seen]]  # channel → the curves that follow it
 
 
 @dataclass(frozen=True)
 class FigureShows:
-    """A figure with a curve for each of some channels over time, with units.
+    """A figure with a curve for each of some channels over time, with units, over a turn of the command or more.
+
+    The time may be counted from anywhere, the same for curves over the same stretch of it. A curve shows one channel.
 
     Parameters
     ----------
     again : runs the experiment again
     own : (question, part) of the student's own recording, which is just as good to show
-    channels : to be seen; angles in degrees or radians, the voltage in volts
+    channels : to be seen; angles and the voltage, in any units
+    command : the channel whose turns are counted; of one that does not turn, half of the recording is to be seen
     rtol : largest RMS difference, relative
     """
 
     again: Again
     own: tuple[str, str]
     channels: tuple[str, ...]
+    command: str = "theta_ref"
     rtol: float = 0.15
     kinds = ("figure",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for each channel, then at the labels."""
         if not case.virtual:
-            return for_a_person("It does not come from the virtual bench; a person will look at it.")
-        missing, unlabelled = [], []
-        shown = self._shown(case)
-        for channel in self.channels:
-            found = (self._axis(value, *samples[channel], channel, rtol) for samples, rtol in shown)
-            axis = next(filter(None, found), None)
-            if axis is None:
-                missing.append(channel)
-            elif not self._is_labelled(axis, channel):
-                unlabelled.append(channel)
-        if len(missing) == len(self.channels):
-            return wrong("No curve in the figure follows the recording that it should show.")
-        share = 1 - (len(missing) + len(unlabelled) / 2) / len(self.channels)
-        if share == 1:
-            return right(f"Curves of {', '.join(self.channels)} over time, with units.")
-        reasons = [f"no curve follows {', '.join(missing)}"] * bool(missing)
-        reasons += [f"units are missing on the axes of {', '.join(unlabelled)}"] * bool(unlabelled)
-        return partly(round(share, 2), f"The figure shows the recording, but {' and '.join(reasons)}.")
+            return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
+        shown: Shown = {channel: [] for channel in self.channels}
+        for wanted in self._wanted(case):
+            for channel, seen in _seen(value, wanted).items():
+                shown[channel] += seen
+        chosen = _one_curve_each(shown)
+        reasons = [_missing(channel, best(shown[channel])) for channel in self.channels if channel not in chosen]
+        if not chosen:
+            told = [reason for reason in reasons if ":" in reason]
+            return wrong(
+                _(
+                    "No curve in the figure follows the recording that it should show over a turn of the command or "
+                    "more{told}."
+                ).format(told="".join(f"; {one}" for one in told))
+            )
+        if reasons:
+            reasons.append(_("each curve should follow over a turn of the command or more"))
+        reasons += dict.fromkeys(fault for seen in chosen.values() for fault in seen.faults)
+        if not reasons:
+            return right(_("Curves of {channels} over time, with units.").format(channels=", ".join(self.channels)))
+        share = sum(seen.share for seen in chosen.values()) / len(self.channels)
+        return partly(
+            round(share, 2),
+            _("The figure shows the recording, but {reasons}.").format(reasons="; ".join(reasons)),
+        )
 
-    def _shown(self, case: Case) -> list[tuple[dict[str, tuple[Vector, Vector]], float]]:
-        """Times and values, by channel, of what may be seen: the experiment run again, or the student's recording.
+    def _wanted(self, case: Case) -> Iterator[dict[str, Wanted]]:
+        """What may be seen, by channel: the experiment run again, or the student's recording.
 
-        With each, how far a voltage may be off. Of the student's recording, few of its ragged samples are kept.
+        With each, how far a curve may be off. Of the student's recording, few of its ragged samples are kept.
         """
         try:
-            own = case.own(*self.own)
+            metadata = case.own(*self.own)["metadata"]
         except LookupError:
-            own = {"metadata": {}, "channels": {}}
-        shown = [
-            ({channel: (run.time, run[channel]) for channel in self.channels}, self.rtol)
-            for run in self.again(case, own["metadata"])
-        ]
-        if all(channel in own["channels"] for channel in self.channels):
-            values = {channel: own["channels"][channel]["values"] for channel in self.channels}
-            thinned = {n: (thin(own["n"], v.size) * own["sample_time"], v) for n, v in values.items()}
-            shown.append((thinned, _THINNED_VOLTAGE_RTOL))
-        return shown
+            metadata = {}
+        turn = math.inf
+        for run in self.again(case, metadata):
+            turn = _turn(run[self.command], run.sample_time)
+            traces = {channel: Trace(run.time, run[channel]) for channel in self.channels}
+            yield {channel: self._of(channel, trace, turn, self.rtol) for channel, trace in traces.items()}
+        own = {one: own_trace(case, self.own, one, math.inf, smooth=one != "vm") for one in self.channels}
+        yield {
+            channel: self._of(channel, trace, turn, _THINNED_VOLTAGE_RTOL if channel == "vm" else self.rtol)
+            for channel, trace in own.items()
+            if trace is not None
+        }
 
-    def _axis(
-        self, figure: dict[str, Any], time: Vector, values: Vector, channel: str, voltage_rtol: float
-    ) -> dict[str, Any] | None:
-        """The axes on which a curve follows a channel, over a fifth of the recording at least."""
-        scales, rtol = ((1.0,), voltage_rtol) if channel == "vm" else ((1 / DEG, 1.0), self.rtol)
-        for axis, x, y in curves(figure):
-            if np.ptp(x) < 0.2 * time[-1] or x.min() < -1e-6 or x.max() > time[-1] + 1e-6:
+    def _of(self, channel: str, trace: Trace, turn: float, rtol: float) -> Wanted:
+        return Wanted(trace, VOLTAGE if channel == "vm" else ANGLE, rtol, min(turn, trace.duration / 2))
+
+
+def _turn(command: NDArray[np.float64], sample_time: float) -> float:
+    """How long a turn of a command takes, s: from one rise to the next; inf where it does not rise twice."""
+    rises = np.flatnonzero(np.diff((command > (command.min() + command.max()) / 2).astype(int)) > 0)
+    return float(np.diff(rises).max() * sample_time) if rises.size > 1 else math.inf
+
+
+def _seen(figure: dict[str, Any], wanted: dict[str, Wanted]) -> Shown:
+    """The curves that follow each channel: with the recording's times; where there are none, with others."""
+    found: Shown = {channel: [] for channel in wanted}
+    for search in (False, True):
+        for channel, one in wanted.items():
+            if any(seen.share for seen in found[channel]):
                 continue
-            wanted = np.interp(x, time, values)
-            if any(misfit(y, scale * wanted) <= rtol for scale in scales):
-                return axis
-        return None
+            origins = [(seen.curve, seen.shift) for shown in found.values() for seen in shown if seen.share]
+            found[channel] += find(figure, one, search and one.rtol < _THINNED_VOLTAGE_RTOL, origins)
+    return found
 
-    def _is_labelled(self, axis: dict[str, Any], channel: str) -> bool:
-        unit = _VOLTS if channel == "vm" else f"{DEGREES}|{RADIANS}"
-        return has_unit(axis["xlabel"], SECONDS) and has_unit(axis["ylabel"], unit)
+
+def _one_curve_each(shown: Shown) -> dict[str, Seen]:
+    """A curve for each channel that has one, no curve for two, so that most is earned."""
+    from scipy.optimize import linear_sum_assignment
+
+    curves = list(dict.fromkeys(seen.curve.lines for of_one in shown.values() for seen in of_one if seen.share))
+    place = {lines: column for column, lines in enumerate(curves)}
+    costs = np.full((len(shown), len(curves)), _NOT_IT)
+    nearest: dict[tuple[int, int], Seen] = {}
+    for row, of_one in enumerate(shown.values()):
+        for seen in filter(lambda seen: seen.share, of_one):
+            column, cost = place[seen.curve.lines], _BY_MISFIT * seen.misfit - seen.share
+            if cost < costs[row, column]:
+                costs[row, column], nearest[row, column] = cost, seen
+    costs = np.hstack([costs, np.full((len(shown), len(shown)), _NO_CURVE)])
+    channels = list(shown)
+    pairs = zip(*linear_sum_assignment(costs), strict=True)
+    return {channels[row]: nearest[row, column] for row, column in pairs if (row, column) in nearest}
+
+
+def _missing(channel: str, seen: Seen | None) -> str:
+    if seen is None or not seen.lacking:
+        return _("no curve of its own follows {channel}").format(channel=channel)
+    return _("{channel}: {lacking}").format(channel=channel, lacking=seen.lacking)

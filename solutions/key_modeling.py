@@ -260,7 +260,10 @@ VALIDATION = {
     "2.15": {
         "validation": ResponseOf(validated_again, channels=("theta", "alpha"), model=("theta_model", "alpha_model")),
         "figure": FigureShows(
-            validated_again, own=("2.15", "validation"), channels=("theta", "theta_model", "alpha", "alpha_model")
+            validated_again,
+            own=("2.15", "validation"),
+            channels=("theta", "theta_model", "alpha", "alpha_model"),
+            command="vm",
         ),
     },
     "2.16": {

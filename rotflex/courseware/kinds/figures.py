@@ -1,8 +1,11 @@
-"""Figures: their labels and curves."""
+"""Figures: their labels, and their curves as far as they are seen.
+
+Of a curve, the points within the limits of its axes are kept, so that what was zoomed out of sight does not count.
+"""
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -20,26 +23,32 @@ from rotflex.courseware.json_values import (
     rounded,
     thin,
 )
+from rotflex.courseware.kinds.axis_labels import unit_places
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
 MOST_AXES = 8
-MOST_LINES = 12
+MOST_LINES = 24
 MOST_POINTS = 200
 MOST_SAMPLES = 10**9
 _LONGEST_LABEL = 200
-#: A unit is in brackets, or after a solidus or "in": "t (s)", "t [s]", "t / s", "time in s".
-_UNIT = re.compile(r"\(.*\S.*\)|\[.*\S.*\]|\S\s*/\s*\S|\bin\s+\S")
+_ROUNDING = 1e-9  # of an axis: a point on its limit is within
+_SAME_PLACE = 1e-6  # of a figure's width: diagrams above each other
 
 
 def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     """A figure's axes with their curves, each thinned to 200 points (``json_values.thin``) of 6 significant digits."""
     figure = _figure(value)
-    diagrams = [(axis, lines) for axis in figure.axes if (lines := [_line(line) for line in axis.lines])]
+    diagrams = [(axis, lines) for axis in figure.axes if axis.get_visible() and (lines := list(_lines(axis)))]
     diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
     if not diagrams:
-        raise FormError(_("there is no curve on the figure: plot something first, and give the figure you plotted on"))
+        raise FormError(
+            _(
+                "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
+                "figure you plotted on"
+            )
+        )
     if len(diagrams) > MOST_AXES:
         raise FormError(
             _("it has {count} diagrams; {most_axes} at most are kept").format(count=len(diagrams), most_axes=MOST_AXES)
@@ -47,15 +56,9 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
     for index, (axis, lines) in enumerate(diagrams, start=1):
-        if len(lines) > MOST_LINES:
-            raise FormError(
-                _("diagram {index} has {count} curves; {most_lines} at most are kept").format(
-                    index=index, count=len(lines), most_lines=MOST_LINES
-                )
-            )
-        texts = {"title": axis.get_title(), "xlabel": _x_label(axis), "ylabel": axis.get_ylabel()}
+        texts = {"title": axis.get_title(), "xlabel": _label(axis, "x"), "ylabel": _label(axis, "y")}
         texts = {name: clean(text).strip()[:_LONGEST_LABEL] for name, text in texts.items()}
-        axes.append({**texts, "lines": lines})
+        axes.append({**texts, "lines": _most_of(lines)})
         for hint in _hints(texts["xlabel"], texts["ylabel"], lines):
             hints.setdefault(hint, []).append(index)
     if len(axes) == 1:
@@ -95,11 +98,42 @@ def _is_curve(line: dict[str, Any]) -> bool:
     return bool(line["n"] > 2)
 
 
-def _line(line: Any) -> dict[str, Any]:
-    x: NDArray[np.float64] = np.ma.filled(np.ma.asarray(line.get_xdata(orig=False), dtype=float), np.nan)
-    y: NDArray[np.float64] = np.ma.filled(np.ma.asarray(line.get_ydata(orig=False), dtype=float), np.nan)
-    label = clean(str(line.get_label()))
+def _most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Those with most points, in their order: of many lines, most are marks."""
+    longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[:MOST_LINES]
+    return [lines[place] for place in sorted(longest)]
+
+
+def _lines(axis: Any) -> Iterator[dict[str, Any]]:
+    """The lines of a diagram, and what is drawn of points alone (``scatter``) or of steps (``stairs``)."""
+    from matplotlib.collections import PathCollection
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import StepPatch
+
+    for artist in axis.get_children():
+        if not artist.get_visible():
+            continue
+        if isinstance(artist, Line2D):
+            x, y = artist.get_xdata(orig=False), artist.get_ydata(orig=False)
+        elif isinstance(artist, PathCollection):
+            x, y = np.ma.transpose(artist.get_offsets())
+        elif isinstance(artist, StepPatch):
+            y, edges, _baseline = artist.get_data()
+            x = (edges[:-1] + edges[1:]) / 2
+        else:
+            continue
+        yield _line(axis, artist, _numbers(x), _numbers(y))
+
+
+def _numbers(values: Any) -> NDArray[np.float64]:
+    return np.asarray(np.ma.filled(np.ma.asarray(values, dtype=float), np.nan))
+
+
+def _line(axis: Any, artist: Any, x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any]:
+    label = clean(str(artist.get_label()))
     shown = np.isfinite(x) & np.isfinite(y)
+    if shown.sum() > 2 and axis.name == "rectilinear":  # a mark across the diagram may end outside of it
+        shown &= _within(x, axis.get_xlim()) & _within(y, axis.get_ylim())
     kept = thin(int(shown.sum()), MOST_POINTS)
     return {
         "label": "" if label.startswith("_") else label[:_LONGEST_LABEL],
@@ -109,13 +143,32 @@ def _line(line: Any) -> dict[str, Any]:
     }
 
 
-def _x_label(axis: Any) -> str:
-    """The label of the x axis, or of another diagram that shares it."""
-    label: str = axis.get_xlabel()
+def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:
+    low, high = sorted(limits)
+    room = _ROUNDING * (high - low)
+    return np.asarray((values >= low - room) & (values <= high + room))
+
+
+def _label(axis: Any, which: str) -> str:
+    """The label of an axis ("x" or "y"), or of what stands for it.
+
+    That of another diagram that shares the axis, that of a diagram below with the same limits, or the whole figure's.
+    """
+    label: str = getattr(axis, f"get_{which}label")()
     if label:
         return label
-    shared = (other.get_xlabel() for other in axis.get_shared_x_axes().get_siblings(axis))
-    return next((text for text in shared if text), "")
+    shared = list(getattr(axis, f"get_shared_{which}_axes")().get_siblings(axis))
+    others = shared if which == "y" else [*shared, *(other for other in axis.figure.axes if _same_column(axis, other))]
+    texts = (getattr(other, f"get_{which}label")() for other in others)
+    of_figure: str = getattr(axis.get_figure(root=True), f"get_sup{which}label")()
+    return next((text for text in texts if text), of_figure)
+
+
+def _same_column(axis: Any, other: Any) -> bool:
+    """Whether another diagram stands above or below, as wide and over the same stretch."""
+    places = np.array([one.get_position().intervalx for one in (axis, other)])
+    limits = np.array([one.get_xlim() for one in (axis, other)])
+    return bool(np.ptp(places, axis=0).max() <= _SAME_PLACE and np.allclose(*limits, rtol=_SAME_PLACE, atol=0))
 
 
 def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]:
@@ -123,8 +176,14 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
     for name, label in (("x", x_label), ("y", y_label)):
         if not label:
             hints.append(_("the {name} axis has no label: say what it shows, and in which unit").format(name=name))
-        elif not _UNIT.search(label):
+        elif not unit_places(label):
             hints.append(_("the {name} axis has no unit: write it in brackets after the name").format(name=name))
+    if len(lines) > MOST_LINES:
+        hints.append(
+            _("it has {count} curves; the {most_lines} with most points are kept").format(
+                count=len(lines), most_lines=MOST_LINES
+            )
+        )
     curves = [line for line in lines if _is_curve(line)]
     if len(curves) > 1 and not all(line["label"] for line in curves):
         hints.append(_("with more than one curve, say which is which: give each a label, and a legend"))

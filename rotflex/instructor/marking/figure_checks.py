@@ -1,42 +1,34 @@
-"""Checks of figures, by their curves and labels."""
+"""Checks of figures, by the curves that are seen on them and the units that their axes name."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.json_values import thin
 from rotflex.courseware.kinds.recordings import Sampled
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.marking.checks import misfit
+from rotflex.instructor.marking.curve_following import Curve, Trace, curves
+from rotflex.instructor.marking.seen_curves import HALF, Reading, Wanted, best, find, own_trace, readings
+from rotflex.instructor.marking.unit_words import ANGLE, FREQUENCY, Quantity
 from rotflex.instructor.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
-from rotflex.units import DEG
 
 Vector = NDArray[np.float64]
-Samples = tuple[Vector, Vector]  # times (s) and values
 
 _WHOSE = {right: "", follow_through: " It is that of your own recording, which is not what your bench gives."}
-_HALF = 0.5  # of the points, for what is right but for its labels or its height
-_LONGEST_SAMPLE_TIME = 1.0  # s
-_FEWEST_POINTS = 20  # of a curve; what has fewer is a mark
-_MOST_CURVES = 12  # looked at in a figure
-#: How units are written, after TeX is out of the way: in brackets, after a comma or a solidus, or after "in".
-_UNIT = r"(?:[(\[,]\s*|/\s*|\bin\s+)(?:{})(?![a-z])"
-SECONDS, _HERTZ = "s|sec|secs|seconds?", "hz|hertz|1/s"
-DEGREES, RADIANS = "deg|degs|degrees?|°", "rad|rads|radians?"
-#: The units that an angle may be drawn in: name → (how it is written, times what of the SI unit).
-ANGLE = {"deg": (DEGREES, 1 / DEG), "rad": (RADIANS, 1.0)}
+_SHORTEST = 0.5  # of the recording, over which a curve should follow
+_PADDED = 8  # times as long, for a spectrum that is nearly a curve
+_DECIBELS = 20.0  # of a curve whose label does not say that it is in dB: less is none
 
 
 @dataclass(frozen=True)
 class FigureFollows:
-    """A figure with a curve that follows a channel of a recording over time, with units.
+    """A figure with a curve that follows a channel over time, over half of the recording or more, with units.
 
     Parameters
     ----------
@@ -44,7 +36,7 @@ class FigureFollows:
     own : (question, part) of the student's own recording, which is just as good to plot
     channel : which
     rtol : largest RMS difference, relative
-    units : that the channel may be drawn in: name → (regular expression for its symbol, times what of the SI unit)
+    quantity : what the channel is, in any of whose units it may be drawn
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
@@ -52,7 +44,7 @@ class FigureFollows:
     own: tuple[str, str]
     channel: str
     rtol: float = 0.1
-    units: Mapping[str, tuple[str, float]] = field(default_factory=lambda: ANGLE)
+    quantity: Quantity = ANGLE
     largest: float = 10.0
     kinds = ("figure",)
 
@@ -60,48 +52,33 @@ class FigureFollows:
         """Look for a curve that follows, then at the labels of its axes."""
         if not case.virtual:
             return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
-        expected = self.recording(case.bench)
-        own = own_samples(case, self.own, self.channel, self.largest)
-        for samples, verdict in ((_samples(expected, self.channel), right), (own, follow_through)):
-            found = samples and self._curve(value, samples)
-            if found:
-                axis, unit = found
-                missing = [] if has_unit(axis["xlabel"], SECONDS) else [_("the horizontal axis lacks its unit, s")]
-                if not has_unit(axis["ylabel"], self.units[unit][0]):
-                    missing.append(
-                        _("the vertical axis lacks its unit, {unit}, or has another one than the curve").format(
-                            unit=unit
-                        )
-                    )
-                if missing:
-                    return partly(
-                        _HALF, _("The curve is there, but {missing}.").format(missing=_(" and ").join(missing))
-                    )
+        lacking = ""
+        for trace, verdict in _traces(self.recording, self.own, self.channel, self.largest, case):
+            seen = best(find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
+            if seen is None:
+                continue
+            if seen.faults and not seen.lacking:
+                return partly(
+                    HALF, _("The curve is there, but {missing}.").format(missing=_(" and ").join(seen.faults))
+                )
+            if not seen.lacking:
                 return verdict(
                     _("A curve of {channel} over time, with units.{whose}").format(
-                        channel=self.channel, whose=_WHOSE[verdict]
+                        channel=self.channel, whose=_(_WHOSE[verdict])
                     )
                 )
+            lacking = lacking or _(" ({lacking})").format(lacking=seen.lacking)
         return wrong(
-            _("No curve in the figure follows {channel} over the whole of the recording.").format(channel=self.channel)
+            _(
+                "No curve in the figure follows {channel} over half of the recording or more{lacking}. Plot the "
+                "recording of your bench against its time."
+            ).format(channel=self.channel, lacking=lacking)
         )
-
-    def _curve(self, figure: dict[str, Any], samples: Samples) -> tuple[dict[str, Any], str] | None:
-        """The axes on which a curve follows the samples, and the unit it is drawn in."""
-        time, values = samples
-        for axis, x, y in curves(figure):
-            if np.ptp(x) < 0.8 * (time[-1] - time[0]):
-                continue
-            wanted = _interpolated(x, time, values)
-            for unit, (_pattern, scale) in self.units.items():
-                if misfit(y, scale * wanted) <= self.rtol:
-                    return axis, unit
-        return None
 
 
 @dataclass(frozen=True)
 class FigureOfSpectrum:
-    """A figure with the amplitude spectrum of a channel of a recording against frequency in Hz, with its unit.
+    """A figure with the amplitude spectrum of a channel of a recording against frequency, with its unit.
 
     Any scale of the amplitude will do, and any padding: a curve passes by its shape, or by where its peak is.
 
@@ -126,92 +103,99 @@ class FigureOfSpectrum:
     kinds = ("figure",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Look for a curve with the right peak, then at the label of its frequency axis."""
+        """Look for a curve with the right peak, then at the labels of its axes."""
         if not case.virtual:
             return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
-        expected = self.recording(case.bench)
-        own = own_samples(case, self.own, self.channel, self.largest)
-        for samples, verdict in ((_samples(expected, self.channel), right), (own, follow_through)):
-            axis = samples and self._axis(value, samples)
-            if axis:
-                if not has_unit(axis["xlabel"], _HERTZ):
-                    return partly(_HALF, _("The spectrum is there, but the horizontal axis lacks its unit, Hz."))
-                if not axis["ylabel"]:
-                    return partly(_HALF, _("The spectrum is there, but the vertical axis has no label."))
-                return verdict(
-                    _("A spectrum with its peak in the right place, in Hz.{whose}").format(whose=_WHOSE[verdict])
-                )
-        return wrong(_("No curve in the figure has its peak, in Hz, where the spectrum of your recording has it."))
-
-    def _axis(self, figure: dict[str, Any], samples: Samples) -> dict[str, Any] | None:
-        """The axes on which a curve is the spectrum of the samples."""
-        time, values = samples
-        grid = np.arange(*self.band, 0.01)
-        peak = grid[np.argmax(amplitude_spectrum(grid, time, values))]
-        bin_width = 1 / (time[-1] - time[0])
-        near = max(bin_width, self.peak_rtol * peak)  # a window, say, moves the peak a little
-        for axis, x, y in curves(figure):
-            swept = (x >= self.band[0]) & (x <= self.band[1])
-            if swept.sum() < 3 or y.min() < 0:
+        elsewhere = ""
+        for trace, verdict in _traces(self.recording, self.own, self.channel, self.largest, case):
+            found = sorted(self._readings(value, trace), key=lambda one: (bool(one[1].fault), one[1].says_another))
+            if not found:
                 continue
-            f, amplitude = x[swept], y[swept]
-            fine = np.diff(np.sort(f)).max() <= 2 * bin_width
-            if fine and abs(f[np.argmax(amplitude)] - peak) <= near:
-                return axis
-            # Of a curve far beyond the band, few points are kept in it: compare the shape of all of it, as far as
-            # the samples tell (the student's own recording is thinned out).
-            swinging = (x >= self.band[0] / 2) & (x <= time.size * bin_width / 2)
-            wanted, given = amplitude_spectrum(x[swinging], time, values), y[swinging]
-            scale = (given @ wanted) / (wanted @ wanted)
-            if scale > 0 and misfit(given, scale * wanted) <= self.rtol:
-                return axis
-        return None
+            curve, reading, in_decibels = found[0]
+            if reading.says_another:  # its peak is not where the axis says that it is
+                elsewhere = elsewhere or _(" ({fault})").format(fault=reading.fault)
+                continue
+            if reading.fault:
+                return partly(HALF, _("The spectrum is there, but {fault}.").format(fault=reading.fault))
+            if not curve.axis["ylabel"]:
+                return partly(HALF, _("The spectrum is there, but the vertical axis has no label."))
+            if in_decibels and "db" not in curve.axis["ylabel"].lower():
+                return partly(HALF, _("The spectrum is there, but the vertical axis lacks its unit: write dB."))
+            return verdict(_("A spectrum with its peak in the right place.{whose}").format(whose=_(_WHOSE[verdict])))
+        return wrong(
+            _(
+                "No curve in the figure has its peak where the spectrum of your recording has it{elsewhere}. Plot the "
+                "amplitude against frequency, its peak in sight."
+            ).format(elsewhere=elsewhere)
+        )
+
+    def _readings(self, figure: dict[str, Any], trace: Trace) -> Iterator[tuple[Curve, Reading, bool]]:
+        """The curves that are the spectrum, each with what its axis says, and whether its amplitudes are in dB."""
+        spectrum = _Spectrum(trace)
+        peak = spectrum.peak(self.band)
+        if peak is None:
+            return
+        for curve in curves(figure):
+            for reading in readings(curve.axis["xlabel"], FREQUENCY, _("horizontal")):
+                f = reading.unit.size * curve.x
+                for amplitude, in_decibels in _amplitudes(curve):
+                    if f.min() <= peak <= f.max() and self._is_it(f, amplitude, spectrum, peak):
+                        yield curve, reading, in_decibels
+
+    def _is_it(self, f: Vector, amplitude: Vector, spectrum: _Spectrum, peak: float) -> bool:
+        """Whether a curve is a spectrum, by its peak or by its shape."""
+        swept = (f >= self.band[0]) & (f <= self.band[1])
+        if swept.sum() < 3:
+            return False
+        near = max(spectrum.bin_width, self.peak_rtol * peak)  # a window, say, moves the peak a little
+        fine = np.diff(np.sort(f[swept])).max() <= 2 * spectrum.bin_width
+        if fine and abs(f[swept][np.argmax(amplitude[swept])] - peak) <= near:
+            return True
+        # Of a curve far beyond the band, few points are kept in it: compare the shape of all of it, as far as
+        # the samples tell (the student's own recording is thinned out).
+        swinging = (f >= self.band[0] / 2) & (f <= spectrum.fastest)
+        wanted, given = spectrum.at(f[swinging]), amplitude[swinging]
+        scale = (given @ wanted) / (wanted @ wanted)
+        return bool(scale > 0 and misfit(given, scale * wanted) <= self.rtol)
 
 
-# --- curves -----------------------------------------------------------------------------------------------------------
+class _Spectrum:
+    """Amplitudes of a channel at any frequency: an FFT, padded or not, gives samples of just this."""
+
+    def __init__(self, trace: Trace) -> None:
+        swinging = trace.values - trace.values.mean()
+        size = 2 ** (_PADDED * swinging.size).bit_length()
+        self._f = np.fft.rfftfreq(size, trace.step)
+        self._amplitude = 2 * np.abs(np.fft.rfft(swinging, size)) / swinging.size
+        self.bin_width = 1 / trace.duration
+        self.fastest = trace.kept * self.bin_width / 2
+
+    def at(self, f: Vector) -> Vector:
+        return np.interp(f, self._f, self._amplitude)
+
+    def peak(self, band: tuple[float, float]) -> float | None:
+        """Where the highest point of a band is; None where the samples do not tell."""
+        within = (self._f >= band[0]) & (self._f <= band[1])
+        return float(self._f[within][np.argmax(self._amplitude[within])]) if within.any() else None
 
 
-def curves(figure: dict[str, Any]) -> Iterator[tuple[dict[str, Any], Vector, Vector]]:
-    """The curves of a figure with the axes that they are on."""
-    found = [
-        (axis, line["x"], line["y"])
-        for axis in figure["axes"]
-        for line in axis["lines"]
-        if line["x"].size >= _FEWEST_POINTS
-    ]
-    return iter(found[:_MOST_CURVES])
+def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
+    """What a curve may show, to any scale; amplitudes, or dB of amplitudes or of powers."""
+    says_so = "db" in curve.axis["ylabel"].lower()
+    if curve.y.min() >= 0 and not says_so:
+        yield curve.y, False
+    elif says_so or np.ptp(curve.y) >= _DECIBELS:
+        below = curve.y - curve.y.max()
+        yield 10 ** (below / 20), True
 
 
-def _samples(recording: Sampled, channel: str) -> Samples:
-    values = recording.channels[channel].values
-    return np.arange(values.size, dtype=np.float64) * recording.sample_time, values
-
-
-def own_samples(case: Case, where: tuple[str, str], channel: str, largest: float) -> Samples | None:
-    """Times and values of a channel of the student's own recording, as far as they are kept; None if it can be none."""
-    try:
-        recording = case.own(*where)
-    except LookupError:
-        return None
-    values = recording["channels"][channel]["values"]
-    if np.abs(values).max() > largest or recording["sample_time"] > _LONGEST_SAMPLE_TIME:
-        return None
-    return thin(recording["n"], values.size) * recording["sample_time"], values
-
-
-def _interpolated(at: Vector, time: Vector, values: Vector) -> Vector:
-    from scipy.interpolate import CubicSpline
-
-    return np.asarray(CubicSpline(time, values)(np.clip(at, time[0], time[-1])))
-
-
-def amplitude_spectrum(f: Vector, time: Vector, values: Vector) -> Vector:
-    """Amplitude at any frequencies (Hz) by the Fourier sum; an FFT, padded or not, gives samples of just this."""
-    swinging = values - values.mean()
-    return np.array([2 * abs(np.exp(-2j * np.pi * one * time) @ swinging) / time.size for one in f.tolist()])
-
-
-def has_unit(label: str, unit: str) -> bool:
-    plain = re.sub(r"\\circ\b", "°", label)
-    plain = re.sub(r"\\(?:mathrm|mathit|text|rm|,|;|:)\s*|[${}^~]", "", plain).lower()
-    return re.search(_UNIT.format(unit), plain) is not None
+def _traces(
+    recording: Callable[[Any], Sampled], own: tuple[str, str], channel: str, largest: float, case: Case
+) -> Iterator[tuple[Trace, Callable[[str], Verdict]]]:
+    """The channel that the bench gives, then that of the student's own recording, each with its verdict."""
+    expected = recording(case.bench)
+    values = expected.channels[channel].values
+    yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), right
+    trace = own_trace(case, own, channel, largest)
+    if trace is not None:
+        yield trace, follow_through
