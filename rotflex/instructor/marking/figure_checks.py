@@ -22,7 +22,7 @@ Vector = NDArray[np.float64]
 
 _WHOSE = {right: "", follow_through: " It is that of your own recording, which is not what your bench gives."}
 _SHORTEST = 0.5  # of the recording, over which a curve should follow
-_PADDED = 8  # times as long, for a spectrum that is nearly a curve
+_PADDED = 64  # times as long: its points are then so near that lines between them will do
 _DECIBELS = 20.0  # of a curve whose label does not say that it is in dB: less is none
 
 
