@@ -20,6 +20,7 @@ from rotflex.instructor.verdicts import Case, Verdict, for_a_person, partly, rig
 from .response_checks import Again
 
 _THINNED_VOLTAGE_RTOL = 0.6  # of a curve that follows a voltage between few samples; one that is not it has 1 or more
+_LARGEST = 1e3  # rad and V; what is larger in the student's own recording is from no bench
 _NO_CURVE, _NOT_IT = 0.0, 1.0  # what it costs to show a channel by none, or by one that does not follow
 _BY_MISFIT = 1e-3  # of a share, between curves that earn the same
 
@@ -91,7 +92,7 @@ class FigureShows:
             turn = _turn(run[self.command], run.sample_time)
             traces = {channel: Trace(run.time, run[channel]) for channel in self.channels}
             yield {channel: self._of(channel, trace, turn, self.rtol) for channel, trace in traces.items()}
-        own = {one: own_trace(case, self.own, one, math.inf, smooth=one != "vm") for one in self.channels}
+        own = {one: own_trace(case, self.own, one, _LARGEST, smooth=one != "vm") for one in self.channels}
         yield {
             channel: self._of(channel, trace, turn, _THINNED_VOLTAGE_RTOL if channel == "vm" else self.rtol)
             for channel, trace in own.items()
@@ -135,7 +136,7 @@ def _one_curve_each(shown: Shown) -> dict[str, Seen]:
                 costs[row, column], nearest[row, column] = cost, seen
     costs = np.hstack([costs, np.full((len(shown), len(shown)), _NO_CURVE)])
     channels = list(shown)
-    pairs = zip(*linear_sum_assignment(costs), strict=True)
+    pairs = np.transpose(linear_sum_assignment(costs)).tolist()
     return {channels[row]: nearest[row, column] for row, column in pairs if (row, column) in nearest}
 
 

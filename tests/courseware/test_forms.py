@@ -567,7 +567,7 @@ def test_the_fullest_figure_is_refused_before_the_file_grows_too_large():
     figure = Figure()
     rng = np.random.default_rng(1)
     for ax in figure.subplots(2, 4).ravel():
-        ax.plot(rng.normal(size=(1000, 12)))
+        ax.plot(rng.normal(size=(1000, 24)))
     refused(FIGURE, figure, "too large")
 
 

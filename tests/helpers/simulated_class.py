@@ -94,7 +94,7 @@ f_hz, amplitude_deg = spectrum(sweep.degrees("alpha"), sweep.sample_time)
 figure_spectrum, ax = plt.subplots()
 shown = f_hz < 10
 ax.plot(2 * np.pi * f_hz[shown], amplitude_deg[shown])
-ax.set(xlabel="frequency (rad/s)", ylabel="amplitude (deg)")
+ax.set(xlabel="frequency (Hz)", ylabel="amplitude (deg)")
 """,
     "q2-11": "omega_n = 3.2",
     "q2-11-explanation": " ",
@@ -197,7 +197,7 @@ CLASS = {
         {("2.11", "omega_n"): "wrong", ("2.12", "K_s"): FOLLOWS},
     ),
     # 2.9: the recording is of the voltage-driven sweep, 0; the figure shows it, but has no labels, ½ of 1.
-    # 2.10: half the height, ½ of 2; the figure's frequencies are in rad/s, so nothing peaks where it should in Hz, 0.
+    # 2.10: half the height, ½ of 2; the figure's frequencies are in rad/s where it says Hz, so nothing peaks there, 0.
     # 2.11: Hz for rad/s, 0; no explanation. 2.12: both wrong, and 5.0 is not 0.01·3.2² = 0.10 either.
     "wrong": Student(
         WRONG,

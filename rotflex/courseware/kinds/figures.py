@@ -31,6 +31,7 @@ from rotflex.errors import AnswerError
 MOST_AXES = 8
 MOST_LINES = 24
 MOST_POINTS = 200
+_MOST_IN_ALL, _FEWEST_POINTS = 4400, 60  # of all curves together, for which each is thinned out more; of each
 MOST_SAMPLES = 10**9
 _LONGEST_LABEL = 200
 _ROUNDING = 1e-9  # of an axis: a point on its limit is within
@@ -38,7 +39,10 @@ _SAME_PLACE = 1e-6  # of a figure's width: diagrams above each other
 
 
 def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
-    """A figure's axes with their curves, each thinned to 200 points (``json_values.thin``) of 6 significant digits."""
+    """A figure's axes with their curves, each thinned to 200 points (``json_values.thin``) of 6 significant digits.
+
+    To fewer where there are many curves, so that they do not grow too large to be kept.
+    """
     figure = _figure(value)
     diagrams = [(axis, lines) for axis in figure.axes if axis.get_visible() and (lines := list(_lines(axis)))]
     diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
@@ -53,12 +57,13 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
         raise FormError(
             _("it has {count} diagrams; {most_axes} at most are kept").format(count=len(diagrams), most_axes=MOST_AXES)
         )
+    each = max(_FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), MOST_LINES) for _axis, lines in diagrams))
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
     for index, (axis, lines) in enumerate(diagrams, start=1):
         texts = {"title": axis.get_title(), "xlabel": _label(axis, "x"), "ylabel": _label(axis, "y")}
         texts = {name: clean(text).strip()[:_LONGEST_LABEL] for name, text in texts.items()}
-        axes.append({**texts, "lines": _most_of(lines)})
+        axes.append({**texts, "lines": [_thinned(line, each) for line in _most_of(lines)]})
         for hint in _hints(texts["xlabel"], texts["ylabel"], lines):
             hints.setdefault(hint, []).append(index)
     if len(axes) == 1:
@@ -116,7 +121,7 @@ def _lines(axis: Any) -> Iterator[dict[str, Any]]:
         if isinstance(artist, Line2D):
             x, y = artist.get_xdata(orig=False), artist.get_ydata(orig=False)
         elif isinstance(artist, PathCollection):
-            x, y = np.ma.transpose(artist.get_offsets())
+            x, y = np.ma.asarray(artist.get_offsets())[:, 0], np.ma.asarray(artist.get_offsets())[:, 1]
         elif isinstance(artist, StepPatch):
             y, edges, _baseline = artist.get_data()
             x = (edges[:-1] + edges[1:]) / 2
@@ -134,13 +139,17 @@ def _line(axis: Any, artist: Any, x: NDArray[np.float64], y: NDArray[np.float64]
     shown = np.isfinite(x) & np.isfinite(y)
     if shown.sum() > 2 and axis.name == "rectilinear":  # a mark across the diagram may end outside of it
         shown &= _within(x, axis.get_xlim()) & _within(y, axis.get_ylim())
-    kept = thin(int(shown.sum()), MOST_POINTS)
     return {
         "label": "" if label.startswith("_") else label[:_LONGEST_LABEL],
         "n": int(shown.sum()),
-        "x": rounded(x[shown][kept]),
-        "y": rounded(y[shown][kept]),
+        "x": x[shown],
+        "y": y[shown],
     }
+
+
+def _thinned(line: dict[str, Any], points: int) -> dict[str, Any]:
+    kept = thin(line["n"], min(points, MOST_POINTS))
+    return {**line, "x": rounded(line["x"][kept]), "y": rounded(line["y"][kept])}
 
 
 def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:
@@ -168,7 +177,9 @@ def _same_column(axis: Any, other: Any) -> bool:
     """Whether another diagram stands above or below, as wide and over the same stretch."""
     places = np.array([one.get_position().intervalx for one in (axis, other)])
     limits = np.array([one.get_xlim() for one in (axis, other)])
-    return bool(np.ptp(places, axis=0).max() <= _SAME_PLACE and np.allclose(*limits, rtol=_SAME_PLACE, atol=0))
+    return bool(
+        np.ptp(places, axis=0).max() <= _SAME_PLACE and np.allclose(limits[0], limits[1], rtol=_SAME_PLACE, atol=0)
+    )
 
 
 def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]:

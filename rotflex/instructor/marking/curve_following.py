@@ -88,7 +88,8 @@ class Trace:
         within = self.inside(x, shift)
         if within.sum() < FEWEST_POINTS:
             return math.inf
-        return misfit(y[within], self._at(x[within] + shift))
+        with np.errstate(all="ignore"):  # of numbers that nothing follows, and of a channel that is flat there
+            return misfit(y[within], self._at(x[within] + shift))
 
     def near(self, x: Vector, y: Vector, rtol: float) -> bool:
         """Whether a piece of a curve, however short, is on the channel, its RMS difference relative to all of that."""
@@ -121,7 +122,8 @@ class Trace:
         ratio = np.full(count, math.inf)
         np.divide((y - y.mean()) @ (y - y.mean()) - 2 * products + spread, spread, out=ratio, where=something)
         best = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
-        return min((best + part * self.step for part in _REFINED), key=lambda shift: self.misfit(x, y, shift))
+        near: list[float] = [best + part * self.step for part in _REFINED.tolist()]
+        return min(near, key=lambda shift: self.misfit(x, y, shift))
 
     @cached_property
     def _spectra(self) -> tuple[int, NDArray[np.complex128], NDArray[np.complex128]]:

@@ -20,9 +20,9 @@ from rotflex.instructor.verdicts import Case, Verdict, follow_through, for_a_per
 
 Vector = NDArray[np.float64]
 
-_WHOSE = {right: "", follow_through: " It is that of your own recording, which is not what your bench gives."}
 _SHORTEST = 0.5  # of the recording, over which a curve should follow
 _PADDED = 64  # times as long: its points are then so near that lines between them will do
+_FEWEST_OF_A_SPECTRUM = 10  # points, of its peak, say
 _DECIBELS = 20.0  # of a curve whose label does not say that it is in dB: less is none
 
 
@@ -53,7 +53,7 @@ class FigureFollows:
         if not case.virtual:
             return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
         lacking = ""
-        for trace, verdict in _traces(self.recording, self.own, self.channel, self.largest, case):
+        for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
             seen = best(find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
             if seen is None:
                 continue
@@ -63,9 +63,7 @@ class FigureFollows:
                 )
             if not seen.lacking:
                 return verdict(
-                    _("A curve of {channel} over time, with units.{whose}").format(
-                        channel=self.channel, whose=_(_WHOSE[verdict])
-                    )
+                    _("A curve of {channel} over time, with units.{whose}").format(channel=self.channel, whose=whose)
                 )
             lacking = lacking or _(" ({lacking})").format(lacking=seen.lacking)
         return wrong(
@@ -107,7 +105,7 @@ class FigureOfSpectrum:
         if not case.virtual:
             return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
         elsewhere = ""
-        for trace, verdict in _traces(self.recording, self.own, self.channel, self.largest, case):
+        for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
             found = sorted(self._readings(value, trace), key=lambda one: (bool(one[1].fault), one[1].says_another))
             if not found:
                 continue
@@ -121,7 +119,7 @@ class FigureOfSpectrum:
                 return partly(HALF, _("The spectrum is there, but the vertical axis has no label."))
             if in_decibels and "db" not in curve.axis["ylabel"].lower():
                 return partly(HALF, _("The spectrum is there, but the vertical axis lacks its unit: write dB."))
-            return verdict(_("A spectrum with its peak in the right place.{whose}").format(whose=_(_WHOSE[verdict])))
+            return verdict(_("A spectrum with its peak in the right place.{whose}").format(whose=whose))
         return wrong(
             _(
                 "No curve in the figure has its peak where the spectrum of your recording has it{elsewhere}. Plot the "
@@ -135,7 +133,7 @@ class FigureOfSpectrum:
         peak = spectrum.peak(self.band)
         if peak is None:
             return
-        for curve in curves(figure):
+        for curve in curves(figure, _FEWEST_OF_A_SPECTRUM):
             for reading in readings(curve.axis["xlabel"], FREQUENCY, _("horizontal")):
                 f = reading.unit.size * curve.x
                 for amplitude, in_decibels in _amplitudes(curve):
@@ -171,7 +169,7 @@ class _Spectrum:
         self.fastest = trace.kept * self.bin_width / 2
 
     def at(self, f: Vector) -> Vector:
-        return np.interp(f, self._f, self._amplitude)
+        return np.asarray(np.interp(f, self._f, self._amplitude))
 
     def peak(self, band: tuple[float, float]) -> float | None:
         """Where the highest point of a band is; None where the samples do not tell."""
@@ -191,11 +189,12 @@ def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
 
 def _traces(
     recording: Callable[[Any], Sampled], own: tuple[str, str], channel: str, largest: float, case: Case
-) -> Iterator[tuple[Trace, Callable[[str], Verdict]]]:
-    """The channel that the bench gives, then that of the student's own recording, each with its verdict."""
+) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
+    """The channel that the bench gives, then that of the student's own recording, each with its verdict and what that says."""
     expected = recording(case.bench)
     values = expected.channels[channel].values
-    yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), right
+    yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), right, ""
     trace = own_trace(case, own, channel, largest)
     if trace is not None:
-        yield trace, follow_through
+        whose = _(" It is that of your own recording, which is not what your bench gives.")
+        yield trace, follow_through, whose

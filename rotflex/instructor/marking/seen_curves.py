@@ -22,7 +22,7 @@ Vector = NDArray[np.float64]
 HALF = 0.5  # of the points, for what is right but for its labels or its height
 _FEWEST_OF_A_PIECE = 2
 _LIKELY = (0.1, 10.0)  # times the channel's swing: of a curve whose axis may have another unit than it says
-_LONGEST_SAMPLE_TIME = 1.0  # s
+_SAMPLE_TIMES = (1e-6, 1.0)  # s
 _SAME_STRETCH = 0.02  # of both, by which their ends may differ
 
 
@@ -89,7 +89,8 @@ def own_trace(case: Case, where: tuple[str, str], channel: str, largest: float, 
         values = recording["channels"][channel]["values"]
     except LookupError:
         return None
-    if values.size < FEWEST_POINTS or np.abs(values).max() > largest or recording["sample_time"] > _LONGEST_SAMPLE_TIME:
+    sampled = _SAMPLE_TIMES[0] <= recording["sample_time"] <= _SAMPLE_TIMES[1]
+    if values.size < FEWEST_POINTS or np.abs(values).max() > largest or not sampled:
         return None
     time = thin(recording["n"], values.size) * recording["sample_time"]
     return Trace(time, values, recording["n"], smooth)

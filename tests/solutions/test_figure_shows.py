@@ -1,0 +1,330 @@
+"""Figures of responses, plotted in the ways that students plot, rightly and wrongly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from rotflex.courseware import forms
+from rotflex.instructor.verdicts import Case, Status
+from rotflex.recording import Recording
+from rotflex.workbook.questions import CATALOGUE
+from solutions.design_checks import Design
+from solutions.figure_shows import FigureShows
+from solutions.key import KEY
+from solutions.true_bench import TrueBench
+
+PART, RESPONSE = CATALOGUE.find("3.13").part("figure"), CATALOGUE.find("3.13").part("response")
+OWN = ("3.13", "response")
+CHANNELS = ("theta", "alpha", "vm")
+CHECK = KEY["3.13"]["figure"]
+
+
+def gain(bench):
+    return tuple(np.ravel(Design(bench.servo, bench.joint, bench.K_s).K).tolist())
+
+
+BENCH = TrueBench("ada")
+RUN = BENCH.tracking(gain(BENCH), "full")
+T, THETA, ALPHA, VOLTS = RUN.time, RUN.degrees("theta"), RUN.degrees("alpha"), RUN["vm"]
+TURN = 1 / 0.33  # s
+
+
+def stored(part, value):
+    """An answer as grading reads it from what a student's notebook recorded."""
+    return forms.decode(part, forms.encode(part, value, 1).content)
+
+
+def case(bench=BENCH, response=None):
+    answers = {("3.8", "K"): np.array([gain(bench)])} | ({} if response is None else {OWN: response})
+    return Case(bench, lambda question, part: answers[question, part], 7, True)
+
+
+def panels(t=T, curves=(THETA, ALPHA, VOLTS), x="time (s)", y=("θ (deg)", "α (deg)", "V (V)"), draw="plot", **limits):
+    figure = Figure()
+    for ax, values, label in zip(figure.subplots(len(curves), 1, squeeze=False)[:, 0], curves, y, strict=True):
+        getattr(ax, draw)(t, values)
+        ax.set(xlabel=x, ylabel=label, **limits)
+    return figure
+
+
+def part_of(start, stop, count=None):
+    """Samples between two times: all of them, or so many."""
+    inside = np.flatnonzero((start <= T) & (stop >= T))
+    return inside if count is None else inside[np.linspace(0, inside.size - 1, count).astype(int)]
+
+
+def window(start, stop, zero=0.0, scale=1.0, x="time (s)", count=None):
+    """A part of the recording, its time counted from ``zero``."""
+    some = part_of(start, stop, count)
+    return panels(scale * (T[some] - zero), [values[some] for values in (THETA, ALPHA, VOLTS)], x)
+
+
+def together():
+    """The angles on one diagram, the voltage on its twin, the command with them, and lines that mark the limits."""
+    figure = Figure()
+    ax = figure.subplots()
+    for place in range(12):
+        ax.axhline(place, color="grey")
+        ax.plot(T, np.full(T.size, 20 + 0.1 * place))
+    for values in (RUN.degrees("theta_ref"), THETA, ALPHA):
+        ax.plot(T, values)
+    ax.set(xlabel="time (s)", ylabel="angles (deg)")
+    other = ax.twinx()
+    other.plot(T, VOLTS)
+    other.set_ylabel("voltage (V)")
+    return figure
+
+
+def on_one_diagram():
+    """Angles in rad, voltage in V, all on one diagram."""
+    figure = Figure()
+    ax = figure.subplots()
+    ax.plot(T, np.column_stack([RUN["theta"], RUN["alpha"], VOLTS]))
+    ax.set(xlabel="t / s", ylabel="θ (rad), α (rad), V (V)")
+    return figure
+
+
+def in_pieces(count):
+    """Each step in its own colour."""
+    figure = Figure()
+    for ax, values, label in zip(
+        figure.subplots(3, 1, sharex=True), (THETA, ALPHA, VOLTS), ("θ (°)", "α (°)", "V (V)"), strict=True
+    ):
+        for piece in np.array_split(np.arange(T.size), count):
+            ax.plot(T[piece], values[piece])
+        ax.set_ylabel(label)
+    ax.set_xlabel("time (s)")
+    return figure
+
+
+def padded(before, after):
+    """Constant before 0 and after the end."""
+    t = 0.002 * np.arange(-before, T.size + after)
+    return panels(t, [np.pad(values, (before, after), mode="edge") for values in (THETA, ALPHA, VOLTS)])
+
+
+def with_nan():
+    curves = [np.concatenate([np.full(250, np.nan), values]) for values in (THETA, ALPHA, VOLTS)]
+    return panels(np.concatenate([T[:250] - 0.5, T]), curves)
+
+
+def each_in_its_own_window():
+    figure = Figure()
+    for ax, values, label, start in zip(
+        figure.subplots(3, 1), (THETA, ALPHA, VOLTS), ("θ/°", "α/°", "V/V"), (0, 2, 4), strict=True
+    ):
+        some = part_of(start, start + 4)
+        ax.plot(T[some], values[some])
+        ax.set(xlabel="t/s", ylabel=label)
+    return figure
+
+
+def shuffled():
+    some = np.random.default_rng(1).permutation(T.size)
+    return panels(T[some], [values[some] for values in (THETA, ALPHA, VOLTS)], draw="scatter")
+
+
+RADIANS = (RUN["theta"], RUN["alpha"], VOLTS)
+MIXED = (THETA, 1e3 * RUN["alpha"], VOLTS)
+
+RIGHTLY = {
+    "s, deg, V": panels,
+    "ms, rad, mV": lambda: panels(1e3 * T, (*RADIANS[:2], 1e3 * VOLTS), "t / ms", ("θ/rad", "α/rad", "V/mV")),
+    "angles in different units": lambda: panels(curves=MIXED, y=("θ (°)", "α (mrad)", "V (V)")),
+    "thousandths": lambda: panels(curves=MIXED, y=("θ (°)", r"$\alpha$ ($10^{-3}$ rad)", "V (V)")),
+    "minutes, turns": lambda: panels(T / 60, (THETA / 360, ALPHA / 360, VOLTS), "t/min", ("θ/rev", "α/rev", "V/V")),
+    "TeX": lambda: panels(x=r"$t\ [\mathrm{s}]$", y=(r"$\theta\ [^\circ]$", r"$\alpha$/°", r"$V_m\ [\mathrm{V}]$")),
+    "German": lambda: panels(x="Zeit / s", y=("Winkel in Grad", "Auslenkung in Grad", "Spannung in Volt")),
+    "Spanish": lambda: panels(1e3 * T, x="milisegundos", y=("ángulo (grados)", "α (grados)", "tensión (voltios)")),
+    "French": lambda: panels(curves=RADIANS, x="temps (secondes)", y=("angle (radians)", "α (rad)", "tension (volts)")),
+    "Portuguese": lambda: panels(x="tempo em segundos", y=("ângulo (graus)", "deflexão (graus)", "tensão (V)")),
+    "Italian": lambda: panels(x="tempo [secondi]", y=("angolo [gradi]", "deflessione [gradi]", "tensione [volt]")),
+    "Turkish": lambda: panels(x="zaman (sn)", y=("açı (derece)", "sapma (derece)", "gerilim (volt)")),
+    "Polish": lambda: panels(x="czas w sekundach", y=("kąt w stopniach", "ugięcie [°]", "napięcie [V]")),
+    "Russian": lambda: panels(curves=RADIANS, x="время, с", y=("угол, рад", "отклонение, рад", "напряжение, В")),
+    "Chinese": lambda: panels(curves=RADIANS, x="时间（秒）", y=("角度（弧度）", "偏转（弧度）", "电压（伏）")),
+    "Japanese": lambda: panels(x="時間 [秒]", y=("角度 [度]", "たわみ [度]", "電圧 [ボルト]")),
+    "Korean": lambda: panels(x="시간 (초)", y=("각도 (도)", "변형 (도)", "전압 (볼트)")),
+    "Arabic": lambda: panels(x="الزمن (ث)", y=("الزاوية (درجة)", "الانحراف (درجة)", "الجهد (فولت)")),
+    "limits over a turn": lambda: panels(xlim=(2, 5.1)),
+    "limits beyond": lambda: panels(xlim=(-10, 30)),
+    "a window": lambda: window(3, 8),
+    "a window from 0": lambda: window(3, 8, zero=3),
+    "a window about a step": lambda: window(4, 7.2, zero=4.55),
+    "a window from 0 in ms": lambda: window(3, 8, zero=3, scale=1e3, x="t [ms]"),
+    "half a turn on": lambda: window(1.515, 6, zero=1.515),
+    "40 points": lambda: window(0, 10, count=40),
+    "25 points of a window from 0": lambda: window(2, 7, zero=2, count=25),
+    "each in its own window": each_in_its_own_window,
+    "padding": lambda: padded(1000, 500),
+    "NaN before 0": with_nan,
+    "unsorted points": shuffled,
+    "steps": lambda: panels(draw="step"),
+    "all together, a twin, the limits": together,
+    "on one diagram": on_one_diagram,
+    "in 3 pieces": lambda: in_pieces(3),
+    "in 20 pieces": lambda: in_pieces(20),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", RIGHTLY)
+def test_a_response_plotted_rightly_has_full_marks(how):
+    verdict = CHECK.verdict(PART, stored(PART, RIGHTLY[how]()), case())
+    assert verdict.status is Status.RIGHT, verdict.reason
+
+
+OTHER = next(
+    bench for name in ("bob", "cy", "di", "eve") if abs((bench := TrueBench(name)).omega_n / BENCH.omega_n - 1) > 0.1
+)
+
+
+#: Of so few points of a ragged voltage, too few are near the samples that are kept.
+TOO_FEW = {"25 points of a window from 0"}
+
+
+@pytest.mark.parametrize("how", [how for how in RIGHTLY if how not in TOO_FEW])
+def test_the_own_recording_plotted_rightly_has_full_marks_too(how):
+    """On a bench that gives another, from the few samples that are kept of it."""
+    value = stored(RESPONSE, RUN)
+    value["metadata"]["K"] = None
+    verdict = CHECK.verdict(PART, stored(PART, RIGHTLY[how]()), case(OTHER, response=value))
+    assert verdict.status is Status.RIGHT, verdict.reason
+
+
+WRONGLY = {
+    "no units": (lambda: panels(x="time", y=("θ", "α", "V ")), 0.5, "horizontal axis lacks its unit: write s / ms"),
+    "ms said, s drawn": (lambda: panels(x="time (ms)"), 0.5, "the horizontal axis says ms, and the curve is in s"),
+    "samples": (lambda: panels(np.arange(T.size), x="sample"), 0.5, "against the number of the sample"),
+    "rad said": (lambda: panels(y=("θ (rad)", "α (rad)", "V (V)")), 0.67, "says rad, and the curve is in deg"),
+    "mV said": (lambda: panels(y=("θ (deg)", "α (deg)", "V (mV)")), 0.83, "says mV, and the curve is in V"),
+    "volts for an angle": (lambda: panels(y=("θ (deg)", "α (V)", "V (V)")), 0.83, "names no unit that is known for it"),
+    "no voltage": (lambda: panels(curves=(THETA, ALPHA), y=("θ (°)", "α (°)")), 0.67, "no curve of its own follows vm"),
+    "the deflection upside down": (lambda: panels(curves=(THETA, -ALPHA, VOLTS)), 0.67, "alpha: a curve follows it"),
+    "upside down in a window": (lambda: panels(curves=(THETA, -ALPHA, VOLTS), xlim=(2, 6)), 0.67, "upside down"),
+    "the command for the angle": (lambda: panels(curves=(RUN.degrees("theta_ref"), ALPHA, VOLTS)), 0.67, "theta"),
+    "too short": (lambda: panels(xlim=(3, 5.5)), 0.0, "theta: a curve follows it, but over too short a time"),
+    "settled": (lambda: panels(xlim=(1, 1.4)), 0.0, "over a turn of the command or more"),
+    "another's": (lambda: panels(*others()), 0.0, "No curve in the figure follows the recording"),
+    "backwards": (lambda: panels(curves=[values[::-1] for values in (THETA, ALPHA, VOLTS)]), 0.0, "No curve"),
+    "too large": (lambda: panels(curves=[1.37 * values for values in (THETA, ALPHA, VOLTS)]), 0.0, "No curve"),
+    "flat": (lambda: panels(curves=[0 * T] * 3), 0.0, "No curve"),
+    "the angles against each other": (lambda: panels(THETA, (ALPHA, VOLTS), y=("α (deg)", "V (V)")), 0.0, "No curve"),
+}  # fmt: skip
+
+
+def others():
+    """A recording that is no response of this bench with this gain."""
+    run = OTHER.tracking(tuple(0.15 * k for k in gain(OTHER)), "full")
+    return run.time, (run.degrees("theta"), run.degrees("alpha"), run["vm"])
+
+
+@pytest.mark.parametrize("how", WRONGLY)
+def test_a_response_plotted_wrongly_earns_what_it_shows_and_the_reason_is_told(how):
+    draw, share, reason = WRONGLY[how]
+    verdict = CHECK.verdict(PART, stored(PART, draw()), case())
+    assert verdict.share == share, verdict.reason
+    assert reason in verdict.reason
+
+
+# --- a validation: the model beside the bench -------------------------------------------------------------------------
+
+COMPARED = CATALOGUE.find("2.15").part("figure")
+
+
+def validation(signal):
+    A, B = Design(BENCH.servo, BENCH.joint, BENCH.K_s).voltage_model
+    run = BENCH.validation(A, B, signal)
+    answers = {("2.15", "validation"): stored(CATALOGUE.find("2.15").part("validation"), run)}
+    return run, Case(BENCH, lambda question, part: answers[question, part], 7, True)
+
+
+def beside(run, channels=("theta", "theta_model", "alpha", "alpha_model"), **limits):
+    figure = Figure()
+    for ax, angle in zip(figure.subplots(2, 1), ("theta", "alpha"), strict=True):
+        for channel in channels:
+            if channel.startswith(angle):
+                ax.plot(run.time, run.degrees(channel))
+        ax.set(xlabel="time (s)", ylabel=f"{angle} (deg)", **limits)
+    return figure
+
+
+@pytest.mark.parametrize(
+    ("signal", "limits"), [("square", (0, 10)), ("square", (3, 5)), ("step", (0, 2.5)), ("step", (0.4, 2))]
+)
+def test_a_validation_is_to_be_seen_over_a_turn_or_half_of_a_step(signal, limits):
+    run, own = validation(signal)
+    verdict = KEY["2.15"]["figure"].verdict(COMPARED, stored(COMPARED, beside(run, xlim=limits)), own)
+    assert verdict.status is Status.RIGHT, verdict.reason
+
+
+def test_one_curve_does_not_show_both_the_bench_and_a_model_that_is_just_like_it():
+    """Half is missing, however good the model is."""
+    run, own = validation("square")
+    same = {**run.channels, "theta_model": run.channels["theta"], "alpha_model": run.channels["alpha"]}
+    twice = Recording(run.time, same, run.metadata)
+    check = replace(KEY["2.15"]["figure"], again=lambda case, metadata: [twice])
+    once = check.verdict(COMPARED, stored(COMPARED, beside(twice, ("theta", "alpha"))), own)
+    assert once.share == 0.5
+    assert "no curve of its own follows" in once.reason
+    assert check.verdict(COMPARED, stored(COMPARED, beside(twice)), own).share == 1
+
+
+# --- tolerances -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("off", "share"), [(0.147, 1), (-0.147, 1), (0.153, 0.0), (-0.153, 0.0)])
+def test_curves_follow_within_fifteen_per_cent(off, share):
+    figure = panels(curves=[(1 + off) * values for values in (THETA, ALPHA, VOLTS)])
+    assert CHECK.verdict(PART, stored(PART, figure), case()).share == share
+
+
+@pytest.mark.parametrize(("off", "share"), [(0.588, 1), (-0.588, 1), (0.612, 0.67), (-0.612, 0.67)])
+def test_the_voltage_of_the_own_recording_is_known_by_few_samples_only(off, share):
+    """Other benches' angles are other ones, so that the run again says nothing of it."""
+    value = stored(RESPONSE, RUN)
+    value["metadata"]["K"] = None
+    shown = value["channels"]["vm"]["values"][:200]
+    t = 10 / 399 * np.arange(200)  # about where the samples are that are kept
+    figure = panels()
+    figure.axes[2].lines[0].set_data(
+        t, (1 + off) * np.interp(t, np.linspace(0, 10, 400), value["channels"]["vm"]["values"])
+    )
+    figure.axes[2].set_xlim(0, 5)
+    assert shown.size == 200
+    check = FigureShows(lambda case, metadata: [], OWN, CHANNELS)
+    assert check.verdict(PART, stored(PART, figure), case(OTHER, response=value)).share == share
+
+
+@pytest.mark.parametrize(("turns", "share"), [(1.0, 1), (0.95, 0.0)])
+@pytest.mark.parametrize("start", [0.0, 2.0])
+def test_a_turn_of_the_command_is_enough(turns, share, start):
+    for zero in (0, start):
+        figure = window(start, start + turns * TURN, zero=zero)
+        assert CHECK.verdict(PART, stored(PART, figure), case()).share == share
+
+
+# --- figures made to break the check ----------------------------------------------------------------------------------
+
+
+def test_a_figure_with_as_much_as_can_be_kept_is_judged_in_time():
+    noise = np.random.default_rng(4).normal(size=(24, 200))
+    label = "(s), (ms), (min), (deg), (rad), (mrad), (V), (mV)"
+    lines = [{"label": "", "n": 200, "x": np.linspace(0, 10, 200), "y": 10 * values} for values in noise]
+    figure = {"axes": [{"title": "", "xlabel": label, "ylabel": label, "lines": lines}] * 8}
+    assert CHECK.verdict(PART, figure, case(response=stored(RESPONSE, RUN))).share == 0
+
+
+@pytest.mark.parametrize("values", [np.zeros(400), np.full(400, 1e308), np.linspace(0, 1e308, 400)])
+@pytest.mark.parametrize("n", [400, 10**9])
+def test_a_recording_of_any_numbers_breaks_nothing(values, n):
+    own = stored(RESPONSE, RUN)
+    channels = {name: {**channel, "values": values} for name, channel in own["channels"].items()}
+    odd = {**own, "n": n, "sample_time": 1e-300, "channels": channels}
+    with np.errstate(all="ignore"):  # as in marking
+        assert CHECK.verdict(PART, stored(PART, panels()), case(response=odd)).share == 1
+        check = FigureShows(lambda case, metadata: [], OWN, CHANNELS)
+        assert check.verdict(PART, stored(PART, panels()), case(response=odd)).share == 0
