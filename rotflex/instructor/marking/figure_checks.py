@@ -190,7 +190,7 @@ def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
 def _traces(
     recording: Callable[[Any], Sampled], own: tuple[str, str], channel: str, largest: float, case: Case
 ) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
-    """The channel that the bench gives, then that of the student's own recording, each with its verdict and what that says."""
+    """The channel that the bench gives, then that of the student's own recording, with verdicts and what to add."""
     expected = recording(case.bench)
     values = expected.channels[channel].values
     yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), right, ""
