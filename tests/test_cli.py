@@ -17,6 +17,7 @@ from made_notebooks import answer, code, notebook, saved, text
 from typer.testing import CliRunner
 
 from rotflex import cli
+from rotflex.hil.student_benches import DRAW
 
 
 def rotflex(*arguments):
@@ -319,7 +320,7 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
         "student": "",
         "title": "rotflex-course",
         "term": "",
-        "draw": 1,
+        "draw": DRAW,
         "bench": {"which": "own"},
         "release": kept.stem,
     }
