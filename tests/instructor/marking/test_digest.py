@@ -87,3 +87,82 @@ def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
     before = of(tree)
     change(tree / "rotflex" / "instructor" / name)
     assert of(tree) == before
+
+
+#: Folders of ``rotflex/instructor`` that have no part in marking; all else has, as far as anybody knows.
+APART = {"gradebook", "isolation", "release", "reports", "running"}
+
+
+def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(tree):
+    before = of(tree)
+    counting = [*(tree / "solutions").glob("*.py")]
+    for path in (tree / "rotflex").rglob("*.py"):
+        parts = path.relative_to(tree).parts
+        if not (parts[1] == "instructor" and parts[2] in APART):
+            counting.append(path)
+    unseen = []
+    for path in counting:
+        content = path.read_bytes()
+        path.write_bytes(content + b"#")
+        if of(tree) == before:
+            unseen.append(path.name)
+        path.write_bytes(content)
+    assert len(counting) > 100 and unseen == [] and of(tree) == before
+
+
+def test_only_folders_of_the_instructors_have_no_part():
+    assert {path.relative_to(ROOT / "rotflex").as_posix() for path in digest._NO_PART} == {
+        f"instructor/{name}" for name in APART
+    }
+
+
+def test_each_package_that_students_get_counts(tree):
+    course = replace(OURS, folder=tree / "solutions", packages=("rotflex", "springlab"))
+    plant = tree / "springlab" / "plant.py"
+    plant.parent.mkdir()
+    seen = [of(tree)]
+    for source in ("K = 1\n", "K = 2\n"):
+        plant.write_text(source)
+        seen.append(digest.marking_digest(course))
+    assert len(set(seen)) == 3
+
+
+@pytest.mark.parametrize("name", ["course.toml", "tables/limits.csv", "roster.txt"])
+def test_what_lies_in_the_courses_folder_counts_by_its_content(tree, name):
+    """The settings, too: a term's bench and what students see are decided there."""
+    path = tree / "solutions" / name
+    path.parent.mkdir(exist_ok=True)
+    seen = [of(tree)]
+    for text in ("a = 1\n", "a = 2\n"):
+        path.write_text(text)
+        seen.append(of(tree))
+    assert len(set(seen)) == 3
+
+
+def test_a_renamed_and_a_missing_module_are_another_way_of_marking(tree):
+    seen = [of(tree)]
+    module = tree / "rotflex" / "instructor" / "verdicts.py"
+    module = module.rename(module.with_name("decisions.py"))
+    seen.append(of(tree))
+    module.unlink()
+    seen.append(of(tree))
+    assert len(set(seen)) == 3
+
+
+def test_content_does_not_move_from_one_file_to_the_next_unseen(tree):
+    one, other = tree / "solutions" / "aa.txt", tree / "solutions" / "ab.txt"
+    seen = []
+    for first, second in (("12", "3"), ("1", "23")):
+        one.write_text(first)
+        other.write_text(second)
+        seen.append(of(tree))
+    assert len(set(seen)) == 2
+
+
+@pytest.mark.parametrize("folder", [".git", "__pycache__", "a/.ipynb_checkpoints"])
+def test_what_hides_in_a_folder_counts_for_nothing(tree, folder):
+    before = of(tree)
+    path = tree / "solutions" / folder / "HEAD.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("x")
+    assert of(tree) == before
