@@ -270,3 +270,23 @@ def test_a_virtual_bench_decays_at_its_natural_frequency_with_its_viscous_dampin
     assert found.omega_n.value == pytest.approx(omega_n, rel=0.01)
     assert abs(found.omega_n.value - omega_n) < 2 * found.omega_n.uncertainty
     assert found.zeta.value == pytest.approx(true.B_l / (2 * math.sqrt(true.K_s * true.J_l)), abs=0.003)
+
+
+# --- several peaks ---------------------------------------------------------------------------------------------------
+
+
+def two_resonances(low_zeta, high_zeta):
+    """A response with resonances at 2.5 and at 6 Hz; the less damped one is higher."""
+    f = np.arange(0.0, 250.0, 0.05)
+    low, high = (link_ratio(f * HZ, place * HZ, zeta) for place, zeta in ((2.5, low_zeta), (6.0, high_zeta)))
+    return FrequencyResponse(f, np.where(f < 4.0, low, high), np.ones(f.size), 0.1)
+
+
+@pytest.mark.parametrize(("damping", "found"), [((0.03, 0.1), 2.5), ((0.1, 0.03), 6.0)])
+def test_of_two_resonances_the_higher_counts_wherever_it_is(damping, found):
+    assert resonance(two_resonances(*damping), (1.0, 9.0)).value == pytest.approx(found * HZ, rel=0.01)
+
+
+@pytest.mark.parametrize(("damping", "band", "found"), [((0.1, 0.03), (1.0, 4.0), 2.5), ((0.03, 0.1), (4.1, 9.0), 6.0)])
+def test_a_peak_outside_the_band_does_not_count_however_high(damping, band, found):
+    assert resonance(two_resonances(*damping), band).value == pytest.approx(found * HZ, rel=0.01)

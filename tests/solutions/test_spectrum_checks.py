@@ -1,0 +1,102 @@
+"""The check of the spectrum function: each of the three peaks counts, in every signal, by its place and its height."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rotflex.instructor.verdicts import Case, Status
+from rotflex.workbook.probes import COMPOUND_SINES
+from solutions.spectrum_checks import SpectrumFunction, _three_peaks
+
+SEED = 11
+SIGNALS = COMPOUND_SINES.inputs(SEED)
+ON_BINS = [number for number, (x, _dt) in enumerate(SIGNALS) if x.size & (x.size - 1) == 0]
+
+
+def honest():
+    return [(np.fft.rfftfreq(x.size, dt), 2 * np.abs(np.fft.rfft(x)) / x.size) for x, dt in SIGNALS]
+
+
+def verdict(value, **choices):
+    return SpectrumFunction(**choices).verdict(None, value, Case(None, {}, SEED))
+
+
+def around(number, peak):
+    """Of a signal's peak: which values are near it, and the distance of two."""
+    f, _amplitude = honest()[number]
+    place = _three_peaks(*SIGNALS[number])[peak][0]
+    return np.abs(f - place) < 0.3, f[1]
+
+
+def test_there_are_signals_of_either_sort():
+    assert 0 < len(ON_BINS) < len(SIGNALS)
+    for x, dt in SIGNALS:
+        places = sorted(place for place, _height in _three_peaks(x, dt))
+        assert len(places) == 3 and np.diff(places).min() > 1
+
+
+def test_what_is_right_is_right():
+    assert verdict(honest()).status is Status.RIGHT
+
+
+@pytest.mark.parametrize("peak", [0, 1, 2])
+@pytest.mark.parametrize("number", range(len(SIGNALS)))
+def test_one_peak_of_several_in_another_place_is_wrong(number, peak):
+    value = honest()
+    near, bin_width = around(number, peak)
+    for bins, status in ((0, Status.RIGHT), (2, Status.WRONG)):
+        f, amplitude = honest()[number]
+        amplitude[near] = 0.0
+        place = _three_peaks(*SIGNALS[number])[peak][0]
+        amplitude[np.argmin(np.abs(f - place)) + bins] = honest()[number][1][near].max()
+        value[number] = f, amplitude
+        assert verdict(value).status is status, bin_width
+
+
+@pytest.mark.parametrize("peak", [0, 1, 2])
+@pytest.mark.parametrize("number", range(len(SIGNALS)))
+def test_one_missing_peak_of_several_is_wrong(number, peak):
+    value = honest()
+    f, amplitude = value[number]
+    near, _bin_width = around(number, peak)
+    keep = ~near
+    value[number] = f[keep], amplitude[keep]
+    assert verdict(value).status is Status.WRONG
+
+
+@pytest.mark.parametrize("peak", [0, 1, 2])
+@pytest.mark.parametrize("number", ON_BINS)
+@pytest.mark.parametrize(("factor", "status"), [(1.049, "right"), (1.051, "partly right"), (0.951, "right"), (0.949, "partly right")])
+def test_one_peak_of_several_that_is_too_high_or_too_low_costs_half(number, peak, factor, status):
+    value = honest()
+    f, amplitude = value[number]
+    near, _bin_width = around(number, peak)
+    value[number] = f, np.where(near, factor, 1.0) * amplitude
+    found = verdict(value, rtol=0.05)
+    assert found.status.value == status
+    assert found.share == (1.0 if status == "right" else 0.5)
+
+
+@pytest.mark.parametrize(
+    ("factors", "words"),
+    [
+        (lambda x: 0.5, "the other half is at the negative frequencies"),
+        (lambda x: x.size, "too high by the number of samples"),
+        (lambda x: x.size / 2, "by half the number of samples"),
+        (lambda x: 1.7, "by the same factor"),
+        (lambda x: x.size**2, "not their amplitudes"),
+    ],
+)
+def test_heights_that_are_wrong_in_one_way_are_told_which(factors, words):
+    value = [(f, amplitude * factors(x)) for (f, amplitude), (x, _dt) in zip(honest(), SIGNALS, strict=True)]
+    found = verdict(value)
+    assert (found.status, found.share) == (Status.PARTLY, 0.5) and words in found.reason
+
+
+def test_a_height_is_not_asked_for_between_bins():
+    value = honest()
+    for number in set(range(len(SIGNALS))) - set(ON_BINS):
+        f, amplitude = value[number]
+        value[number] = f, 0.8 * amplitude
+    assert verdict(value).status is Status.RIGHT
