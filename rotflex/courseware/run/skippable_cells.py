@@ -33,8 +33,12 @@ def skippable(cells: Iterable[dict[str, Any]]) -> set[str]:
     code = [cell for cell in cells if cell["cell_type"] == "code"]
     if not readable(map(_source, code)):
         return set()
-    optional = {cell["id"]: cell for cell in code if ILLUSTRATION in cell["metadata"].get("tags", [])}
     try:
+        optional = {
+            cell["id"]: cell
+            for cell in code
+            if ILLUSTRATION in cell["metadata"].get("tags", []) and not _binds_unseen(_source(cell))
+        }
         certain = [_source(cell) for cell in code if cell["id"] not in optional]
         used = set().union(*map(uses, certain))
         imported = set().union(*map(bound, certain))
@@ -62,6 +66,12 @@ def _table(source: str) -> symtable.SymbolTable:
     if len(source) > LONGEST:
         raise ValueError(_("it has more than {longest} characters").format(longest=LONGEST))
     return symtable.symtable(source, "cell", "exec")
+
+
+def _binds_unseen(source: str) -> bool:
+    """Whether a cell binds names that it does not write: ``from module import *``."""
+    imported = (one for one in ast.walk(ast.parse(source)) if isinstance(one, ast.ImportFrom))
+    return any(alias.name == "*" for one in imported for alias in one.names)
 
 
 def bound(source: str) -> set[str]:
@@ -115,7 +125,8 @@ def _scopes(table: symtable.SymbolTable) -> Iterator[symtable.SymbolTable]:
 def _flow(statements: Iterable[ast.stmt], own: frozenset[str]) -> tuple[set[str], frozenset[str]]:
     """Names that statements read before they have bound them, and names that are bound after them, whatever happens.
 
-    ``own`` are those that are bound before. What a loop or a ``try`` binds may not be, after it.
+    ``own`` are those that are bound before. What a loop, a ``try``, or a ``with`` (which may pass over an error) binds
+    may not be, after it.
     """
     found: set[str] = set()
     for statement in statements:
@@ -126,22 +137,28 @@ def _flow(statements: Iterable[ast.stmt], own: frozenset[str]) -> tuple[set[str]
                 found |= (_read(statement.test) - own) | read | other_read
                 own = one & other
             case ast.For() | ast.While() | ast.Try():
-                head = _read(statement.iter) if isinstance(statement, ast.For) else set()
-                head |= _read(statement.test) if isinstance(statement, ast.While) else set()
-                found |= head - own
+                found |= set().union(*map(_read, _heads(statement))) - own
                 inside = own | (_stored(statement.target) if isinstance(statement, ast.For) else set())
                 for block in _blocks(statement):
                     found |= _flow(block, inside)[0]
             case ast.With():
                 for item in statement.items:
-                    found |= _read(item.context_expr) - own
+                    found |= _read(item) - own
                     own |= _stored(item.optional_vars)
-                read, own = _flow(statement.body, own)
-                found |= read
+                found |= _flow(statement.body, own)[0]
             case _:
                 found |= _read(statement) - own
                 own |= _bound_by(statement)
     return found, own
+
+
+def _heads(statement: ast.For | ast.While | ast.Try) -> list[ast.expr]:
+    match statement:
+        case ast.For():
+            return [statement.iter, statement.target]
+        case ast.While():
+            return [statement.test]
+    return [handler.type for handler in statement.handlers if handler.type is not None]
 
 
 def _blocks(statement: ast.For | ast.While | ast.Try) -> list[list[ast.stmt]]:

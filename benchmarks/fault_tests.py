@@ -1,0 +1,136 @@
+"""Which tests concern a line: those that execute it, and those of the folder that mirrors its own.
+
+What a module does when it is imported, no test executes: there, the tests count that execute what names the thing, or
+else all that execute something of the file. Nor is it known what is executed in other processes.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+SOURCES = ("rotflex", "solutions")
+#: Not asked which test executes what: a browser's, and those of whole classes, which are run in other processes.
+LEFT_OUT = ("tests/whole", "tests/widgets/test_explorers_browser.py", "tests/test_distributions.py")
+_SETTINGS = "[run]\nsource = rotflex, solutions\ncore = ctrace\n"
+
+
+@dataclass(frozen=True)
+class TestMap:
+    """What is known of the tests.
+
+    Attributes
+    ----------
+    executed : file → line → tests that execute it
+    seconds : test → what it takes; of those that pass
+    failing : those that do not, without any fault
+    """
+
+    executed: Mapping[str, Mapping[int, frozenset[str]]]
+    seconds: Mapping[str, float]
+    failing: tuple[str, ...]
+
+    def quickest_first(self, tests: Iterable[str]) -> list[str]:
+        """Those that pass without a fault, the quickest first."""
+        return sorted((one for one in tests if one in self.seconds), key=lambda one: (self.seconds[one], one))
+
+    def executing(self, file: str, first: int, last: int, tree: Path) -> set[str]:
+        """Tests that execute a line, or what becomes of it."""
+        lines = self.executed.get(file, {})
+        found = {test for line in range(first, last + 1) for test in lines.get(line, ())}
+        if found:
+            return found
+        names = set(_bound_at((tree / file).read_text(encoding="utf-8"), first))
+        for other, at in _named(tree).items():
+            for name, place in at:
+                if name in names:
+                    found |= self.executed.get(other, {}).get(place, frozenset())
+        return found or {test for tests in lines.values() for test in tests}
+
+
+def mirrored(file: str, tree: Path) -> list[str]:
+    """Test files and folders that concern a file, by its place."""
+    path = Path(file)
+    parts = path.parts[1:] if path.parts[0] == "rotflex" else path.parts
+    folder = tree / "tests" / Path(*parts[:-1])
+    while not folder.is_dir():
+        folder = folder.parent
+    stem = path.stem.removeprefix("test_")
+    own = sorted(folder.glob(f"test_*{stem}*.py"))
+    inner = [folder] if folder not in (tree / "tests", tree / "tests" / "instructor", tree / "tests" / "courseware") else []
+    more = [tree / "tests" / "instructor" / "test_course_check.py"] if path.parts[0] == "solutions" else []
+    return [one.relative_to(tree).as_posix() for one in (*own, *inner, *more) if one.exists()]
+
+
+def measure(tree: Path, folder: Path, tests: list[str], command: list[str], environment: dict[str, str]) -> None:
+    """Run the tests once, and write down in a folder which executes what, and what it takes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "tree").write_text(str(tree), encoding="utf-8")
+    (folder / "settings").write_text(_SETTINGS, encoding="utf-8")
+    environment = environment | {"FAULTS_TIMES": str(folder / "times.json"), "COVERAGE_FILE": str(folder / "lines")}
+    left_out = [f"--ignore={name}" for name in LEFT_OUT]
+    measuring = [sys.executable, "-m", "coverage", "run", f"--rcfile={folder / 'settings'}", *command, *left_out]
+    subprocess.run([*measuring, *tests], cwd=tree, env=environment, check=False)
+
+
+def read(folder: Path) -> TestMap:
+    """What :func:`measure` has written down."""
+    from coverage import CoverageData
+
+    tree = Path((folder / "tree").read_text(encoding="utf-8"))
+    times = json.loads((folder / "times.json").read_text(encoding="utf-8"))
+    seconds = {test: one["seconds"] for test, one in times.items() if "outcome" not in one and "seconds" in one}
+    data = CoverageData(str(folder / "lines"))
+    data.read()
+    executed: dict[str, dict[int, frozenset[str]]] = {}
+    for measured in data.measured_files():
+        where = Path(measured)
+        if where.is_relative_to(tree):
+            contexts = data.contexts_by_lineno(measured)
+            executed[where.relative_to(tree).as_posix()] = {
+                line: frozenset(filter(None, tests)) for line, tests in contexts.items() if any(tests)
+            }
+    failing = tuple(test for test, one in times.items() if one.get("outcome") == "failed")
+    return TestMap(executed, seconds, failing)
+
+
+def _bound_at(source: str, line: int) -> Iterator[str]:
+    """Names that the outermost statements around a line bind."""
+    inner = list(ast.parse(source).body)
+    while inner:
+        around = [one for one in inner if one.lineno <= line <= (one.end_lineno or one.lineno)]
+        inner = []
+        for one in around:
+            if isinstance(one, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+                yield one.name
+                inner = one.body if isinstance(one, ast.ClassDef) else []
+            else:
+                yield from (
+                    below.id for below in ast.walk(one) if isinstance(below, ast.Name) and isinstance(below.ctx, ast.Store)
+                )
+
+
+@cache
+def _named(tree: Path) -> Mapping[str, list[tuple[str, int]]]:
+    """File → names that are used in it, and where."""
+    found: dict[str, list[tuple[str, int]]] = defaultdict(list)
+    for folder in SOURCES:
+        for path in sorted((tree / folder).rglob("*.py")):
+            name = path.relative_to(tree).as_posix()
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+                    found[name].append((node.id, node.lineno))
+                elif isinstance(node, ast.Attribute):
+                    found[name].append((node.attr, node.lineno))
+    return found
+
+

@@ -1,0 +1,328 @@
+"""Names that an answer uses, or that a cell binds, wherever in a statement: by these a cell is run or left out."""
+
+from __future__ import annotations
+
+import builtins
+
+import pytest
+from made_notebooks import answer, locked
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.parts import Question, number
+from rotflex.courseware.run import skippable_cells
+from rotflex.courseware.run.cell_reports import CellError, CellReport, Reports
+from rotflex.courseware.run.handed_in import CODE, as_released
+from rotflex.courseware.run.merge import merged
+from rotflex.courseware.run.reasons import explain
+from rotflex.courseware.run.words_in_code import words_in_code
+
+#: Every place of every compound statement and of every expression in which a name can be read.
+USES = {
+    "for, what it goes through": "for i in n:\n    pass",
+    "for, body": "for i in range(3):\n    x = n",
+    "for, after a binding in the body": "for i in range(0):\n    n = 1\nx = n",
+    "for, else": "for i in range(3):\n    pass\nelse:\n    x = n",
+    "for, target": "for n.attribute in range(3):\n    pass",
+    "for, index of the target": "items = {}\nfor items[n] in range(3):\n    pass",
+    "for within for": "for i in range(3):\n    for j in range(3):\n        x = n",
+    "while, test": "while n:\n    break",
+    "while, body": "while True:\n    x = n\n    break",
+    "while, after a binding in the body": "while False:\n    n = 1\nx = n",
+    "while, else": "while False:\n    pass\nelse:\n    x = n",
+    "if, test": "if n:\n    pass",
+    "if, body": "if 1:\n    x = n",
+    "elif, test": "if 0:\n    pass\nelif n:\n    pass",
+    "elif, body": "if 0:\n    pass\nelif 1:\n    x = n",
+    "else": "if 0:\n    pass\nelse:\n    x = n",
+    "if, bound in one branch": "if 0:\n    n = 1\nx = n",
+    "else, bound in one branch": "if 1:\n    pass\nelse:\n    n = 1\nx = n",
+    "try, body": "try:\n    x = n\nexcept Exception:\n    pass",
+    "try, kind of error": "try:\n    pass\nexcept n:\n    pass",
+    "try, kinds of errors": "try:\n    pass\nexcept (ValueError, n.Error):\n    pass",
+    "except, body": "try:\n    pass\nexcept Exception:\n    x = n",
+    "second except, body": "try:\n    pass\nexcept ValueError:\n    pass\nexcept Exception as e:\n    x = n",
+    "try, else": "try:\n    pass\nexcept Exception:\n    pass\nelse:\n    x = n",
+    "finally": "try:\n    pass\nfinally:\n    x = n",
+    "try, after a binding in the body": "try:\n    n = 1\nfinally:\n    pass\nx = n",
+    "except, after a binding in the body": "try:\n    n = 1\nexcept Exception:\n    x = n",
+    "try*": "try:\n    pass\nexcept* n:\n    pass",
+    "with, what is entered": "with n:\n    pass",
+    "with, the second that is entered": "with open('x') as f, n as g:\n    pass",
+    "with, target": "with open('x') as n.file:\n    pass",
+    "with, body": "with open('x') as f:\n    x = n",
+    "with, before a binding in the body": "with open('x') as f:\n    x = n\n    n = 1",
+    "with, after one that an error may have kept from being bound": (
+        "from contextlib import suppress\nwith suppress(Exception):\n    n = 1\nx = n"
+    ),
+    "match, subject": "match n:\n    case _:\n        pass",
+    "match, guard": "match 1:\n    case 1 if n:\n        pass",
+    "match, value": "match 1:\n    case n.ONE:\n        pass",
+    "match, class": "match 1:\n    case n():\n        pass",
+    "match, body": "match 1:\n    case 1:\n        x = n",
+    "match, after a binding in a case": "match 1:\n    case 2:\n        n = 1\nx = n",
+    "list, element": "[n for i in range(3)]",
+    "list, what it goes through": "[i for i in n]",
+    "list, condition": "[i for i in range(3) if n]",
+    "list, the second that it goes through": "[j for i in range(3) for j in n]",
+    "set": "{n for i in range(3)}",
+    "dict, key": "{n: i for i in range(3)}",
+    "dict, value": "{i: n for i in range(3)}",
+    "generator": "sum(n for i in range(3))",
+    "list within list": "[[n for j in range(2)] for i in range(2)]",
+    "function, body": "def f():\n    return n",
+    "function, default": "def f(a=n):\n    pass",
+    "function, keyword's default": "def f(*, a=n):\n    pass",
+    "function, decorator": "@n\ndef f():\n    pass",
+    "function, annotation": "def f(a: n):\n    pass",
+    "function, what it returns": "def f() -> n:\n    pass",
+    "function within a function": "def f():\n    def g():\n        return n\n    return g",
+    "function, global": "def f():\n    global n\n    n += 1",
+    "asynchronous function": "async def f():\n    async with n as g:\n        pass",
+    "asynchronous list": "async def f():\n    return [i async for i in n]",
+    "lambda, body": "f = lambda: n",
+    "lambda, default": "f = lambda a=n: a",
+    "class, base": "class A(n):\n    pass",
+    "class, keyword": "class A(metaclass=n):\n    pass",
+    "class, decorator": "@n\nclass A:\n    pass",
+    "class, body": "class A:\n    x = n",
+    "class, method": "class A:\n    def f(self):\n        return n",
+    "text with values": "f'{n}'",
+    "text with values, format": "f'{1:{n}}'",
+    "index": "x = [1][n]",
+    "of an index": "x = n[0]",
+    "slice": "x = [1][:n]",
+    "assigned item": "n[0] = 1",
+    "assigned attribute": "n.x = 1",
+    "changed": "n += 1",
+    "changed item": "n[0] += 1",
+    "deleted": "del n",
+    "deleted item": "del n[0]",
+    "asserted": "assert n",
+    "assertion's message": "assert True, n",
+    "raised": "raise n",
+    "raised from": "raise ValueError from n",
+    "annotated": "x: int = n",
+    "annotation": "x: n = 1",
+    "annotation only": "n: int\nx = n",
+    "argument": "print(n)",
+    "arguments": "print(*n)",
+    "keyword's value": "print(end=n)",
+    "keywords": "print(**n)",
+    "called": "n()",
+    "either": "x = 1 if n else 2",
+    "one of two": "x = n if 1 else 2",
+    "both": "x = 1 and n",
+    "compared": "x = 1 < 2 < n",
+    "negated": "x = not n",
+    "named on the way": "(x := n)",
+    "unpacked": "a, *b = n",
+    "yielded": "def f():\n    yield n",
+    "awaited": "async def f():\n    await n",
+    "before it is bound": "x = n\nn = 1",
+    "in its own value": "n = n + 1",
+    "imported under another name": "import math as m\nx = n",
+}
+
+
+def cell(name, source, *tags):
+    return {"id": name, "cell_type": "code", "source": source, "metadata": {"tags": list(tags)}}
+
+
+def left_out(illustration, certain):
+    return skippable_cells.skippable([cell("shown", illustration, "illustration"), cell("answer", certain)]) == {"shown"}
+
+
+@pytest.mark.parametrize("source", USES.values(), ids=USES)
+def test_what_an_answer_uses_anywhere_is_run_before_it(source):
+    compile(source, "cell", "exec")
+    assert not left_out("n = 1", source)
+
+
+#: Bound in full before it is read, so that nobody else's is.
+OWN = {
+    "assigned": "n = 1\nx = n",
+    "unpacked": "(a, [n, *b]) = f()\nx = n",
+    "for, target": "for n in range(3):\n    x = n",
+    "for, targets": "for i, (j, n) in f():\n    x = n",
+    "for, bound before it": "n = 1\nfor i in range(3):\n    x = n",
+    "for, bound in the body before": "for i in range(3):\n    n = 1\n    x = n",
+    "while, bound in the body before": "while True:\n    n = 1\n    x = n",
+    "if, bound in both branches": "if f():\n    n = 1\nelse:\n    n = 2\nx = n",
+    "if and elif": "if f():\n    n = 1\nelif g():\n    n = 2\nelse:\n    n = 3\nx = n",
+    "with": "with f() as n:\n    x = n",
+    "with, unpacked": "with f() as (n, m):\n    x = n",
+    "try, bound in the body before": "try:\n    n = 1\n    x = n\nfinally:\n    pass",
+    "list": "[n for n in range(3)]",
+    "dict": "{n: m for n, m in f()}",
+    "function, parameter": "def f(n):\n    return n",
+    "function, keyword": "def f(*, n=1):\n    return n",
+    "function, rest": "def f(*n, **m):\n    return n",
+    "function, its own": "def f():\n    n = 1\n    return n",
+    "lambda, parameter": "f = lambda n: n",
+    "function": "def n():\n    pass\nx = n",
+    "asynchronous function": "async def n():\n    pass\nx = n",
+    "class": "class n:\n    pass\nx = n",
+    "imported": "import n\nx = n",
+    "imported with more": "import n.more\nx = n",
+    "imported as": "import m as n\nx = n",
+    "imported from": "from m import n\nx = n",
+    "imported from as": "from m import o as n\nx = n",
+    "annotated": "n: int = 1\nx = n",
+    "changed after": "n = 1\nn += 1",
+}
+
+
+@pytest.mark.parametrize("source", OWN.values(), ids=OWN)
+def test_what_an_answer_binds_itself_is_no_use_of_anothers(source):
+    compile(source, "cell", "exec")
+    assert left_out("n = 1", source)
+
+
+#: Every way in which a cell can bind a name for those after it.
+BINDS = {
+    **{name: source for name, source in OWN.items() if source.startswith(("n = ", "(a", "import", "from", "def n", "cl"))},
+    "asynchronous function": "async def n():\n    pass",
+    "annotated": "n: int = 1",
+    "for, target": "for n in range(3):\n    pass",
+    "for, targets": "for i, (j, n) in f():\n    pass",
+    "for, body": "for i in range(3):\n    n = i",
+    "for, else": "for i in range(3):\n    pass\nelse:\n    n = 1",
+    "while, body": "while f():\n    n = 1",
+    "while, else": "while f():\n    pass\nelse:\n    n = 1",
+    "if": "if f():\n    n = 1",
+    "elif": "if f():\n    pass\nelif g():\n    n = 1",
+    "else": "if f():\n    pass\nelse:\n    n = 1",
+    "try": "try:\n    n = 1\nexcept Exception:\n    pass",
+    "except": "try:\n    pass\nexcept Exception:\n    n = 1",
+    "try, else": "try:\n    pass\nexcept Exception:\n    pass\nelse:\n    n = 1",
+    "finally": "try:\n    pass\nfinally:\n    n = 1",
+    "with": "with f() as n:\n    pass",
+    "with, the second": "with f() as m, g() as n:\n    pass",
+    "with, body": "with f():\n    n = 1",
+    "match, captured": "match f():\n    case [n, *_]:\n        pass",
+    "match, as": "match f():\n    case int() as n:\n        pass",
+    "match, rest": "match f():\n    case [1, *n]:\n        pass",
+    "match, rest of a mapping": "match f():\n    case {1: 2, **n}:\n        pass",
+    "match, body": "match f():\n    case 1:\n        n = 1",
+    "named on the way": "print(n := 1)",
+    "named in a list": "[n := i for i in range(3)]",
+    "named in a test": "if n := f():\n    pass",
+    "by a function, as global": "def f():\n    global n\n    n = 1\nf()",
+    "changed": "n += 1",
+    "all of a module": "from math import *",
+}
+
+
+@pytest.mark.parametrize("source", BINDS.values(), ids=BINDS)
+def test_a_cell_that_binds_what_an_answer_uses_is_run_however_it_binds_it(source):
+    compile(source, "cell", "exec")
+    assert not left_out(source, "x = n")
+    assert left_out("m = 1", "x = n")
+
+
+NO_BINDING = {
+    "list": "[n for n in range(3)]",
+    "function's own": "def f(n):\n    m = n",
+    "class's own": "class A:\n    n = 1",
+    "lambda": "f = lambda n: n",
+    "attribute": "a.n = 1",
+    "item": "a['n'] = 1",
+    "keyword": "f(n=1)",
+    "only read": "print(n)",
+}
+
+
+@pytest.mark.parametrize("source", NO_BINDING.values(), ids=NO_BINDING)
+def test_a_name_that_does_not_outlive_a_cell_is_not_what_an_answer_uses(source):
+    assert left_out(source, "x = n")
+
+
+@pytest.mark.parametrize("length", [0, 1])
+def test_cells_are_looked_at_up_to_their_longest(length, monkeypatch):
+    certain = "x = 1"
+    monkeypatch.setattr(skippable_cells, "LONGEST", len(certain) - length)
+    assert left_out("n=1", certain) == (length == 0)
+    monkeypatch.undo()
+    monkeypatch.setattr(skippable_cells, "LONGEST_TOGETHER", len("n=1" + certain) - length)
+    assert left_out("n=1", certain) == (length == 0)
+
+
+@pytest.mark.parametrize("name", sorted(skippable_cells._ROUNDABOUT))
+def test_a_roundabout_way_to_names_has_all_run(name):
+    assert not left_out("n = 1", f"x = {name}")
+    assert not left_out("n = 1", f"def f():\n    return {name}")
+
+
+def test_every_builtin_that_reaches_a_name_by_its_text_is_known():
+    reaching = {"globals", "locals", "vars", "dir", "eval", "exec", "compile", "__import__"}
+    assert reaching <= set(dir(builtins)) and reaching <= skippable_cells._ROUNDABOUT
+
+
+# --- what builds on what ----------------------------------------------------------------------------------------------
+
+CATALOGUE = Catalogue(
+    [Question(name, "1", "1_one", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")],
+)
+MASTER = {
+    "1_one.ipynb": {
+        "cells": [
+            {"id": "shared", "cell_type": CODE, "source": "pass", "metadata": {"tags": ["open"]}},
+            *(
+                one
+                for name in ("1", "2")
+                for one in (
+                    {
+                        "id": f"q{name}",
+                        "cell_type": CODE,
+                        "source": "",
+                        "metadata": {"nbgrader": {"grade_id": f"q{name}", "solution": True}},
+                    },
+                    {
+                        "id": f"q{name}-answer",
+                        "cell_type": CODE,
+                        "source": f'lab.answer("{name}", x=x)',
+                        "metadata": {},
+                    },
+                )
+            ),
+        ]
+    }
+}
+
+
+@pytest.mark.parametrize("binding", [one for one in BINDS.values() if "import *" not in one])
+@pytest.mark.parametrize("use", ["for i in range(3):\n    x = n", "try:\n    x = n\nfinally:\n    pass", "x = n"])
+def test_what_stopped_is_told_of_what_builds_on_a_name_that_it_binds(binding, use):
+    made = merged(MASTER, {"1_one.ipynb": as_released(MASTER["1_one.ipynb"], {"q1": binding, "q2": use})})
+    errors = {"q1": CellError("ZeroDivisionError", "division by zero", 1), "q2": CellError("TypeError", "None", 1)}
+    cells = made.notebooks["1_one.ipynb"]["cells"]
+    reports = tuple(CellReport("1_one.ipynb", one["id"], True, errors.get(one["id"]), ()) for one in cells)
+    found = explain(
+        MASTER, made, Reports(reports, ()), set(), CATALOGUE, handed_in=("1_one.ipynb",), claim=None, seconds=60
+    )
+    assert found.missing["2", "x"].startswith("It builds on what stopped before it: 1 (ZeroDivisionError")
+
+
+# --- words that stand in code -----------------------------------------------------------------------------------------
+
+RECORDER = locked("a-answer", 'lab.answer("1.4", why=why)')
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "for i in range(1):\n    why = 'It rubs.'",
+        "for why in ['It rubs.']:\n    pass",
+        "while True:\n    why = 'It rubs.'\n    break",
+        "try:\n    why = 'It rubs.'\nfinally:\n    pass",
+        "try:\n    pass\nexcept Exception:\n    why = 'It rubs.'",
+        "with open('x') as why:\n    pass",
+        "with f():\n    why = 'It rubs.'",
+        "match 1:\n    case 1:\n        why = 'It rubs.'",
+        "why: str = str('It rubs.')",
+        "print(why := 'It rubs.')",
+        "why, other = 'It rubs.', 1",
+    ],
+)
+def test_words_that_a_block_binds_are_not_taken_for_those_that_stood_there_before(source):
+    assert words_in_code([answer("a", f"why = 'It slips.'\n{source}"), RECORDER]) == {("1.4", "why"): None}
