@@ -130,7 +130,9 @@ def other_cells(prepared: Prepared, change) -> Prepared:
 RUN = {
     "the bench": lambda one: replace(one, submission=replace(one.submission, bench_of="bob")),
     "the student": lambda one: replace(one, submission=replace(one.submission, student="bob", bench_of="ada")),
-    "a cell's source": lambda one: replace(one, prepared=other_cells(one.prepared, lambda cell: cell | {"source": "1"})),
+    "a cell's source": lambda one: replace(
+        one, prepared=other_cells(one.prepared, lambda cell: cell | {"source": "1"})
+    ),
     "a cell's id": lambda one: replace(one, prepared=other_cells(one.prepared, lambda cell: cell | {"id": "x"})),
     "a notebook's name": lambda one: replace(
         one,

@@ -67,7 +67,9 @@ def test_one_missing_peak_of_several_is_wrong(number, peak):
 
 @pytest.mark.parametrize("peak", [0, 1, 2])
 @pytest.mark.parametrize("number", ON_BINS)
-@pytest.mark.parametrize(("factor", "status"), [(1.049, "right"), (1.051, "partly right"), (0.951, "right"), (0.949, "partly right")])
+@pytest.mark.parametrize(
+    ("factor", "status"), [(1.049, "right"), (1.051, "partly right"), (0.951, "right"), (0.949, "partly right")]
+)
 def test_one_peak_of_several_that_is_too_high_or_too_low_costs_half(number, peak, factor, status):
     value = honest()
     f, amplitude = value[number]

@@ -129,7 +129,9 @@ def cell(name, source, *tags):
 
 
 def left_out(illustration, certain):
-    return skippable_cells.skippable([cell("shown", illustration, "illustration"), cell("answer", certain)]) == {"shown"}
+    return skippable_cells.skippable([cell("shown", illustration, "illustration"), cell("answer", certain)]) == {
+        "shown"
+    }
 
 
 @pytest.mark.parametrize("source", USES.values(), ids=USES)
@@ -180,7 +182,11 @@ def test_what_an_answer_binds_itself_is_no_use_of_anothers(source):
 
 #: Every way in which a cell can bind a name for those after it.
 BINDS = {
-    **{name: source for name, source in OWN.items() if source.startswith(("n = ", "(a", "import", "from", "def n", "cl"))},
+    **{
+        name: source
+        for name, source in OWN.items()
+        if source.startswith(("n = ", "(a", "import", "from", "def n", "cl"))
+    },
     "asynchronous function": "async def n():\n    pass",
     "annotated": "n: int = 1",
     "for, target": "for n in range(3):\n    pass",
