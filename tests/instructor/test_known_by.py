@@ -1,4 +1,4 @@
-"""What a run is known by: each thing that it depends on, changed alone, is another run; and what it does not, is none."""
+"""What a run is known by: each thing that it depends on, changed alone, is another run; anything else is none."""
 
 from __future__ import annotations
 

@@ -25,7 +25,8 @@ from rotflex.instructor.running.isolation_report import Examined
 STATUS = "Name:\tcat\nCapInh:\t0000000000000000\nCapEff:\t0000000000000000\nCapAmb:\t0000000000000000\nNoNewPrivs:\t1\n"
 MEMORY = f"Max address space         {Limits().memory}           {Limits().memory}           bytes\n"
 NETWORK = "Inter-|   Receive\n face |bytes\n    lo:       0       0    0    0    0     0          0         0   0  0\n"
-MOUNTS = "overlay / overlay ro,relatime 0 0\ntmpfs /tmp tmpfs rw,nosuid 0 0\ntmpfs /dev/shm tmpfs rw 0 0\nproc /proc proc rw,nosuid 0 0\n"
+MOUNTS = "overlay / overlay ro,relatime 0 0\ntmpfs /tmp tmpfs rw,nosuid 0 0\n"
+MOUNTS += "tmpfs /dev/shm tmpfs rw,nosuid 0 0\nproc /proc proc rw,nosuid 0 0\n"
 ETHERNET = "  eth0:       0       0    0    0    0     0          0         0   0  0\n"
 
 

@@ -39,15 +39,20 @@ def read(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], list[str]
     Raises
     ------
     GradingError
-        If it cannot be read, or has no such columns.
+        If it cannot be read, is too long, or has no such columns.
     """
     try:
         with open(path, "rb") as file:
-            text = file.read(_MAX_BYTES).decode("utf-8-sig")
+            data = file.read(_MAX_BYTES + 1)
+        text = data.decode("utf-8-sig", "strict" if len(data) <= _MAX_BYTES else "replace")
     except OSError as error:
         raise GradingError(_("The times {path} cannot be read: {why}.").format(path=path, why=error.strerror)) from None
     except UnicodeDecodeError:
         raise GradingError(_("The times {path} are not UTF-8.").format(path=path)) from None
+    if len(data) > _MAX_BYTES:
+        raise GradingError(
+            _("The times {path} are too long: more than {most} bytes.").format(path=path, most=_MAX_BYTES)
+        )
     first = text.partition("\n")[0]
     table = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
     try:

@@ -1,0 +1,329 @@
+"""Each limit on what is taken in, at either side of its value: what just fits is taken, and one more is not."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from packings import WANTED, lay, notebook, under, work, zipped
+
+from rotflex.courseware import answers
+from rotflex.errors import GradingError
+from rotflex.instructor.gradebook.records import StudentRecord
+from rotflex.instructor.running import intake
+from rotflex.instructor.running.intake import labels, limits, notebooks, stores, times
+from rotflex.instructor.running.intake.stores import Unreadable, Where
+
+ROSTER = [StudentRecord("ada", "Ada Lovelace")]
+FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
+
+
+def limited(monkeypatch, name, size, fits):
+    """A limit at a size, or just below it."""
+    monkeypatch.setattr(limits, name, size if fits else size - 1)
+
+
+def read(folder, roster=ROSTER):
+    """What was read of ada's: notebooks, and all that is told."""
+    submission = next(one for one in intake.find(folder, roster).submissions if one.student == "ada")
+    delivered = intake.read(submission, WANTED)
+    told = [*intake.problems(delivered), *intake.notes(delivered)]
+    return sorted({name for one in delivered for name in one.notebooks}), " ".join(told), delivered
+
+
+def zip_in(folder, files, name="ada.zip"):
+    packed = zipped(files)
+    lay(folder, {name: packed})
+    return packed
+
+
+# --- of one hand-in ---------------------------------------------------------------------------------------------------
+
+
+@FITS
+@pytest.mark.parametrize("packed", [True, False], ids=["zip", "folder"])
+def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
+    files = work("ada")
+    limited(monkeypatch, "MAX_ENTRIES", len(files), fits)
+    lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
+    found, told, _delivered = read(tmp_path)
+    assert (found == WANTED, "more than 3 files and folders" in told) == (fits, not fits)
+
+
+@FITS
+def test_folders_count_as_files_do(tmp_path, monkeypatch, fits):
+    files = under("work", work("ada"))
+    limited(monkeypatch, "MAX_ENTRIES", len(files) + 1, fits)
+    lay(tmp_path / "ada", files)
+    assert (read(tmp_path)[0] == WANTED) == fits
+
+
+@FITS
+@pytest.mark.parametrize("packed", [True, False], ids=["zip", "folder"])
+def test_folders_within_folders(tmp_path, fits, packed):
+    depth = limits.MAX_DEPTH + (not fits)
+    deep = "/".join("d" * depth)
+    files = work("ada") | {f"{deep}/deep.csv": b"1"}
+    lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
+    (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
+    assert (f"{deep}/deep.csv" in piece.files) == fits
+    told = f"it lies deeper than {limits.MAX_DEPTH} folders"
+    assert (list(piece.others.values()) == [told]) == (not fits)
+
+
+@FITS
+def test_bytes_of_a_zip(tmp_path, monkeypatch, fits):
+    packed = zip_in(tmp_path, work("ada"))
+    limited(monkeypatch, "MAX_ARCHIVE", len(packed), fits)
+    found, told, _delivered = read(tmp_path)
+    assert (found == WANTED, "the zip has more than" in told) == (fits, not fits)
+
+
+@FITS
+def test_bytes_of_a_zip_within_a_zip(tmp_path, monkeypatch, fits):
+    inner = zipped(work("ada"))
+    zip_in(tmp_path, {"inner.zip": inner})
+    limited(monkeypatch, "MAX_INNER_ARCHIVE", len(inner), fits)
+    found, told, _delivered = read(tmp_path)
+    assert (found == WANTED, f"more than {len(inner) - 1} bytes" in told) == (fits, not fits)
+
+
+@FITS
+def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
+    packed = zip_in(tmp_path, work("ada"))
+    table = int.from_bytes(packed[-10:-6], "little")  # as the zip's end says
+    limited(monkeypatch, "MAX_DIRECTORY", table, fits)
+    where = Where(tmp_path / "ada.zip")
+    if fits:
+        with stores.opened(where) as store:
+            assert len(store.listing(10).files) == len(work("ada"))
+        return
+    with pytest.raises(Unreadable, match=f"table of contents has more than {table - 1} bytes"), stores.opened(where):
+        pass
+
+
+@FITS
+def test_zips_within_zips(tmp_path, fits):
+    """The student's own zip is none within another."""
+    packed = zipped(work("ada"))
+    for _level in range(limits.MAX_NESTING + (not fits)):
+        packed = zipped({"inner.zip": packed})
+    lay(tmp_path, {"ada.zip": packed})
+    assert (read(tmp_path)[0] == WANTED) == fits
+
+
+@FITS
+def test_zips_side_by_side(tmp_path, fits):
+    number = limits.MAX_INNER_ARCHIVES
+    files = {f"{place:03}.zip": zipped({"x.csv": b"1"}) for place in range(number - 1 + (not fits))}
+    files["z.zip"] = zipped(work("ada"))
+    zip_in(tmp_path, files)
+    assert (read(tmp_path)[0] == WANTED) == fits
+
+
+@FITS
+def test_bytes_of_a_course_file(tmp_path, monkeypatch, fits):
+    files = work("ada")
+    limited(monkeypatch, "MAX_COURSE_FILE", len(files["course.json"]), fits)
+    lay(tmp_path / "final", files)
+    if fits:
+        assert read(tmp_path)[0] == WANTED  # whose it is, stands there alone
+    else:
+        assert [one.student for one in intake.find(tmp_path).submissions] == ["final"]
+
+
+@FITS
+def test_bytes_of_answers_that_were_recorded_at_home(tmp_path, monkeypatch, fits):
+    claim = b'{"answers": {}}'
+    monkeypatch.setattr(answers, "MAX_BYTES", len(claim) - (not fits))
+    lay(tmp_path / "ada", work("ada") | {"answers.json": claim})
+    _found, told, (delivered,) = read(tmp_path)
+    assert (delivered.claim == claim, "answers.json is not read" in told) == (fits, not fits)
+
+
+@FITS
+def test_notebooks_of_unknown_names(tmp_path, monkeypatch, fits):
+    monkeypatch.setattr(limits, "MAX_STRANGERS", 3 if fits else 2)
+    files = {f"{letter}.ipynb": notebook(name) for letter, name in zip("abc", WANTED, strict=True)}
+    lay(tmp_path / "ada", files)
+    submission = intake.find(tmp_path, ROSTER).submissions[0]
+    masters = {name: [cell["id"] for cell in json.loads(notebook(name))["cells"]] for name in WANTED}
+    (delivered,) = intake.read(submission, WANTED, masters)
+    assert len(delivered.notebooks) == (3 if fits else 2)
+
+
+# --- of one notebook --------------------------------------------------------------------------------------------------
+
+
+def made(source="x = 1", outputs=(), kind="code", **more):
+    cell = {"cell_type": kind, "id": "a", "source": source, "outputs": outputs} | more
+    return json.dumps({"cells": [cell]}, separators=(",", ":")).encode()
+
+
+@FITS
+def test_bytes_of_a_notebook_with_its_outputs(monkeypatch, fits):
+    data = made(outputs=["x" * 1000])
+    limited(monkeypatch, "MAX_NOTEBOOK_FILE", len(data), fits)
+    if fits:
+        assert notebooks.read(data)[0][0].source == "x = 1"
+    else:
+        with pytest.raises(notebooks.NotebookError, match=f"it has more than {len(data) - 1} bytes"):
+            notebooks.read(data)
+
+
+@FITS
+@pytest.mark.parametrize(("kind", "name"), [("code", "MAX_NOTEBOOK"), ("markdown", "MAX_PICTURES")])
+def test_bytes_of_a_notebooks_cells(monkeypatch, fits, kind, name):
+    """Text may hold pictures, as some editors write them."""
+    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 10_000)
+    monkeypatch.setattr(limits, "MAX_PICTURES", 20_000)
+    most = getattr(limits, name)
+    data = made("x" * (most - 500), kind=kind, outputs=["x" * 30_000])
+    (cell,), _problems = notebooks.read(data)
+    size = notebooks._sizes([cell])[kind]
+    limited(monkeypatch, name, size, fits)
+    if fits:
+        assert len(notebooks.read(data)[0]) == 1
+    else:
+        with pytest.raises(notebooks.NotebookError, match=r"its cells have more than|without its outputs"):
+            notebooks.read(data)
+
+
+@FITS
+@pytest.mark.parametrize("outputs", [(), ("x" * 5000,)], ids=["small", "large"])
+def test_bytes_of_a_notebooks_pictures(monkeypatch, fits, outputs):
+    attachments = {"a.png": {"image/png": "A" * 600}}
+    size = len("a.png") + len("image/png") + 600
+    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 3000)
+    monkeypatch.setattr(limits, "MAX_PICTURES", size + 100)
+    data = made("see", outputs, "markdown", attachments=attachments)
+    assert notebooks.read(data)[0][0].attachments
+    stored = len(json.dumps(attachments, separators=(",", ":"))) if outputs else size
+    limited(monkeypatch, "MAX_PICTURES", stored, fits)
+    (cell,), problems = notebooks.read(data)
+    assert (bool(cell.attachments), len(problems), cell.source) == (fits, not fits, "see")
+
+
+@FITS
+def test_parts_of_a_notebook(monkeypatch, fits):
+    parts = 50
+    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 100)
+    data = made(outputs=["x"] * parts + ["x" * 200])
+    needed = next(most for most in range(10_000) if _can_be_read(monkeypatch, data, most))
+    assert parts < needed < 5 * parts
+    assert _can_be_read(monkeypatch, data, needed - (not fits)) == fits
+
+
+def _can_be_read(monkeypatch, data, most):
+    monkeypatch.setattr(limits, "MAX_BRACKETS", most)
+    try:
+        return bool(notebooks.read(data))
+    except notebooks.NotebookError:
+        return False
+
+
+# --- of a whole class -------------------------------------------------------------------------------------------------
+
+
+def class_zip(folder):
+    """A zip of two students' folders, given as it is."""
+    packed = zipped(under("ada", work("ada")) | under("bob", work("bob")))
+    lay(folder, {"class.zip": packed})
+    return folder / "class.zip", packed
+
+
+@FITS
+@pytest.mark.parametrize("name", ["MAX_CLASS_ARCHIVE", "MAX_CLASS_ENTRIES", "MAX_CLASS_DIRECTORY"])
+def test_a_zip_of_the_whole_class(tmp_path, monkeypatch, fits, name):
+    path, packed = class_zip(tmp_path)
+    sizes = {
+        "MAX_CLASS_ARCHIVE": len(packed),
+        "MAX_CLASS_ENTRIES": 2 * len(work()),
+        "MAX_CLASS_DIRECTORY": int.from_bytes(packed[-10:-6], "little"),
+    }
+    for one, size in sizes.items():
+        monkeypatch.setattr(limits, one.replace("CLASS_", ""), size // 2 + size % 2)  # a student's is smaller
+    limited(monkeypatch, name, sizes[name], fits)
+    if fits:
+        roster = [*ROSTER, StudentRecord("bob")]
+        assert [one.student for one in intake.find(path, roster).submissions] == ["ada", "bob"]
+    else:
+        with pytest.raises(Unreadable, match="more than"):
+            _listing(path)
+
+
+def _listing(path):
+    with stores.opened(Where(path), whole_class=True) as store:
+        return store.listing(limits.MAX_CLASS_ENTRIES)
+
+
+@FITS
+def test_folders_around_those_of_the_students(tmp_path, fits):
+    around = "/".join(f"around{level}" for level in range(limits.MAX_CLASS_DEPTH + (not fits)))
+    lay(tmp_path / around / "ada", work(None))
+    lay(tmp_path / around / "Ada Lovelace", work(None))
+    try:
+        found = [one.student for one in intake.find(tmp_path, ROSTER).submissions]
+    except GradingError:
+        found = []
+    assert (found == ["ada"]) == fits
+
+
+@FITS
+def test_students_of_one_hand_in(tmp_path, fits):
+    names = [f"s{number}" for number in range(4 + (not fits))]
+    roster = [StudentRecord(name) for name in names]
+    lay(tmp_path / "+".join(names), work(None))
+    try:
+        found = [one.student for one in intake.find(tmp_path, roster).submissions]
+    except GradingError:
+        found = []
+    assert (found == names) == fits and (not fits or len(found) == 4)
+
+
+@FITS
+def test_partners_whom_a_course_file_names(tmp_path, fits):
+    names = [f"s{number}" for number in range(5 if fits else 6)]
+    roster = [StudentRecord(name) for name in names]
+    lay(tmp_path / "s0", work("s0", **{"with": names[1:]}))
+    found = [one.student for one in intake.find(tmp_path, roster).submissions]
+    assert found == names[:5]
+
+
+@FITS
+def test_a_name_that_a_platform_writes(fits):
+    name = "Ada Lovelace_7_assignsubmission_file_"
+    long = "x" * (labels._LONGEST - len(name) + (not fits)) + name
+    assert (labels.read(long) is not None) == fits
+    again = "x" * (labels._LONGEST - len(" (2)") + (not fits)) + " (2)"
+    assert (labels.again(again) is not None) == fits
+
+
+@FITS
+def test_a_list_of_times(tmp_path, monkeypatch, fits):
+    """It is read as a whole, or not at all: half a line would be another time."""
+    content = "name,time\nada,2026-11-20 12:00\nJ\u00fcrgen,2026-11-21 12:00".encode()
+    path = tmp_path / "times.csv"
+    path.write_bytes(content)
+    monkeypatch.setattr(times, "_MAX_BYTES", len(content) - (not fits))
+    if fits:
+        assert len(times.read(path)[0]) == 2
+        return
+    for most in (len(content) - 1, content.index(b"\xc3") + 1):
+        monkeypatch.setattr(times, "_MAX_BYTES", most)
+        with pytest.raises(GradingError, match=f"are too long: more than {most} bytes"):
+            times.read(path)
+
+
+@FITS
+def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
+    lay(tmp_path, {"a.csv": b"12345"})
+    lay(tmp_path, {"a.zip": zipped({"a.csv": b"12345"})})
+    for where in (Where(tmp_path), Where(tmp_path / "a.zip")):
+        with stores.opened(where) as store:
+            store.listing(10)
+            if fits:
+                assert store.read("a.csv", 5) == b"12345"
+            else:
+                with pytest.raises(Unreadable, match="more than 4 bytes"):
+                    store.read("a.csv", 4)
