@@ -66,7 +66,9 @@ def mirrored(file: str, tree: Path) -> list[str]:
         folder = folder.parent
     stem = path.stem.removeprefix("test_")
     own = sorted(folder.glob(f"test_*{stem}*.py"))
-    inner = [folder] if folder not in (tree / "tests", tree / "tests" / "instructor", tree / "tests" / "courseware") else []
+    inner = (
+        [folder] if folder not in (tree / "tests", tree / "tests" / "instructor", tree / "tests" / "courseware") else []
+    )
     more = [tree / "tests" / "instructor" / "test_course_check.py"] if path.parts[0] == "solutions" else []
     return [one.relative_to(tree).as_posix() for one in (*own, *inner, *more) if one.exists()]
 
@@ -115,7 +117,9 @@ def _bound_at(source: str, line: int) -> Iterator[str]:
                 inner = one.body if isinstance(one, ast.ClassDef) else []
             else:
                 yield from (
-                    below.id for below in ast.walk(one) if isinstance(below, ast.Name) and isinstance(below.ctx, ast.Store)
+                    below.id
+                    for below in ast.walk(one)
+                    if isinstance(below, ast.Name) and isinstance(below.ctx, ast.Store)
                 )
 
 
@@ -132,5 +136,3 @@ def _named(tree: Path) -> Mapping[str, list[tuple[str, int]]]:
                 elif isinstance(node, ast.Attribute):
                     found[name].append((node.attr, node.lineno))
     return found
-
-

@@ -69,7 +69,7 @@ _PASSED_OVER = (
 _NOT_COPIED = (".git", ".venv", "work", ".mypy_cache", ".ruff_cache", ".pytest_cache", "__pycache__")
 _PYTEST = ["-m", "pytest", "-p", "fault_plugin", "-p", "no:cacheprovider", "-p", "no:xdist", "-q", "--tb=line"]
 _PYTEST += ["-o", "addopts=--strict-markers --import-mode=importlib"]
-_SLOW = 600.0  #: s, of all tests together that are run for a fault because they execute its line
+_SLOW = 200.0  #: s, of all tests together that are run for a fault because they execute its line
 _PATIENCE, _AT_LEAST = 5.0, 120.0  #: how many times longer than without a fault tests may take, and s
 _FAILED, _NONE_COLLECTED = 1, 5
 
@@ -281,7 +281,10 @@ def main() -> int:
         print(one, flush=True)
         if options.report:
             options.report.write_text(json.dumps([asdict(each) for each in done], indent=1), encoding="utf-8")
-    seen, all_of = Counter(one.fault.operator for one in done if one.noticed), Counter(one.fault.operator for one in done)
+    seen, all_of = (
+        Counter(one.fault.operator for one in done if one.noticed),
+        Counter(one.fault.operator for one in done),
+    )
     print(*(f"{operator}: {seen[operator]} of {number}" for operator, number in sorted(all_of.items())), sep="\n")
     print(f"noticed: {seen.total()} of {all_of.total()} ({seen.total() / max(1, all_of.total()):.1%})")
     return 0

@@ -44,15 +44,15 @@ def read(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], list[str]
     try:
         with open(path, "rb") as file:
             data = file.read(_MAX_BYTES + 1)
-        text = data.decode("utf-8-sig", "strict" if len(data) <= _MAX_BYTES else "replace")
+        if len(data) > _MAX_BYTES:
+            raise GradingError(
+                _("The times {path} are too long: more than {most} bytes.").format(path=path, most=_MAX_BYTES)
+            )
+        text = data.decode("utf-8-sig")
     except OSError as error:
         raise GradingError(_("The times {path} cannot be read: {why}.").format(path=path, why=error.strerror)) from None
     except UnicodeDecodeError:
         raise GradingError(_("The times {path} are not UTF-8.").format(path=path)) from None
-    if len(data) > _MAX_BYTES:
-        raise GradingError(
-            _("The times {path} are too long: more than {most} bytes.").format(path=path, most=_MAX_BYTES)
-        )
     first = text.partition("\n")[0]
     table = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
     try:
