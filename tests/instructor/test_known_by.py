@@ -235,6 +235,24 @@ def test_several_failing_submissions_do_not_end_a_batch(fake_class, jobs):
     assert sorted(fake_class.runs) == ["ada", "bob", "dan"]  # who failed is tried again, and nobody else
 
 
+def test_each_step_says_whether_it_was_run_and_whether_its_marks_are_new(fake_class):
+    fake_class.hand_in("ada", "bob")
+    fake_class.leaves["bob"] = OSError("the disk is full")
+
+    def steps():
+        with fake_class.book() as book:
+            done = Batch(fake_class.folder / "in", fake_class.course, book).grade()
+            return {one.graded.run.student: (one.ran, one.new) for one in done}
+
+    assert steps() == {"ada": (True, True), "bob": (True, True)}
+    assert steps() == {"ada": (False, False), "bob": (True, True)}
+    fake_class.key(2.0)
+    assert steps() == {"ada": (False, True), "bob": (True, True)}
+    with fake_class.book() as book:
+        assert {one.reason for one in book.audit("bob")} == {"run"}
+        assert {one.reason for one in book.audit("ada")} == {"run", "marked again"}
+
+
 @pytest.mark.parametrize("where", ["read", "prepare"])
 def test_several_that_cannot_be_taken_in_do_not_end_a_batch(fake_class, monkeypatch, where):
     from rotflex.instructor import batch

@@ -103,3 +103,21 @@ def test_two_notes_and_two_problems_of_two_contradictions_are_told(tmp_path):
     lay(tmp_path, {"ADA.zip": zipped(work("eve"))})
     (submission,) = intake.find(tmp_path, ROSTER).submissions
     assert [("'bob'" in one, "'eve'" in one) for one in sorted(submission.problems)] == [(True, False), (False, True)]
+
+
+@pytest.mark.parametrize(
+    "course_file", ["course.json", "work/course.json", "work/deep/course.json", "other/course.json"]
+)
+def test_own_files_are_those_beside_the_notebooks_wherever_the_course_file_lies(tmp_path, course_file):
+    files = {f"work/{name}": content for name, content in work(None).items()}
+    lay(tmp_path / "ada", files | {"work/data/x.csv": b"1", "y.csv": b"2", course_file: b'{"student": "ada"}'})
+    (delivered,) = intake.read(intake.find(tmp_path, ROSTER).submissions[0], WANTED)
+    assert set(delivered.notebooks) == set(WANTED) and delivered.files["data/x.csv"] == b"1"
+    assert delivered.course_file == b'{"student": "ada"}'
+
+
+@pytest.mark.parametrize("folder", ["", "work/"])
+def test_where_there_is_no_notebook_own_files_are_those_beside_the_course_file(tmp_path, folder):
+    lay(tmp_path / "ada", {f"{folder}course.json": b'{"student": "ada"}', f"{folder}x.csv": b"1"})
+    (delivered,) = intake.read(intake.find(tmp_path, ROSTER).submissions[0], WANTED)
+    assert delivered.files == {"x.csv": b"1"} and delivered.notebooks == {}
