@@ -1,0 +1,303 @@
+"""Tolerances of checks, and bounds of what is marked, at either side of their values."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+
+import numpy as np
+import pytest
+import sympy
+from made_courses import OURS
+
+from rotflex.courseware.parts import recording
+from rotflex.errors import GradebookError
+from rotflex.instructor import settings
+from rotflex.instructor.gradebook import MarkRecord, storable
+from rotflex.instructor.gradebook.records import Delivery
+from rotflex.instructor.marking import checks, decoding, marking, marking_processes, time_limit
+from rotflex.instructor.marking.checks import ChoiceIs, Number, RecordingOf, misfit
+from rotflex.instructor.verdicts import Case, Status
+from rotflex.recording import Channel, Recording
+from rotflex.workbook.questions import CATALOGUE
+
+FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
+RIGHT, FOLLOW, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
+
+
+def case(own=None, virtual=True):
+    answers = own or {}
+    return Case(None, lambda question, part: answers[question, part], 1, virtual)
+
+
+# --- a number ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", [20.0, -20.0, 1e-9, 3e7])
+@pytest.mark.parametrize("rtol", [0.01, 0.05, 0.3])
+@pytest.mark.parametrize(("share", "status"), [(0.98, RIGHT), (-0.98, RIGHT), (1.02, WRONG), (-1.02, WRONG)])
+def test_a_number_is_right_up_to_its_tolerance_to_either_side(target, rtol, share, status):
+    check = Number("the number", lambda bench: target, rtol)
+    verdict = check.verdict(None, target * (1 + share * rtol), case())
+    assert (verdict.status, verdict.share) == (status, float(status is RIGHT))
+    words = f"Within {100 * rtol:g} % of the number." if status is RIGHT else f"More than {100 * rtol:g} % off"
+    assert verdict.reason.startswith(words)
+
+
+def test_of_nought_only_nought_is_near():
+    check = Number("the number", lambda bench: 0.0, 0.1)
+    assert [check.verdict(None, value, case()).status for value in (0.0, 1e-12)] == [RIGHT, WRONG]
+
+
+@pytest.mark.parametrize("rtol", [None, 0.1])
+@pytest.mark.parametrize(("share", "status"), [(0.98, FOLLOW), (-0.98, FOLLOW), (1.02, WRONG), (-1.02, WRONG)])
+def test_a_number_follows_from_ones_own_up_to_its_tolerance_which_is_two_per_cent_unless_given(rtol, share, status):
+    more = {} if rtol is None else {"follow_rtol": rtol}
+    check = Number("it", lambda bench: 1.0, 0.01, lambda own: 2 * own("1", "x"), "twice your own", **more)
+    verdict = check.verdict(None, 10.0 * (1 + share * (rtol or 0.02)), case({("1", "x"): 5.0}))
+    assert verdict.status is status
+    expected = "agrees with twice your own." if status is FOLLOW else "It does not agree with twice your own either."
+    assert expected in verdict.reason
+
+
+@pytest.mark.parametrize("own", [{}, {("1", "x"): 0.0}, {("1", "x"): math.inf}, {("1", "x"): math.nan}])
+def test_from_nothing_nothing_follows(own):
+    check = Number("it", lambda bench: 1.0, 0.01, lambda own: own("1", "x"), "your own")
+    verdict = check.verdict(None, own.get(("1", "x"), 5.0), case(own))
+    assert verdict.status is WRONG and "your own" not in verdict.reason
+
+
+def test_from_a_division_by_nought_nothing_follows():
+    check = Number("it", lambda bench: 1.0, 0.01, lambda own: 1 / own("1", "x"), "your own")
+    assert check.verdict(None, 5.0, case({("1", "x"): 0})).status is WRONG
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.98, True), (-0.98, True), (1.02, False), (-1.02, False)])
+def test_a_slip_is_named_up_to_the_tolerance_of_what_it_leads_to(share, named):
+    check = Number("it", lambda bench: 1.0, 0.05, slips=lambda bench: {"no slip": 9.0, "in degrees": 57.3})
+    verdict = check.verdict(None, 57.3 * (1 + share * 0.05), case())
+    assert verdict.status is WRONG and (verdict.reason == "Not it: in degrees.") == named
+
+
+# --- a choice, a recording --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("given", "follows", "status"), [("a", "b", RIGHT), ("b", "b", FOLLOW), ("c", "b", WRONG)])
+def test_a_choice_is_right_or_follows_or_is_wrong(given, follows, status):
+    assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(None, given, case()).status is status
+
+
+@pytest.mark.parametrize("error", checks.NOT_TO_BE_HAD)
+def test_a_choice_of_which_nothing_follows_is_wrong(error):
+    def follow(own, bench):
+        raise error("nothing")
+
+    assert ChoiceIs("a", "so", follow).verdict(None, "b", case()).status is WRONG
+
+
+TIME = 0.01 * np.arange(300)
+WANTED = np.sin(7 * TIME)
+PART = recording("r", {"excitation": "sweep"}, ("theta",), "", "", units={"theta": "rad"})
+
+
+def of_a_run(values, n=300, sample_time=0.01, **metadata):
+    about = {"excitation": "sweep", **metadata}
+    channels = {"theta": {"unit": "rad", "values": values}}
+    return {"n": n, "sample_time": sample_time, "channels": channels, "metadata": about}
+
+
+def judged(value, virtual=True, **choices):
+    bench = Recording(TIME, {"theta": Channel(WANTED, "rad")}, {})
+    check = RecordingOf(lambda _bench: bench, "theta", **({"rtol": 0.1} | choices))
+    return check.verdict(PART, value, case(virtual=virtual))
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.0, RIGHT), (0.98, RIGHT), (-0.98, RIGHT), (1.02, WRONG)])
+def test_a_recording_is_right_up_to_its_tolerance_whatever_its_mean(share, status):
+    for mean in (0.0, 5.0):
+        assert judged(of_a_run((1 + 0.1 * share) * WANTED + mean)).status is status
+
+
+@pytest.mark.parametrize(
+    ("n", "sample_time", "status"), [(301, 0.01, WRONG), (300, 0.0100098, RIGHT), (300, 0.010011, WRONG)]
+)
+def test_a_recordings_length_and_sample_time_are_those_of_the_experiment(n, sample_time, status):
+    assert judged(of_a_run(WANTED, n, sample_time)).status is status
+
+
+def test_a_recordings_settings_are_looked_at_before_its_samples():
+    assert judged(of_a_run(WANTED, excitation="steps")).reason.endswith("its excitation should be 'sweep'.")
+    slips = {("gain", 1): "with another gain", ("run", 1): "of another run"}
+    assert judged(of_a_run(-WANTED, run=2), slips=slips).reason == "of another run"
+    assert judged(of_a_run(-WANTED, gain=2, run=2), slips=slips).reason == "with another gain"
+    assert judged(of_a_run(-WANTED, gain=1, run=1), slips=slips).reason.startswith("Not a recording of your bench")
+    assert judged(of_a_run(WANTED), virtual=False).status is Status.FOR_A_PERSON
+
+
+def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
+    assert misfit(1.5 * WANTED + 3, WANTED) == pytest.approx(0.5)
+    assert misfit(WANTED, 2 * WANTED) == pytest.approx(0.5)
+    with np.errstate(all="ignore"):
+        assert misfit(WANTED, np.ones(300)) == misfit(np.ones(300), np.ones(300)) == math.inf
+
+
+# --- what is decoded --------------------------------------------------------------------------------------------------
+
+
+def file(answers, **changes):
+    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 7}
+    return json.dumps({**book, "answers": answers} | changes).encode()
+
+
+@pytest.mark.parametrize("number", [0, 1, 19, 20, 21, 40])
+def test_notes_on_what_is_not_asked(number):
+    read = decoding.decode(file({f"99.{place}": {"x": {}} for place in range(number)}), 7, CATALOGUE)
+    assert len(read.notes) == (number if number <= 20 else 21)
+    assert (f"And {number - 20} more of this sort." in read.notes) == (number > 20)
+
+
+@FITS
+def test_levels_of_answers(fits):
+    value = []
+    for _level in range(decoding.MAX_DEPTH - 5 + (not fits)):  # the file, its answers, a question, a part, a list
+        value = [value]
+    (problem,) = decoding.decode(file({"1": {"x": {"kind": value}}}), 7, CATALOGUE).problems or [""]
+    assert ("nested too deeply" in problem) != fits
+
+
+@FITS
+@pytest.mark.parametrize("sign", [1, -1])
+def test_integers_of_answers(fits, sign):
+    data = file({}, probe_seed=sign * (10**20 + (not fits)))
+    problems = decoding.decode(data, 7, CATALOGUE).problems
+    assert any("an integer is too large" in problem for problem in problems) != fits
+
+
+def test_digits_are_counted_before_they_are_read():
+    begun = time.perf_counter()
+    for digits in (26, 4000, 500_000):
+        problems = decoding.decode(file({}).replace(b": 7", b": " + b"1" * digits), 7, CATALOGUE).problems
+        assert "an integer is too large" in problems[0]
+    assert time.perf_counter() - begun < 5
+
+
+@FITS
+def test_characters_that_are_shown_of_an_expression(fits):
+    part = CATALOGUE.find("2.1").part("V")
+    given = marking._given(part, {}, sympy.Symbol("x" * (300 + (not fits))))
+    assert given == "x" * 300 + ("" if fits else "…")
+
+
+@FITS
+def test_characters_that_are_shown_of_a_bench(fits):
+    bench = type("Bench", (), {"identity": {"uri": "virtual"}})()
+    claims = decoding.Claims(bench={"uri": "x"})
+    size = len(json.dumps(claims.bench))
+    claims.bench["uri"] = "x" * (1 + 200 - size + (not fits))
+    (told,) = marking_processes._other_bench(OURS, bench, claims)
+    assert ('"}. They' in told) == fits
+
+
+def test_time_is_up_after_it_and_not_before():
+    with time_limit.within(5.0):
+        time.sleep(0.05)
+    begun = time.perf_counter()
+    with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.within(0.2):
+        time.sleep(5)
+    assert 0.2 <= time.perf_counter() - begun < 2
+    time.sleep(0.3)  # and no alarm is left
+
+
+def test_each_answer_has_the_time_that_is_said(monkeypatch):
+    """The one that stands in the module, not another."""
+    given = []
+
+    class Within:
+        def __init__(self, seconds):
+            given.append(seconds)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            return None
+
+    monkeypatch.setattr(decoding, "within", Within)
+    monkeypatch.setattr(marking, "within", Within)
+    read = decoding.decode(file({"2.11": {"omega_n": {"kind": "number", "value": 20.0}}}), 7, CATALOGUE)
+    marking._verdict(Number("it", lambda bench: 20.0, 0.1), None, read.values["2.11", "omega_n"], case())
+    assert given == [5.0, 60.0]
+
+
+def test_a_marking_process_is_waited_for_ten_minutes(monkeypatch):
+    waited = []
+
+    class Future:
+        def result(self, timeout):
+            waited.append(timeout)
+            return "marked"
+
+    monkeypatch.setattr(marking_processes, "_submit", lambda pool, work, *given: Future())
+    with marking_processes.Marker(OURS, 1) as marker:
+        assert marker.mark(None) == "marked"
+    assert waited == [600.0]
+
+
+# --- what is kept, and settings ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["points", "out_of"])
+def test_nought_is_nought_without_a_sign(name):
+    record = MarkRecord("1", "x", "right", **({"points": 1.0, "out_of": 1.0} | {name: -0.0}), reason="")
+    assert math.copysign(1, getattr(storable._mark(record), name)) == 1
+
+
+@pytest.mark.parametrize("name", ["points", "out_of"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_mark_is_a_finite_number_of_finitely_many(name, value):
+    record = MarkRecord("1", "x", "right", **({"points": 1.0, "out_of": 1.0} | {name: value}), reason="")
+    with pytest.raises(GradebookError, match="is not a mark"):
+        storable._mark(record)
+
+
+@FITS
+def test_characters_of_what_is_kept_of_a_run(monkeypatch, fits):
+    kept = {"a": "x" * 50}
+    monkeypatch.setattr(storable, "MOST_CHARACTERS", len(json.dumps(kept)) - (not fits))
+    if fits:
+        assert storable._bounded("words", kept) == kept
+    else:
+        with pytest.raises(GradebookError, match="as words takes 59 characters, of which there may be 58"):
+            storable._bounded("words", kept)
+
+
+@FITS
+@pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
+def test_levels_of_what_is_kept_of_a_run(fits, wrap):
+    data = 1
+    for _level in range(storable._DEEPEST + (not fits)):
+        data = wrap(data)
+    if fits:
+        assert storable._bounded("cells", data) == data
+    else:
+        with pytest.raises(GradebookError, match="too deep in it"):
+            storable._bounded("cells", data)
+
+
+@FITS
+def test_bytes_of_a_file_that_is_kept(monkeypatch, fits):
+    from datetime import UTC, datetime
+
+    monkeypatch.setattr(storable, "MOST_BYTES", 5 - (not fits))
+    given = Delivery("a.csv", "0" * 64, b"12345", datetime(2026, 1, 1, tzinfo=UTC), "ada")
+    if fits:
+        assert storable.delivery(given).content == b"12345"
+    else:
+        with pytest.raises(GradebookError, match=r"a\.csv has 5 bytes, of which there may be 4"):
+            storable.delivery(given)
+
+
+@FITS
+def test_characters_of_a_title(fits):
+    assert settings._is_line("x" * (120 + (not fits))) == fits
