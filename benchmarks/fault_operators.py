@@ -133,14 +133,17 @@ def _changes(node: ast.AST) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:
     elif isinstance(node, ast.comprehension):
         for test in node.ifs:
             yield NEGATION, test, f"(not ({_said(test)}))"
-    elif isinstance(node, ast.Raise | ast.AugAssign | ast.Continue | ast.Break) or (
-        isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant | ast.Yield | ast.YieldFrom)
-    ):
-        yield REMOVED, node, "pass"
-    elif isinstance(node, ast.Return) and node.value is None:
+    elif isinstance(node, ast.Raise | ast.AugAssign | ast.Continue | ast.Break) or _is_bare(node):
         yield REMOVED, node, "pass"
     elif isinstance(node, ast.Assign) and not isinstance(node.targets[0], ast.Name | ast.Tuple):
         yield REMOVED, node, "pass"  # an attribute or an item; without a name, all breaks
+
+
+def _is_bare(node: ast.AST) -> bool:
+    """Whether it is a call whose outcome nobody uses, or a ``return`` without a value."""
+    if isinstance(node, ast.Expr):
+        return not isinstance(node.value, ast.Constant | ast.Yield | ast.YieldFrom)
+    return isinstance(node, ast.Return) and node.value is None
 
 
 def _in_expressions(node: ast.AST) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:

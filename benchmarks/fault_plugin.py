@@ -1,7 +1,8 @@
 """A plug-in of pytest for ``faults.py``: says which test executes what and how long it takes, or runs chosen tests.
 
 ``FAULTS_TIMES`` names a file for what each test took and what became of it; coverage.py, where it measures, is told
-which test runs. ``FAULTS_CHOSEN`` names a file with the tests that are wanted, in their order.
+which test runs. ``FAULTS_CHOSEN`` names a file with the tests that are wanted, in their order; ``FAULTS_LEFT_OUT`` one
+with those that are not.
 """
 
 from __future__ import annotations
@@ -51,7 +52,11 @@ def pytest_sessionfinish() -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Only the chosen tests, in their order."""
+    """Only the chosen tests, in their order; or all but some."""
+    if "FAULTS_LEFT_OUT" in os.environ:
+        left_out = set(json.loads(Path(os.environ["FAULTS_LEFT_OUT"]).read_text(encoding="utf-8")))
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid in left_out])
+        items[:] = [item for item in items if item.nodeid not in left_out]
     if "FAULTS_CHOSEN" in os.environ:
         chosen = json.loads(Path(os.environ["FAULTS_CHOSEN"]).read_text(encoding="utf-8"))
         ranks = {name: rank for rank, name in enumerate(chosen)}

@@ -43,6 +43,18 @@ class TestMap:
         """Those that pass without a fault, the quickest first."""
         return sorted((one for one in tests if one in self.seconds), key=lambda one: (self.seconds[one], one))
 
+    def too_slow_or_failing(self, folders: Iterable[str], done: Iterable[str], most: float) -> list[str]:
+        """Tests of some files and folders that fail anyway, were run, or take the longest, beyond so many seconds."""
+        within = tuple(folders)
+        left_out = [*self.failing, *done]
+        passed_over, total = set(left_out), 0.0
+        for test in self.quickest_first(one for one in self.seconds if one.startswith(within)):
+            if test not in passed_over:
+                total += self.seconds[test]
+                if total > most:
+                    left_out.append(test)
+        return left_out
+
     def executing(self, file: str, first: int, last: int, tree: Path) -> set[str]:
         """Tests that execute a line, or what becomes of it."""
         lines = self.executed.get(file, {})
@@ -69,7 +81,8 @@ def mirrored(file: str, tree: Path) -> list[str]:
     inner = (
         [folder] if folder not in (tree / "tests", tree / "tests" / "instructor", tree / "tests" / "courseware") else []
     )
-    more = [tree / "tests" / "instructor" / "test_course_check.py"] if path.parts[0] == "solutions" else []
+    more = [tree / "tests" / "test_bounds.py"]
+    more += [tree / "tests" / "instructor" / "test_course_check.py"] if path.parts[0] == "solutions" else []
     return [one.relative_to(tree).as_posix() for one in (*own, *inner, *more) if one.exists()]
 
 

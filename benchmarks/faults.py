@@ -5,10 +5,11 @@
     python benchmarks/faults.py --again REPORT.json       those that went unnoticed the last time
 
 For this coverage.py is needed: `pip install coverage`. All happens in copies of the project, and nothing in it is
-touched. First the tests are run once, to see which execute which line; that takes some minutes, and is kept in the
-folder `--map` for the next time (delete it when tests or code have changed much). Then, for each fault, the tests that
-execute its line are run, the quickest first, until one fails; if none does, all tests of the folder that mirrors the
-file's own. A test that does not end in time has noticed, too. `--report` names the file with all that came out.
+touched. First the tests are run once, to see which execute which line; that takes a quarter of an hour, and is kept in
+the folder `--map` for the next time (delete it when tests or code have changed much). Then, for each fault, the tests
+that execute its line are run, the quickest first, until one fails; if none does, those of the folder that mirrors the
+file's own, but for those that take the longest. A test that does not end in time has noticed, too. `--report` names
+the file with all that came out.
 
 Faults are drawn from all that the operators of ``fault_operators.py`` make of the chosen places: for each fault in
 turn the next place, then an operator, then one of its faults there, each as likely as the others. A file of picked
@@ -69,7 +70,7 @@ _PASSED_OVER = (
 _NOT_COPIED = (".git", ".venv", "work", ".mypy_cache", ".ruff_cache", ".pytest_cache", "__pycache__")
 _PYTEST = ["-m", "pytest", "-p", "fault_plugin", "-p", "no:cacheprovider", "-p", "no:xdist", "-q", "--tb=line"]
 _PYTEST += ["-o", "addopts=--strict-markers --import-mode=importlib"]
-_SLOW = 200.0  #: s, of all tests together that are run for a fault because they execute its line
+_SLOW = 150.0  #: s, of all tests together that are run for a fault because they execute its line, or as they mirror it
 _PATIENCE, _AT_LEAST = 5.0, 120.0  #: how many times longer than without a fault tests may take, and s
 _FAILED, _NONE_COLLECTED = 1, 5
 
@@ -215,11 +216,9 @@ def tried(fault: Fault, why: str, tree: Path, known: TestMap, scratch: Path) -> 
             seconds = _PATIENCE * sum(known.seconds[one] for one in executing) + _AT_LEAST
             noticed, by = run(tree, files, {"FAULTS_CHOSEN": str(chosen)}, seconds)
         if not noticed and (folders := mirrored(fault.file, tree)):
-            in_folders = [one for one in known.seconds if one.startswith(tuple(folders))]
-            seconds = _PATIENCE * sum(known.seconds[one] for one in in_folders) + _AT_LEAST
-            # Without a fault these may fail here: what does is passed over.
-            passed_over = [f"--deselect={one}" for one in known.failing if one.startswith(tuple(folders))]
-            noticed, said = run(tree, [*folders, *passed_over], {}, seconds)
+            left_out = scratch / f"{tree.parent.name}-left-out.json"
+            left_out.write_text(json.dumps(known.too_slow_or_failing(folders, executing, _SLOW)), encoding="utf-8")
+            noticed, said = run(tree, folders, {"FAULTS_LEFT_OUT": str(left_out)}, _PATIENCE * _SLOW + _AT_LEAST)
             by = said if noticed else f"{len(executing)} tests that execute it, {' '.join(folders)}: {said}"
     finally:
         _write(path, source)
@@ -264,6 +263,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--faults", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--passed-over", type=int, default=0, help="so many of the drawn faults, which were tried before"
+    )
     parser.add_argument("--place", action="append", choices=PLACES)
     parser.add_argument("--picked", type=Path)
     parser.add_argument("--again", type=Path)
@@ -275,6 +277,7 @@ def main() -> int:
         wanted = picked(options.picked) if options.picked else unnoticed(options.again)
     else:
         wanted = [(one, "") for one in drawn(options.faults, options.seed, options.place or list(PLACES))]
+        wanted = wanted[options.passed_over :]
     done: list[Outcome] = []
     for one in outcomes(wanted, options.map and options.map.resolve(), options.processes):
         done.append(one)
