@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Iterable
 from typing import Any
 
 from rotflex.courseware.json_values import FormError, NotAnswered, read_number
 from rotflex.courseware.messages import _
+from rotflex.courseware.symbols import Names, listed, plain, without_time
 from rotflex.errors import AnswerError
 
 MAX_NODES = 1000
@@ -36,20 +36,15 @@ def is_symbolic(value: Any) -> bool:
     return sympy is not None and isinstance(value, sympy.Basic | sympy.MatrixBase)
 
 
-def listed(symbols: Iterable[str]) -> str:
-    """Names for a message."""
-    return ", ".join(symbols)
-
-
 # --- from sympy to a tree --------------------------------------------------------------------------------------------
 
 
 def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     """The tree of a sympy expression (or a number) in the given symbols.
 
-    Functions of time and their derivatives are taken as the symbols that are meant: ``x(t)`` as ``x``, its second
-    derivative as ``x_ddot``. Names are compared without underscores and braces (``x0`` is ``x_0``). With ``name``, an
-    equation of the symbol of that name and an expression stands for the expression.
+    Functions of time and their derivatives are taken as the symbols that are meant, and symbols as the given ones,
+    however they are spelt (:mod:`rotflex.courseware.symbols`). With ``name``, an equation of the symbol of that name
+    and an expression stands for the expression; so does a dictionary in which it is a key, as ``sympy.solve`` gives it.
 
     Raises
     ------
@@ -58,8 +53,8 @@ def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     FormError
         If it is no such expression; the message says what is wrong with it.
     """
-    expression = _one_expression(value, name)
-    tree = _tree(_without_time(expression), _Names(symbols))
+    names = Names(symbols)
+    tree = _tree(without_time(_one_expression(value, name, names), names), names)
     try:
         check(tree, symbols)
     except FormError:
@@ -105,7 +100,7 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
     return encode(left, symbols), encode(right, symbols)
 
 
-def _one_expression(value: Any, name: str) -> Any:
+def _one_expression(value: Any, name: str, names: Names) -> Any:
     """The sympy expression meant by a value: wrappers that a student's code may leave around it are taken off."""
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
@@ -115,12 +110,9 @@ def _one_expression(value: Any, name: str) -> Any:
         raise FormError(_("it is text: write it with sympy symbols, without quotes"))
     if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
         raise FormError(_("it is just True or False, not an expression"))
-    if isinstance(value, list | tuple | set | sympy.MatrixBase) and len(value) == 1:
-        return _one_expression(next(iter(value)), name)
-    if isinstance(value, sympy.Eq):
-        if name and _plain_name(str(_without_time(value.lhs))) == _plain_name(name):
-            return value.rhs
-        raise FormError(_("it is an equation: give the expression alone"))
+    inside = _unwrapped(value, name, names)
+    if inside is not value:
+        return _one_expression(inside, name, names)
     if isinstance(value, sympy.MatrixBase | sympy.MatrixExpr):
         raise FormError(_("it is a matrix: give a single expression"))
     if callable(value) and not isinstance(value, sympy.Basic):
@@ -138,52 +130,41 @@ def _one_expression(value: Any, name: str) -> Any:
     return expression
 
 
-def _without_time(expression: Any) -> Any:
-    """Symbols in place of functions of time and of their derivatives."""
+def _unwrapped(value: Any, name: str, names: Names) -> Any:
+    """What is in a list or a matrix of one, in a solution of ``sympy.solve``, or on the right of an equation."""
     import sympy
-    from sympy.core.function import AppliedUndef
 
-    if expression.has(sympy.Derivative):
-        expression = expression.doit()
-    meant = {}
-    for derivative in expression.atoms(sympy.Derivative):
-        order = derivative.derivative_count
-        if isinstance(derivative.expr, AppliedUndef) and order <= 2 and len(derivative.variable_count) == 1:
-            meant[derivative] = sympy.Symbol(f"{derivative.expr.func.__name__}_{'d' * order}ot")
-    expression = expression.xreplace(meant)
-    return expression.xreplace(
-        {function: sympy.Symbol(function.func.__name__) for function in expression.atoms(AppliedUndef)}
-    )
-
-
-def _plain_name(name: str) -> str:
-    return re.sub(r"[_{}\\ ]", "", name)
+    if isinstance(value, list | tuple | set | sympy.MatrixBase) and len(value) == 1:
+        return next(iter(value))
+    if isinstance(value, dict):
+        found = [formula for key, formula in value.items() if _means(key, name, names)]
+        if len(found) != 1:
+            raise FormError(_("it is a dict: give one expression, solution[symbol] for a solution of sympy.solve"))
+        return found[0]
+    if isinstance(value, sympy.Eq):
+        if not _means(value.lhs, name, names):
+            raise FormError(_("it is an equation: give the expression alone"))
+        return value.rhs
+    return value
 
 
-class _Names:
-    """The given symbols, however their names are written."""
+def _means(value: Any, name: str, names: Names) -> bool:
+    """Whether a symbol, or a derivative, is the one of a name."""
+    import sympy
 
-    def __init__(self, symbols: tuple[str, ...]) -> None:
-        self.symbols = symbols
-        self._by_plain_name = {_plain_name(symbol): symbol for symbol in symbols}
-
-    def __getitem__(self, name: str) -> str:
-        if _plain_name(name) not in self._by_plain_name:
-            raise FormError(
-                _("it contains {name}, which is not among the given symbols: {symbols}").format(
-                    name=name, symbols=listed(self.symbols)
-                )
-            )
-        return self._by_plain_name[_plain_name(name)]
+    return bool(name) and isinstance(value, sympy.Expr) and plain(str(without_time(value, names))) == plain(name)
 
 
-def _tree(expression: Any, names: _Names) -> list[Any]:
+def _tree(expression: Any, names: Names) -> list[Any]:
     import sympy
 
     if not expression.args:
         return _leaf(expression, names)
     kinds = {sympy.Add: "add", sympy.Mul: "mul", sympy.Pow: "pow", sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp"}
     if expression.func not in kinds:
+        if isinstance(expression, sympy.Integral | sympy.Sum | sympy.Limit | sympy.UnevaluatedExpr):
+            what = expression.func.__name__
+            raise FormError(_("it contains {what}, which is not carried out: add .doit() to it").format(what=what))
         raise _foreign(expression.func.__name__)
     if expression.is_Pow and not expression.exp.is_Number:
         raise FormError(
@@ -192,7 +173,7 @@ def _tree(expression: Any, names: _Names) -> list[Any]:
     return [kinds[expression.func], *(_tree(argument, names) for argument in expression.args)]
 
 
-def _leaf(expression: Any, names: _Names) -> list[Any]:
+def _leaf(expression: Any, names: Names) -> list[Any]:
     import sympy
 
     match expression:

@@ -49,8 +49,7 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
     rows, columns = _rows_and_columns(shape)
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
-    if hasattr(value, "all_coeffs"):  # a polynomial of sympy's
-        value = value.all_coeffs()
+    value = _coefficients(value)
     if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
         raise FormError(_("it is a function: call it, and give the result"))
     try:
@@ -73,8 +72,26 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
     return table
 
 
+def _coefficients(value: Any) -> Any:
+    """The coefficients of a polynomial of sympy's or numpy's, highest power first; any other value as it is."""
+    if hasattr(value, "all_coeffs"):
+        return value.all_coeffs()
+    if hasattr(value, "convert") and hasattr(value, "coef"):  # numpy's have the lowest first, and other bases
+        return value.convert(kind=np.polynomial.Polynomial).coef[::-1]
+    return value
+
+
+def _without_unknown(value: Any) -> Any:
+    """The polynomial that an expression in one unknown is, for its coefficients; any other value as it is."""
+    import sympy
+
+    if isinstance(value, sympy.Expr) and len(value.free_symbols) == 1 and value.is_polynomial(*value.free_symbols):
+        return sympy.Poly(value, *value.free_symbols)
+    return value
+
+
 def encode_matrix(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
-    table = entries(value, part.shape)
+    table = entries(_without_unknown(value) if is_symbolic(value) else value, part.shape)
     return {"value": [[_entry(entry, i, j) for j, entry in enumerate(row)] for i, row in enumerate(table)]}, []
 
 

@@ -108,11 +108,13 @@ class EquationIs:
     ----------
     expected : left side less right side, at a point
     motion : the symbols of what moves; the factor must not depend on them, as it may on the parameters
+    others : the same, of equations that are as good: with another equation of the mechanism put into the expected one
     follow, follow_what, slips : as for :class:`ExpressionIs`
     """
 
     expected: Rule
     motion: frozenset[str]
+    others: tuple[Rule, ...] = ()
     follow: Callable[[Own, Point], float] | None = None
     follow_what: str = ""
     slips: Mapping[str, Rule] | None = None
@@ -122,7 +124,7 @@ class EquationIs:
         """Compare at random points, up to a factor."""
         where = points(part.symbols, case.probe_seed)
         residual = value.lhs - value.rhs
-        if self._proportional(residual, self.expected, where):
+        if any(self._proportional(residual, rule, where) for rule in (self.expected, *self.others)):
             return right(_("Equivalent to what the derivation gives."))
         if self.follow is not None:
             follow, own = self.follow, case.own
