@@ -59,7 +59,7 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     wanted = _("it should return ({names})").format(names=", ".join(names))
     if output is None or output is Ellipsis:
         raise NotAnswered("nothing yet")
-    if isinstance(output, np.ndarray) and output.ndim > 1:  # its rows
+    if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
         output = list(output)
     if not isinstance(output, tuple | list) or len(output) != len(names):
         raise FormError(

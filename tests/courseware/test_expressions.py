@@ -100,6 +100,18 @@ def test_an_equation_for_the_asked_symbol_stands_for_its_right_side():
         encode(sympy.Eq(alpha, tau / J_eq), NAMES, "theta_ddot")
 
 
+def test_a_solution_of_solve_stands_for_the_asked_symbol():
+    theta_ddot, t = sympy.symbols("theta_ddot t")
+    solution = {theta_ddot: tau / J_eq, sympy.Symbol("alpha_ddot"): -tau / J_eq}
+    assert decode(encode(solution, NAMES, "theta_ddot")) == tau / J_eq
+    assert decode(encode([solution], NAMES, "alpha_ddot")) == -tau / J_eq
+    by_time = {sympy.Function("theta")(t).diff(t, 2): tau / J_eq}
+    assert decode(encode(by_time, NAMES, "theta_ddot")) == tau / J_eq
+    for given, name in ((solution, "tau"), (solution, ""), ({"theta_ddot": tau}, "theta_ddot"), ({}, "theta_ddot")):
+        with pytest.raises(FormError, match=r"solution\[symbol\]"):
+            encode(given, NAMES, name)
+
+
 @pytest.mark.parametrize(
     ("value", "hint"),
     [
@@ -115,7 +127,8 @@ def test_an_equation_for_the_asked_symbol_stands_for_its_right_side():
         (object(), "not a sympy expression"),
         (sympy.eye(2), "a matrix"),
         (np.ones(3), "not a"),
-        (sympy.Integral(alpha, alpha), "Integral"),
+        (sympy.Integral(alpha, alpha), r"Integral, which is not carried out: add \.doit\(\)"),
+        (sympy.UnevaluatedExpr(alpha) * tau, r"UnevaluatedExpr, .* add \.doit\(\)"),
         (alpha**1000, "too large"),
         (sympy.Add(*(alpha**n * K_s**m for n in range(40) for m in range(40))), "too large"),
     ],

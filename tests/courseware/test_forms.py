@@ -200,11 +200,32 @@ def test_polynomials_of_numpy_and_sympy_are_their_coefficients():
     for value in (
         np.poly([-1, -2, -3, -4]),
         np.poly1d([1, 10, 35, 50, 24]),
+        np.polynomial.Polynomial([24, 50, 35, 10, 1]),
+        np.polynomial.Polynomial.fromroots([-1, -2, -3, -4]),
+        np.polynomial.Polynomial([24, 50, 35, 10, 1]).convert(domain=[0, 1], kind=np.polynomial.Chebyshev),
         sympy.Poly(s**4 + 10 * s**3 + 35 * s**2 + 50 * s + 24),
+        s**4 + 10 * s**3 + 35 * s**2 + 50 * s + 24,
+        (s + 1) * (s + 2) * (s + 3) * (s + 4),
     ):
         back, _ = through_json(POLYNOMIAL, value)
         assert back.shape == (5,)
         assert back == pytest.approx([1, 10, 35, 50, 24])
+    refused(POLYNOMIAL, np.polynomial.Polynomial([1, 2, 1]), "5 numbers; it is a row of 3")
+    refused(POLYNOMIAL, s**3 + 1, "5 numbers; it is a row of 4")
+    refused(POLYNOMIAL, 1 / s, "5 numbers")
+
+
+def test_tables_of_pandas_are_their_entries():
+    pandas = pytest.importorskip("pandas", reason="pandas is nothing that the course needs; some students have it")
+    columns = ["theta", "alpha", "theta_dot", "alpha_dot"]
+    back, _ = through_json(A, pandas.DataFrame(NUMBERS, index=columns, columns=columns))
+    assert back.tolist() == np.asarray(NUMBERS).tolist()
+    for vector in (pandas.Series([1, 2, 3, 4]), pandas.DataFrame({"K": [1, 2, 3, 4]})):
+        assert through_json(K, vector)[0].ravel().tolist() == [1, 2, 3, 4]
+        assert through_json(POLES, vector)[0].tolist() == [1, 2, 3, 4]
+    assert through_json(OMEGA_N, pandas.Series([22.5]))[0] == 22.5
+    table = pandas.DataFrame({"f": [3.4, 3.5], "a": [1.0, 2.0]})
+    assert through_json(OMEGA_N, 2 * np.pi * table["f"][table["a"].idxmax()])[0] == pytest.approx(7 * np.pi)
 
 
 @pytest.mark.parametrize(
@@ -415,6 +436,12 @@ def test_a_long_spectrum_is_thinned_out_as_documented():
     f_all = np.fft.rfftfreq(2**16, 0.002)
     f_all = f_all[f_all <= 10]
     assert outputs[1][0] == pytest.approx(f_all[thin(f_all.size, 600)], rel=1e-5)
+
+
+def test_a_function_may_return_one_array_of_rows():
+    outputs, _ = through_json(SPECTRUM, lambda x, dt: np.array(spectrum(x, dt)))
+    assert np.array_equal(outputs[0], through_json(SPECTRUM, spectrum)[0][0])
+    refused(SPECTRUM, lambda x, dt: np.array([x, x, x]), "it returned a ndarray")
 
 
 def test_a_function_gets_a_copy_of_its_inputs():

@@ -96,6 +96,16 @@ def test_an_equation_times_a_motion_or_times_nothing_is_another_one(factor):
     assert status(EquationIs(rule(LINK)), MOTION, equation) is Status.WRONG
 
 
+def test_an_equation_with_another_put_into_it_is_as_good():
+    alone = SERVO - LINK  # the servo cut free
+    check = EquationIs(rule(SERVO), others=(rule(alone),))
+    for residual in (SERVO, alone, sympy.expand(-alone / J_eq)):
+        assert status(check, MOTION, sympy.Eq(0, residual)) is Status.RIGHT
+    for residual in (LINK, SERVO + LINK, alone + 2 * K_s * alpha, alone - SERVO):
+        assert status(check, MOTION, sympy.Eq(0, residual)) is Status.WRONG
+    assert status(EquationIs(rule(SERVO)), MOTION, sympy.Eq(0, alone)) is Status.WRONG
+
+
 @pytest.mark.parametrize("value", [sympy.zoo, sympy.nan, sympy.sqrt(-K_s), 1 / (alpha - alpha), sympy.exp(10**6 * K_s)])
 def test_what_has_no_real_value_agrees_with_nothing(value):
     assert status(ExpressionIs(rule(ENERGY)), V, value) is Status.WRONG
