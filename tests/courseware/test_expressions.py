@@ -107,9 +107,9 @@ def test_a_solution_of_solve_stands_for_the_asked_symbol():
     assert decode(encode([solution], NAMES, "alpha_ddot")) == -tau / J_eq
     by_time = {sympy.Function("theta")(t).diff(t, 2): tau / J_eq}
     assert decode(encode(by_time, NAMES, "theta_ddot")) == tau / J_eq
-    for given, name in ((solution, "tau"), (solution, ""), ({"theta_ddot": tau}, "theta_ddot"), ({}, "theta_ddot")):
+    for value, name in ((solution, "tau"), (solution, ""), ({"theta_ddot": tau}, "theta_ddot"), ({}, "theta_ddot")):
         with pytest.raises(FormError, match=r"solution\[symbol\]"):
-            encode(given, NAMES, name)
+            encode(value, NAMES, name)
 
 
 @pytest.mark.parametrize(

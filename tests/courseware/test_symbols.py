@@ -10,8 +10,8 @@ from rotflex.courseware.json_values import FormError
 from rotflex.courseware.symbols import Names, plain
 
 NAMES = ("theta", "alpha", "theta_dot", "alpha_dot", "theta_ddot", "x", "x_dot", "J_eq", "K_s", "tau", "m_1")
-theta, theta_dot, theta_ddot, x_dot, alpha, J_eq = sympy.symbols("theta theta_dot theta_ddot x_dot alpha J_eq")
-t = sympy.Symbol("t")
+theta, theta_dot, theta_ddot = sympy.symbols("theta theta_dot theta_ddot")
+alpha, alpha_dot, J_eq, t = sympy.symbols("alpha alpha_dot J_eq t")
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_a_derivative_of_a_plain_symbol_by_time_is_its_rate_and_not_zero():
     assert decode(encode(sympy.Derivative(theta, t), NAMES)) == theta_dot
     assert decode(encode(sympy.Derivative(theta, (t, 2)), NAMES)) == theta_ddot
     assert decode(encode(sympy.Derivative(theta_dot, t), NAMES)) == theta_ddot
-    assert decode(encode(sympy.Derivative(J_eq * theta + alpha, t), NAMES)) == J_eq * theta_dot + sympy.Symbol("alpha_dot")
+    assert decode(encode(sympy.Derivative(J_eq * theta + alpha, t), NAMES)) == J_eq * theta_dot + alpha_dot
     assert decode(encode(sympy.Derivative(theta**2, sympy.Symbol("time")), NAMES)) == 2 * theta * theta_dot
 
 

@@ -1,0 +1,159 @@
+"""Other ways of reading and rounding rightly, carried on into all that builds on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from right_ways_types import Ways
+from working_through import FULL, MEASURED, Change, Where, digits, spectrum
+
+from rotflex import experiments, identification
+from rotflex.units import HZ
+from rotflex.workbook.questions import CATALOGUE
+
+OMEGA_N, K_S = ("2.11", "omega_n"), ("2.12", "K_s")
+KINDS = {(q.number, p.name): p.kind for q in CATALOGUE.everything.values() for p in q.parts}
+ALL_NUMBERS = [where for where in FULL if KINDS[where] in ("number", "matrix", "poles") and where[0] != "0.1"]
+DESIGN = [
+    where
+    for where in ALL_NUMBERS
+    if where[0][0] == "2" or where[0] in ("3.2", "3.3", "3.4", "3.5", "3.7", "3.8", "3.9", "3.10")
+]
+
+WAYS = Ways("readings")
+ROUNDED = Ways("rounding")
+
+
+def to(step: float, unit: float = 1.0) -> Change:
+    """Reads a number off a scale with marks every ``step`` of a unit."""
+    return lambda value: round(float(value) / unit / step) * step * unit
+
+
+# --- the natural frequency --------------------------------------------------------------------------------------------
+
+
+def sweep_of(lab: Any) -> Any:
+    with lab.bench() as bench:
+        return experiments.sweep(bench, progress=False)
+
+
+def frequency(read: Callable[[Any], float]) -> Callable[[Any], dict[Where, Change]]:
+    """omega_n as read otherwise off the student's own sweep."""
+
+    def carried(lab: Any) -> dict[Where, Change]:
+        found = read(sweep_of(lab))
+        return {OMEGA_N: lambda omega_n: found}
+
+    return carried
+
+
+def highest(f: Any, a: Any) -> float:
+    inside = (f >= 1) & (f <= 5)
+    return float(2 * np.pi * f[inside][np.argmax(a[inside])])
+
+
+def of_fft(zeros: float, window: Callable[[int], Any] = np.ones) -> Callable[[Any], float]:
+    def read(sweep: Any) -> float:
+        x, dt = sweep.degrees("alpha"), sweep.sample_time
+        M = int(zeros * x.size)
+        return highest(np.fft.rfftfreq(M, dt), np.abs(np.fft.rfft(window(x.size) * x, M)))
+
+    return read
+
+
+def parabola(sweep: Any) -> float:
+    f, a = spectrum(sweep.degrees("alpha"), sweep.sample_time)
+    inside = np.flatnonzero((f >= 1) & (f <= 5))
+    k = inside[np.argmax(a[inside])]
+    c = np.polyfit(f[k - 1 : k + 2], a[k - 1 : k + 2], 2)
+    return float(-np.pi * c[1] / c[0])
+
+
+def ratio(sweep: Any) -> float:
+    response = identification.frequency_response(sweep)
+    return highest(response.f_hz, np.abs(response.ratio))
+
+
+def ratio_of_spectra(sweep: Any) -> float:
+    f, a = spectrum(sweep.degrees("alpha"), sweep.sample_time)
+    return highest(f, a / spectrum(sweep.degrees("theta"), sweep.sample_time)[1])
+
+
+def by_the_package(sweep: Any) -> float:
+    return float(identification.resonance(identification.frequency_response(sweep)).value)
+
+
+def free_decay(lab: Any) -> dict[Where, Change]:
+    """Counts swings of the link that is let go: times of passing zero upwards."""
+    with lab.bench() as bench:
+        decay = experiments.free_decay(bench, progress=False)
+    x = decay.degrees("alpha")
+    x = x[decay.time > 0.3]
+    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    period = (up[4] - up[0]) * decay.sample_time / 4
+    return {OMEGA_N: lambda omega_n: 2 * np.pi / period}
+
+
+WAYS.carry("argmax, no zeros appended", frequency(of_fft(1)))
+WAYS.carry("argmax, ten times the samples", frequency(of_fft(10)))
+WAYS.carry("argmax, Hann window", frequency(of_fft(4, np.hanning)))
+WAYS.carry("argmax, Hamming window", frequency(of_fft(1, np.hamming)))
+WAYS.carry("a parabola through the peak", frequency(parabola))
+WAYS.carry("the ratio", frequency(ratio))
+WAYS.carry("the ratio of two spectra", frequency(ratio_of_spectra))
+WAYS.carry("the package's resonance", frequency(by_the_package))
+WAYS.carry("free decay", free_decay)
+WAYS.carry("by eye, 0.05 Hz", lambda lab: {OMEGA_N: to(0.05, HZ)})
+WAYS.carry("by eye, 0.1 Hz", lambda lab: {OMEGA_N: to(0.1, HZ)})
+WAYS.carry("by eye, 3 % high", lambda lab: {OMEGA_N: lambda omega_n: 1.03 * omega_n})
+WAYS.carry("by eye, 3 % low", lambda lab: {OMEGA_N: lambda omega_n: 0.97 * omega_n})
+WAYS.carry("J_l in whole tenths of a g·m²", lambda lab: {("2.12", "J_l"): to(1e-5)})
+
+# --- responses, off the plot ------------------------------------------------------------------------------------------
+
+QUESTIONS = ("3.12", "3.14", "3.16")
+
+
+def off_the_plot(**steps: float) -> Callable[[Any], dict[Where, Change]]:
+    return lambda lab: {(question, name): to(step) for question in QUESTIONS for name, step in steps.items()}
+
+
+WAYS.carry("settling time to 0.01 s", off_the_plot(t_s=0.01))
+WAYS.carry("settling time to 0.02 s", off_the_plot(t_s=0.02))
+WAYS.carry("overshoot to a count", off_the_plot(PO=100 * 360 / 4096 / 40))
+WAYS.carry("overshoot to half a degree", off_the_plot(PO=100 * 0.5 / 40))
+WAYS.carry("deflection to 0.1 deg", off_the_plot(alpha_max_deg=0.1))
+WAYS.carry("deflection to 0.2 deg", off_the_plot(alpha_max_deg=0.2))
+WAYS.carry("voltage to 0.1 V", off_the_plot(V_max=0.1))
+WAYS.carry("voltage to 0.2 V", off_the_plot(V_max=0.2))
+
+# --- rounding ---------------------------------------------------------------------------------------------------------
+
+
+def rounding(wheres: list[Where], count: int) -> Callable[[Any], dict[Where, Change]]:
+    return lambda lab: dict.fromkeys(wheres, digits(count))
+
+
+ROUNDED.carry("each step to four digits", rounding(ALL_NUMBERS, 4))
+ROUNDED.carry("each step to three digits", rounding(ALL_NUMBERS, 3))
+ROUNDED.carry(
+    "the model to three digits", rounding([w for w in ALL_NUMBERS if w[0] in ("2.11", "2.12", "2.14", "2.18")], 3)
+)
+ROUNDED.carry(
+    "the design to three digits",
+    rounding([w for w in ALL_NUMBERS if w[0] in ("3.2", "3.3", "3.4", "3.5", "3.7", "3.8")], 3),
+)
+for question, name in DESIGN:
+    if question != "2.12":
+        ROUNDED.carry(f"{question} {name} to three digits", rounding([(question, name)], 3))
+ROUNDED.carry("omega_n to two digits", rounding([OMEGA_N], 2))
+ROUNDED.carry("omega_n to three digits, J_l and K_s to three", rounding([OMEGA_N, ("2.12", "J_l"), K_S], 3))
+ROUNDED.carry("K_s to two digits", rounding([K_S], 2))
+ROUNDED.carry("omega_n and K_s to two digits", rounding([OMEGA_N, K_S], 2))
+ROUNDED.carry(
+    "measured to two digits, all else to three",
+    lambda lab: {**rounding(ALL_NUMBERS, 3)(lab), **rounding([OMEGA_N, K_S], 2)(lab)},
+)
+ROUNDED.carry("responses to two digits", rounding([(q, name) for q in QUESTIONS for name in MEASURED], 2))

@@ -1,0 +1,325 @@
+"""Other ways of writing the derivation (2.1 to 2.8) rightly: symbols, equations, accelerations, matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import sympy
+from right_ways_types import Frame, Ways
+from sympy.physics import mechanics
+from working_through import (
+    L_1,
+    L_2,
+    STATE,
+    B_eq,
+    B_l,
+    J_eq,
+    J_l,
+    K_s,
+    alpha,
+    alpha_ddot,
+    alpha_dot,
+    d_12,
+    m_1,
+    m_2,
+    tau,
+    theta,
+    theta_ddot,
+    theta_dot,
+)
+
+t = sympy.Symbol("t")
+PARAMETERS = (J_eq, J_l, B_eq, B_l, K_s, m_1, L_1, m_2, L_2, d_12)
+MOVING = (*STATE, theta_ddot, alpha_ddot)
+EXPRESSIONS = (("2.1", "V"), ("2.2", "T"), ("2.3", "L"), ("2.6", "theta_ddot"), ("2.6", "alpha_ddot"), ("2.8", "J_l"))
+EQUATIONS = (SERVO, LINK) = (("2.4", "equation"), ("2.5", "equation"))
+MATRICES = (("2.7", "A"), ("2.7", "B"))
+ALL = (*EXPRESSIONS, *EQUATIONS, *MATRICES)
+
+WAYS = Ways("2.1 to 2.8")
+
+# --- symbols: the same formulas in other ones -------------------------------------------------------------------------
+
+
+def each(change: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A change of an expression, for each side of an equation and each entry of a matrix."""
+
+    def of(value: Any) -> Any:
+        if isinstance(value, sympy.Eq):
+            return sympy.Eq(change(value.lhs), change(value.rhs), evaluate=False)
+        return value.applyfunc(change) if isinstance(value, sympy.MatrixBase) else change(value)
+
+    return of
+
+
+def renamed(name: Callable[[str], str], **assumptions: bool) -> Callable[[Any], Any]:
+    """With other symbols in place of the notebook's."""
+    others = {one: sympy.Symbol(name(one.name), **assumptions) for one in (*PARAMETERS, *MOVING, tau)}
+    return each(lambda expression: expression.xreplace(others))
+
+
+def with_functions(theta_t: Any, alpha_t: Any) -> Callable[[Any], Any]:
+    """With functions of time and their derivatives."""
+    time = theta_t.args[0]
+    meant = {theta: theta_t, theta_dot: theta_t.diff(time), theta_ddot: theta_t.diff(time, 2)}
+    meant |= {alpha: alpha_t, alpha_dot: alpha_t.diff(time), alpha_ddot: alpha_t.diff(time, 2)}
+    return each(lambda expression: expression.xreplace(meant))
+
+
+def rates_as_functions(value: Any) -> Any:
+    """Angles and rates as functions of time of their own, accelerations as derivatives of rates."""
+    functions = {one: sympy.Function(one.name)(t) for one in STATE}
+    functions |= {theta_ddot: functions[theta_dot].diff(t), alpha_ddot: functions[alpha_dot].diff(t)}
+    return each(lambda expression: expression.xreplace(functions))(value)
+
+
+def derivatives_of_symbols(value: Any) -> Any:
+    """Derivatives by time of what are plain symbols."""
+    meant = {theta_dot: sympy.Derivative(theta, t), theta_ddot: sympy.Derivative(theta, (t, 2))}
+    meant |= {alpha_dot: sympy.Derivative(alpha, t), alpha_ddot: sympy.Derivative(alpha, (t, 2))}
+    return each(lambda expression: expression.xreplace(meant))(value)
+
+
+_GREEK = {"theta": "θ", "alpha": "α", "tau": "τ"}
+_DOTS = {"": "{0}", "dot": r"\dot{{{0}}}", "ddot": r"\ddot{{{0}}}"}
+
+
+def greek(name: str) -> str:
+    letter, _, rest = name.partition("_")
+    return f"{_GREEK.get(letter, letter)}_{rest}".rstrip("_")
+
+
+def latex(name: str) -> str:
+    letter, _, rest = name.partition("_")
+    return _DOTS[rest].format(f"\\{letter}") if letter in _GREEK else f"{letter}_{{{rest}}}"
+
+
+def not_tidied_up(expression: Any) -> Any:
+    some = sorted(expression.free_symbols, key=str)[:1]
+    return sympy.Add(expression, *some, *(-one for one in some), evaluate=False)
+
+
+WAYS.each_of(
+    ALL,
+    {
+        "symbols that are real": renamed(str, real=True),
+        "symbols that are positive": renamed(str, positive=True),
+        "symbols without underscores": renamed(lambda name: name.replace("_", "")),
+        "symbols with Greek letters": renamed(greek),
+        "symbols named in LaTeX": renamed(latex),
+        "functions of time": with_functions(sympy.Function("theta")(t), sympy.Function("alpha")(t)),
+        "functions of time that are real": with_functions(
+            sympy.Function("theta", real=True)(t), sympy.Function("alpha", real=True)(t)
+        ),
+        "dynamicsymbols": with_functions(*mechanics.dynamicsymbols("theta alpha")),
+        "rates that are functions themselves": rates_as_functions,
+        "derivatives of plain symbols": derivatives_of_symbols,
+        "dummies": each(lambda e: e.xreplace({one: sympy.Dummy(one.name) for one in e.free_symbols})),
+        "decimals for fractions": each(lambda e: e.evalf()),
+        "decimals of three digits": each(lambda e: e.evalf(3)),
+        "multiplied out": each(sympy.expand),
+        "factored": each(sympy.factor),
+        "over a common denominator": each(sympy.together),
+        "not tidied up": each(not_tidied_up),
+        "halves as unevaluated products": each(lambda e: sympy.Mul(sympy.Rational(1, 2), 2 * e, evaluate=False)),
+    },
+)
+
+# --- energies ---------------------------------------------------------------------------------------------------------
+
+xi = sympy.Symbol("xi")
+RATES = sympy.Matrix([theta_dot, alpha_dot])
+MASSES = sympy.Matrix([[J_eq + J_l, J_l], [J_l, J_l]])
+
+
+def energy_of_points() -> Any:
+    """The kinetic energy by way of positions, sines and cosines left as they come."""
+    theta_t, alpha_t = sympy.Function("theta")(t), sympy.Function("alpha")(t)
+
+    def of(inertia: Any, angle: Any) -> Any:
+        return inertia * (sympy.cos(angle).diff(t) ** 2 + sympy.sin(angle).diff(t) ** 2) / 2
+
+    return of(J_eq, theta_t) + of(J_l, theta_t + alpha_t)
+
+
+WAYS.add("V, an integral", {("2.1", "V"): lambda V, own: sympy.integrate(K_s * xi, (xi, 0, alpha))})
+WAYS.add("V, an integral of the joint's torque", {("2.1", "V"): lambda V, own: -sympy.integrate(-K_s * alpha, alpha)})
+WAYS.add("T, by positions", {("2.2", "T"): lambda T, own: energy_of_points()})
+WAYS.add("T, a quadratic form, 1 x 1", {("2.2", "T"): lambda T, own: RATES.T * MASSES * RATES / 2})
+WAYS.add("T, by halves of momenta", {("2.2", "T"): lambda T, own: (MASSES * RATES).dot(RATES) / 2})
+WAYS.add("L, written out", {("2.3", "L"): lambda L, own: sympy.expand(own["2.2", "T"]) - own["2.1", "V"]})
+WAYS.add(
+    "L, not evaluated", {("2.3", "L"): lambda L, own: sympy.Add(own["2.2", "T"], -own["2.1", "V"], evaluate=False)}
+)
+WAYS.add("one in a list", dict.fromkeys(EXPRESSIONS, lambda value, own: [value]))
+
+# --- equations --------------------------------------------------------------------------------------------------------
+
+WAYS.each_of(
+    EQUATIONS,
+    {
+        "sides exchanged": lambda e: sympy.Eq(e.rhs, e.lhs, evaluate=False),
+        "all on the left": lambda e: sympy.Eq(e.lhs - e.rhs, 0),
+        "all on the right": lambda e: sympy.Eq(0, sympy.expand(e.rhs - e.lhs)),
+        "signs reversed": lambda e: sympy.Eq(-e.lhs, -e.rhs, evaluate=False),
+        "divided by an inertia": lambda e: sympy.Eq(sympy.expand(e.lhs / J_l), sympy.expand(e.rhs / J_l)),
+        "divided by both inertias together": lambda e: sympy.Eq(e.lhs / (J_eq + J_l), e.rhs / (J_eq + J_l)),
+        "twice": lambda e: sympy.Eq(2 * e.lhs, 2 * e.rhs),
+        "as a pair": lambda e: (e.lhs, e.rhs),
+        "as what is zero": lambda e: e.lhs - e.rhs,
+        "in a list": lambda e: [e],
+        "solved for its own acceleration": lambda e: sympy.Eq(alpha_ddot, sympy.solve(e, alpha_ddot)[0]),
+        "solved for the other acceleration": lambda e: sympy.Eq(theta_ddot, sympy.solve(e, theta_ddot)[0]),
+        "inertia, friction, stiffness, input": lambda e: sympy.Eq(
+            sympy.collect(sympy.expand(e.lhs), [theta_ddot, alpha_ddot, theta_dot, alpha_dot]), e.rhs
+        ),
+    },
+)
+
+
+def by_lagranges_method(row: int) -> Callable[[Any, Any], Any]:
+    """As the mechanics package of sympy gives it."""
+
+    def of(equation: Any, own: Any) -> Any:
+        theta_t, alpha_t = mechanics.dynamicsymbols("theta alpha")
+        lagrangian = with_functions(theta_t, alpha_t)(own["2.3", "L"])
+        room, base, link = (mechanics.ReferenceFrame(name) for name in ("room", "base", "link"))
+        base.set_ang_vel(room, theta_t.diff() * room.z)
+        link.set_ang_vel(room, (theta_t + alpha_t).diff() * room.z)
+        friction = B_l * alpha_t.diff()
+        torques = [(base, (tau - B_eq * theta_t.diff() + friction) * room.z), (link, -friction * room.z)]
+        method = mechanics.LagrangesMethod(lagrangian, [theta_t, alpha_t], forcelist=torques, frame=room)
+        return sympy.Eq(method.form_lagranges_equations()[row], 0)
+
+    return of
+
+
+def not_carried_out(coordinate: Any, rate: Any, force: Any) -> Callable[[Any, Any], Any]:
+    """The Euler-Lagrange equation, its derivatives by time as they stand."""
+
+    def of(equation: Any, own: Any) -> Any:
+        L = own["2.3", "L"]
+        inside = with_functions(sympy.Function("theta")(t), sympy.Function("alpha")(t))
+        return sympy.Eq(sympy.Derivative(inside(L.diff(rate)), t) - inside(L.diff(coordinate)), inside(force))
+
+    return of
+
+
+def by_newton(equation: Any, own: Any) -> Any:
+    """The servo cut free: the spring and the joint's friction pull on it."""
+    return sympy.Eq(J_eq * theta_ddot, tau - B_eq * theta_dot + K_s * alpha + B_l * alpha_dot)
+
+
+def without_theta_ddot(equation: Any, own: Any) -> Any:
+    """The link's equation, with the servo's acceleration put in from that of the servo."""
+    servo = sympy.solve([own[SERVO], own[LINK]], [theta_ddot, alpha_ddot], dict=True)[0]
+    return sympy.Eq(J_l * (servo[theta_ddot] + alpha_ddot) + B_l * alpha_dot + K_s * alpha, 0)
+
+
+def without_alpha_ddot(equation: Any, own: Any) -> Any:
+    """The servo's equation, with the link's acceleration put in from that of the link."""
+    return sympy.Eq(own[SERVO].lhs.subs(alpha_ddot, sympy.solve(own[LINK], alpha_ddot)[0]), tau)
+
+
+BY_NEWTON = "the key takes the sum of both balances only: patch of key_modeling 2.4 and 2.5 in the report"
+WAYS.add("by LagrangesMethod", {SERVO: by_lagranges_method(0), LINK: by_lagranges_method(1)})
+WAYS.add(
+    "time derivatives not carried out",
+    {
+        SERVO: not_carried_out(theta, theta_dot, tau - B_eq * theta_dot),
+        LINK: not_carried_out(alpha, alpha_dot, -B_l * alpha_dot),
+    },
+)
+WAYS.add("the servo alone, by Newton", {SERVO: by_newton}, pending=BY_NEWTON)
+WAYS.add("the servo's without alpha_ddot", {SERVO: without_alpha_ddot}, pending=BY_NEWTON)
+WAYS.add("the link's without theta_ddot", {LINK: without_theta_ddot}, pending=BY_NEWTON)
+WAYS.add("by Newton, and both solved", {SERVO: by_newton, LINK: without_theta_ddot}, pending=BY_NEWTON)
+
+# --- accelerations ----------------------------------------------------------------------------------------------------
+
+SOLVED = (("2.6", "theta_ddot"), ("2.6", "alpha_ddot"))
+FORCES = sympy.Matrix([tau - B_eq * theta_dot, -K_s * alpha])
+
+
+def solutions(own: Any) -> Any:
+    return sympy.solve([own[e].subs(B_l, 0) for e in EQUATIONS], [theta_ddot, alpha_ddot])
+
+
+def both(change: Callable[[Any, int], Any]) -> dict[Any, Any]:
+    """A change of both accelerations, by their index."""
+    return {where: lambda value, own, i=i: change(value, i) for i, where in enumerate(SOLVED)}
+
+
+WAYS.add("all that solve gives", dict.fromkeys(SOLVED, lambda value, own: solutions(own)))
+WAYS.add("all that solve gives, in its list", dict.fromkeys(SOLVED, lambda value, own: [solutions(own)]))
+WAYS.add("equations for the accelerations", both(lambda e, i: sympy.Eq((theta_ddot, alpha_ddot)[i], e)))
+WAYS.add(
+    "equations for second derivatives",
+    both(lambda e, i: sympy.Eq(sympy.Function(("theta", "alpha")[i])(t).diff(t, 2), e)),
+)
+WAYS.add("by the inverse of the mass matrix", both(lambda e, i: (MASSES.inv() * FORCES)[i]))
+WAYS.add("by the inverse, as matrices of one", both(lambda e, i: (MASSES.inv() * FORCES)[i, :]))
+WAYS.add("by LUsolve, not simplified", both(lambda e, i: MASSES.LUsolve(FORCES)[i]))
+WAYS.add("by Cramer's rule", both(lambda e, i: sympy.cancel((MASSES.adjugate() * FORCES)[i] / MASSES.det())))
+WAYS.add(
+    "B_l dropped at the end",
+    both(lambda e, i: (MASSES.inv() * (FORCES - sympy.Matrix([0, B_l * alpha_dot])))[i].subs(B_l, 0)),
+)
+
+# --- matrices ---------------------------------------------------------------------------------------------------------
+
+WAYS.each_of(
+    MATRICES,
+    {
+        "lists of lists": lambda m: m.tolist(),
+        "tuples of tuples": lambda m: tuple(map(tuple, m.tolist())),
+        "numpy arrays of expressions": lambda m: np.array(m.tolist()),
+        "np.matrix of expressions": lambda m: np.matrix(m.tolist()),
+        "ImmutableMatrix": sympy.ImmutableMatrix,
+        "SparseMatrix": sympy.SparseMatrix,
+        "sympy.Array": lambda m: sympy.Array(m.tolist()),
+        "a table with names of rows and columns": lambda m: Frame(m.tolist()),
+    },
+)
+WAYS.add("B as a list", {("2.7", "B"): lambda B, own: list(B)})
+WAYS.add("B as a row", {("2.7", "B"): lambda B, own: B.T})
+
+
+def in_blocks(A: Any, own: Any) -> Any:
+    stiffness, damping = sympy.Matrix([[0, 0], [0, K_s]]), sympy.Matrix([[B_eq, 0], [0, 0]])
+    inverse = MASSES.inv()
+    return sympy.Matrix(sympy.BlockMatrix([[sympy.zeros(2), sympy.eye(2)], [-inverse * stiffness, -inverse * damping]]))
+
+
+WAYS.add("A from blocks of the mass matrix", {("2.7", "A"): in_blocks})
+WAYS.add(
+    "A and B by linear_eq_to_matrix",
+    {
+        ("2.7", "A"): lambda A, own: sympy.linear_eq_to_matrix(rates(own), *STATE)[0],
+        ("2.7", "B"): lambda B, own: sympy.linear_eq_to_matrix(rates(own), tau)[0],
+    },
+)
+
+
+def rates(own: Any) -> list[Any]:
+    return [theta_dot, alpha_dot, *(own[where] for where in SOLVED)]
+
+
+# --- the link's inertia -----------------------------------------------------------------------------------------------
+
+INERTIA = ("2.8", "J_l")
+r = sympy.Symbol("r")
+BOTTOM = sympy.integrate(r**2 * m_1 / L_1, (r, 0, L_1))
+TOP = sympy.integrate(r**2 * m_2 / L_2, (r, d_12 - L_2 / 2, d_12 + L_2 / 2))
+
+WAYS.add("J_l, two integrals", {INERTIA: lambda J, own: BOTTOM + TOP})
+WAYS.add(
+    "J_l, the parallel-axis theorem twice",
+    {INERTIA: lambda J, own: m_1 * L_1**2 / 12 + m_1 * (L_1 / 2) ** 2 + m_2 * L_2**2 / 12 + m_2 * d_12**2},
+)
+WAYS.add(
+    "J_l, thirds and twelfths of three digits",
+    {INERTIA: lambda J, own: 0.333 * m_1 * L_1**2 + 0.0833 * m_2 * L_2**2 + m_2 * d_12**2},
+)

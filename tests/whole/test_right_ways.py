@@ -1,0 +1,102 @@
+"""Right answers in many ways (``right_ways.py``): each has its full marks on several benches, and changes no other."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from made_courses import OURS
+from right_ways import TOLD, WAYS, rewritten, worked
+from working_through import FULL
+
+from rotflex.hil.student_benches import student_seed
+from rotflex.instructor.marking.decoding import decode
+from rotflex.instructor.marking.marking import mark
+from solutions.true_bench import TrueBench
+
+STUDENTS = ("ada", "bob", "carla")
+
+
+class Bench(TrueBench):
+    """A student's bench that runs each validation once; it would come out the same."""
+
+    def __init__(self, student):
+        super().__init__(student)
+        self._validated = {}
+
+    def validation(self, A, B, signal):
+        asked = np.asarray(A).tobytes(), np.asarray(B).tobytes(), signal
+        if asked not in self._validated:
+            self._validated[asked] = super().validation(A, B, signal)
+        return self._validated[asked]
+
+
+def marked(data, student, bench):
+    """The marks that a file of answers earns, by question and part."""
+    seed = student_seed(student)
+    return {(one.question, one.part): one for one in mark(OURS, decode(data, seed, OURS.catalogue), bench, seed)}
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """A student's usual answers, the file of them, its marks, and the bench; worked out when first asked for."""
+
+    @cache
+    def of(student):
+        own, data = worked(student, tmp_path_factory.mktemp(student))
+        bench = Bench(student)
+        return own, data, marked(data, student, bench), bench
+
+    return of
+
+
+def lost(marks):
+    return {where: marks[where].reason for where, full in FULL.items() if marks[where].points < full}
+
+
+def pending(way):
+    return pytest.mark.xfail(reason=way.pending, strict=True) if way.pending else ()
+
+
+def of_each(ways):
+    return pytest.mark.parametrize("way", [pytest.param(way, id=str(way), marks=pending(way)) for way in ways])
+
+
+def test_there_are_many_ways_and_each_is_named_once():
+    names = [str(way) for way in WAYS]
+    assert len(set(names)) == len(names) >= 45
+
+
+@pytest.mark.parametrize("student", STUDENTS)
+def test_the_usual_way_has_full_marks(usual, student):
+    assert lost(usual(student)[2]) == {}
+
+
+@of_each([way for way in WAYS if way.written])
+def test_another_way_of_writing_has_full_marks_and_changes_nothing_else(usual, tmp_path, way):
+    for student in STUDENTS:
+        own, data, before, bench = usual(student)
+        changed, said = rewritten(student, tmp_path, way.written, own, data)
+        assert [line for line in said if not line.endswith("  recorded")] == []
+        marks = marked(changed, student, bench)
+        assert lost(marks) == {}
+        assert {where: marks[where].status for where in FULL} == {where: before[where].status for where in FULL}
+
+
+@of_each([way for way in WAYS if way.carried])
+def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path, way):
+    for student in STUDENTS:
+        (tmp_path / student).mkdir()
+        _own, data = worked(student, tmp_path / student, way)
+        assert lost(marked(data, student, usual(student)[3])) == {}
+
+
+@pytest.mark.parametrize(("where", "what"), TOLD)
+def test_what_is_not_taken_says_what_to_do(usual, tmp_path, where, what):
+    given, told = TOLD[where, what]
+    own, data, *_ = usual("ada")
+    _changed, said = rewritten("ada", tmp_path, {where: given}, own, data)
+    assert len(said) == 1
+    assert "not recorded" in said[0]
+    assert told in said[0]
