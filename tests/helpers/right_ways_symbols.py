@@ -223,7 +223,9 @@ def without_alpha_ddot(equation: Any, own: Any) -> Any:
     return sympy.Eq(own[SERVO].lhs.subs(alpha_ddot, sympy.solve(own[LINK], alpha_ddot)[0]), tau)
 
 
-BY_NEWTON = "the key takes the sum of both balances only: patch of key_modeling 2.4 and 2.5 in the report"
+BY_NEWTON = (
+    "the key has no EquationIs(others=...) yet (key_modeling, 2.4 and 2.5): servo alone, link without theta_ddot"
+)
 WAYS.add("by LagrangesMethod", {SERVO: by_lagranges_method(0), LINK: by_lagranges_method(1)})
 WAYS.add(
     "time derivatives not carried out",
