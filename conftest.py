@@ -17,6 +17,7 @@ SOLUTIONS = "solutions"
 LONGEST = (
     "tests/whole/test_honest_class.py",
     "tests/whole/test_hostile_class.py",
+    "tests/whole/test_right_ways.py",
     "tests/whole/test_whole_class.py",
     SOLUTIONS,
     "tests/whole/test_class.py",

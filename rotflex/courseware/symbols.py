@@ -9,7 +9,7 @@ from typing import Any
 from rotflex.courseware.json_values import FormError
 from rotflex.courseware.messages import _
 
-_DOTTED = re.compile(r"\\(d?dot)\s*(?:\{\s*\\?(\w+)\s*\}|\\?(\w+))")  # \dot{\theta}, \ddot\theta, \dot x
+_DOTTED = re.compile(r"\\(d?dot)\s*(?:\{\s*\\?(\w+)\s*\}|\\?(\w+))")  # \dot{x}, \ddot\mu, \dot x
 _RATE = re.compile(r"(.+?)(d?)dot")
 _ABOVE = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
 _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (?:FINAL )?([A-Z]+)")
@@ -18,7 +18,7 @@ _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (?:FINAL )?([A-Z]+)")
 def plain(name: str) -> str:
     """A name in one spelling, without underscores, braces and blanks; Greek letters, LaTeX and dots above in words.
 
-    ``J_{eq}``, ``Jeq`` and ``J_eq`` are one, and so are ``θ̇``, ``\\dot{\\theta}`` and ``theta_dot``.
+    ``x_{max}``, ``xmax`` and ``x_max`` are one, and so are ``ẋ``, ``\\dot{x}`` and ``x_dot``; ``μ`` is ``mu``.
     """
     name = _DOTTED.sub(lambda found: f"{found[2] or found[3]}_{found[1]}", unicodedata.normalize("NFKD", name))
     return re.sub(r"[_{}\\ ]", "", "".join(map(_in_words, name)))
