@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 from made_courses import loaded
 
+from rotflex.courseware.benches import THEIR_OWN
 from rotflex.instructor import batch
 from rotflex.instructor.batch import Batch, Settings
 from rotflex.instructor.gradebook import Gradebook
@@ -123,7 +124,7 @@ class FakeClass:
 
 def perfect(student, seed, omega_n=None, bench=None):
     """What is left by a run of somebody who answers 2.11 rightly."""
-    value = TrueBench(student).omega_n if omega_n is None else omega_n
+    value = TrueBench(student, THEIR_OWN).omega_n if omega_n is None else omega_n
     answers = {"omega_n": {"kind": "number", "value": value}, "explanation": {"kind": "prose", "value": "So."}}
     book = {"format": 1, "student": student, "bench": bench or {"uri": "virtual"}}
     book |= {"software": "rotflex", "probe_seed": seed}

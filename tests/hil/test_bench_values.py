@@ -43,7 +43,7 @@ class WatchedBoard:
 
     @property
     def voltage(self) -> float:
-        return self.inner._outputs[0]
+        return self.inner.terminals.commanded[0]
 
     def values(self, verb: str) -> list[list[Any]]:
         """What a verb was told, each time."""

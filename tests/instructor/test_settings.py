@@ -11,6 +11,7 @@ from made_courses import OURS, copied
 
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.errors import GradingError
+from rotflex.hil.student_benches import DRAW
 from rotflex.instructor import course as courses
 from rotflex.instructor import settings
 from rotflex.instructor.settings import CourseSettings
@@ -119,14 +120,14 @@ def test_a_file_that_is_no_text_is_told(tmp_path):
 def test_our_file_says_what_counts_without_it_but_for_the_title():
     """Its comments promise so."""
     assert OURS.settings.title == OURS.title == "The rotary flexible joint laboratory"
-    assert OURS.settings == CourseSettings(title=OURS.title)
+    assert OURS.settings == CourseSettings(title=OURS.title, bench=BenchPolicy(draw=DRAW))
 
 
 def test_a_course_has_its_settings_and_the_presets_are_its_own(tmp_path):
     folder = copied(tmp_path)
     (folder / "course.toml").write_text('[bench]\nwhich = "preset"\npreset = "real_bench"\n[releases]\nfolder = "old"')
     course = courses.load(folder)
-    assert course.settings.bench == BenchPolicy("preset", preset="real_bench")
+    assert course.settings.bench == BenchPolicy("preset", preset="real_bench", draw=DRAW)
     assert course.title == course.name == "rotflex-course"
     assert course.releases == tmp_path / "old"
     (folder / "course.toml").write_text('[bench]\nwhich = "preset"\npreset = "mars"')
