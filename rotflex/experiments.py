@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from rotflex.config import one_of
+from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
@@ -28,6 +29,7 @@ from rotflex.units import DEG, HZ
 
 _STILL_FOR = 0.5  # s without a count, after which the arm is at rest
 _PATIENCE = 40.0  # s to wait for it
+MODEL_BOUND = 100.0  #: rad; a model whose angle passes it has run away, and its curves are cut there
 
 #: The servo's position loops. On every bench both are stable with outputs that come 6 ms late: 4 ms, the most that a
 #: board with a slow bus and a late sample needs, and half as much again.
@@ -118,17 +120,18 @@ def validation(
     signal : "square" (0.5 Hz) or "step" (at 0.5 s; the servo turns on and on, so it is short)
     amplitude : V; 1.5 V for the square wave and 0.8 V for the step unless given
     duration : s; 10 s for the square wave and 2.5 s for the step unless given
-    progress : show a progress bar when it takes longer than a second
+    progress : show a progress bar when it takes longer than a second, and say it when the model runs away
 
     Returns
     -------
     Recording
-        theta, alpha, vm, theta_model, alpha_model.
+        theta, alpha, vm, theta_model, alpha_model. A model that runs away is cut at ±100 rad and stays there; the
+        metadata then say when, as ``model_cut_at`` (s).
 
     Raises
     ------
     DesignError
-        If A or B has the wrong shape, or the model's response is not finite.
+        If A or B has the wrong shape or a value that is not finite.
     """
     one_of("signal", signal, ("square", "step"))
     model = _discrete_model(A, B)
@@ -139,9 +142,14 @@ def validation(
         t = time_axis(duration or 2.5, SAMPLE_TIME)
         volts = step(t, 0.8 if amplitude is None else amplitude, at=0.5)
     measured = _run(bench, OpenLoop(), volts, {"experiment": "validation", "signal": signal}, progress)
-    theta_model, alpha_model = _simulate(*model, measured["vm"])
+    theta_model, alpha_model, cut = _simulate(*model, measured["vm"])
     simulated = {"theta_model": Channel(theta_model, "rad"), "alpha_model": Channel(alpha_model, "rad")}
-    return Recording(measured.time, {**measured.channels, **simulated}, measured.metadata)
+    metadata = dict(measured.metadata)
+    if cut is not None:
+        metadata["model_cut_at"] = float(measured.time[cut])
+        if progress:
+            print(_RAN_AWAY.format(time=metadata["model_cut_at"], bound=MODEL_BOUND, turns=MODEL_BOUND / (2 * np.pi)))
+    return Recording(measured.time, {**measured.channels, **simulated}, metadata)
 
 
 def tracking(
@@ -208,7 +216,7 @@ def rest(bench: Bench) -> None:
     bench.start(SAMPLE_TIME, zero=False)
     try:
         last = bench.read()
-        for _ in range(round(_PATIENCE / SAMPLE_TIME)):
+        for _sample in range(round(_PATIENCE / SAMPLE_TIME)):
             bench.write(0.0)
             measured = bench.read()
             still = still + 1 if measured[1:] == last[1:] else 0
@@ -242,20 +250,32 @@ def _discrete_model(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], ND
         raise DesignError(f"The model needs A of 4 by 4 and B of 4 by 1; they are {np.shape(A)} and {np.shape(B)}.")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise DesignError("A or B holds a value that is not finite.")
-    step_matrix = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
+    with np.errstate(over="ignore", invalid="ignore"):  # a model that runs away at once is told of when it is simulated
+        step_matrix = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
     return step_matrix[:4, :4], step_matrix[:4, 4]
+
+
+_RAN_AWAY = _(
+    "Your model runs away: at {time:.2f} s an angle of it passed {bound:g} rad ({turns:.0f} turns), and its curves are "
+    "cut there. No bench does that by itself. Look at the signs in the last two rows of A, row by row: the spring "
+    "pulls servo and link towards each other, and friction brakes. Then look at B."
+)
 
 
 def _simulate(
     a: NDArray[np.float64], b: NDArray[np.float64], volts: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angles (rad) of the discrete model from rest under the voltages."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int | None]:
+    """Angles (rad) of the discrete model from rest under the voltages, and the sample at which they were cut."""
     state = np.zeros(4)
     angles = np.empty((2, volts.size))
     with np.errstate(over="ignore", invalid="ignore"):
         for index, voltage in enumerate(volts):
+            # Written so that what is no number counts as run away, too.
+            if not np.abs(state[:2]).max() <= MODEL_BOUND:
+                angles[:, index:] = np.clip(np.nan_to_num(state[:2], nan=np.inf), -MODEL_BOUND, MODEL_BOUND)[
+                    :, np.newaxis
+                ]
+                return angles[0], angles[1], index
             angles[:, index] = state[:2]
             state = a @ state + b * voltage
-    if not np.isfinite(angles).all():
-        raise DesignError("The model's response grows without bound: look at the signs in A.")
-    return angles[0], angles[1]
+    return angles[0], angles[1], None

@@ -144,10 +144,31 @@ def test_unknown_choices_name_the_known_ones():
             experiments.validation(bench, *linear_model(1.4), signal="chirp")
 
 
-def test_a_model_of_the_wrong_shape_or_that_runs_away_is_refused():
+def test_a_model_of_the_wrong_shape_is_refused():
     A, B = linear_model(1.4)
     with hil.open(seed=1) as bench:
         with pytest.raises(DesignError, match="4 by 4"):
             experiments.validation(bench, A[:3], B)
-        with pytest.raises(DesignError, match="signs"):
-            experiments.validation(bench, -1e3 * A, B, progress=False)
+        with pytest.raises(DesignError, match="not finite"):
+            experiments.validation(bench, A, np.full(4, np.inf))
+
+
+@pytest.mark.parametrize("factor", [-1.0, -1e3, -1e6])
+def test_a_model_that_runs_away_is_recorded_up_to_a_bound_and_told(factor, capsys):
+    A, B = linear_model(1.4)
+    with hil.open(seed=1) as bench:
+        right = experiments.validation(bench, A, B)
+        assert "model_cut_at" not in right.metadata
+        assert "runs away" not in capsys.readouterr().out
+        away = experiments.validation(bench, factor * A, B)
+    said = capsys.readouterr().out
+    assert "runs away" in said
+    assert "signs in the last two rows of A" in said
+    cut = away.metadata["model_cut_at"]
+    assert f"at {cut:.2f} s" in said
+    angles = np.abs([away["theta_model"], away["alpha_model"]])
+    assert angles.max() == experiments.MODEL_BOUND == 100
+    assert np.isfinite(angles).all()
+    assert angles[:, away.time < cut].max() < 100
+    assert np.ptp(angles[:, away.time >= cut], axis=1).max() == 0  # they stay there
+    np.testing.assert_allclose(away["theta"], right["theta"], atol=0.01)  # of the bench, nothing is changed
