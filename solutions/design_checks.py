@@ -1,8 +1,8 @@
-"""Checks of numbers that build on each other: model, poles, companion form, gain.
+"""Checks of numbers that build on each other: model, poles, companion form.
 
 Everything after the stiffness depends on it, and it is measured. So an answer is compared with three things in turn:
 what the true stiffness of the student's bench leads to; what the student's *own* stiffness leads to when all the rest
-is done right; and what their own answer just before leads to. The first is right; so is the second, if the student's
+is done right; and what their own answers just before lead to. The first is right; so is the second, if the student's
 stiffness is; the third, and the second with a stiffness that is off, are right given their own earlier answers.
 """
 
@@ -20,14 +20,20 @@ from rotflex.config import Joint, Servo
 from rotflex.courseware.parts import Part
 from rotflex.instructor import design, model
 from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
-from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, partly, right, wrong
+from rotflex.instructor.marking.expression_checks import at
+from rotflex.instructor.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
 from rotflex.simulation import with_actuator
 from rotflex.specifications import OMEGA_N, P_3, P_4, ZETA
 from rotflex.workbook.probes import PLANT_PARAMETERS
 
 from . import tolerances
+from .own_answers import sound
 
 Array = NDArray[Any]
+Follow = Callable[[Case], Any]
+#: What an answer may follow from: what that is, in words → what it leads to.
+Follows = tuple[tuple[str, Follow], ...]
+CARRIED = "your own answer"
 
 
 def desired_poles() -> Array:
@@ -108,12 +114,27 @@ def candidates(case: Case) -> Iterator[tuple[Design, bool]]:
         yield Design(bench.servo, bench.joint, own), is_right
 
 
-def own_voltage_model(own: Own, servo: Servo) -> tuple[Array, Array]:
-    """A and B with the motor voltage as input, from the student's own matrices. Raises LookupError without them."""
-    return with_actuator(own("2.14", "A"), np.reshape(own("2.14", "B"), (4, 1)), servo)
+def carried(question: str, part: str) -> Follows:
+    """An entry of a results table: the student's own answer, carried over."""
+    return ((CARRIED, lambda case: np.asarray(sound(case.own, question, part))),)
 
 
-Follow = Callable[[Own, Servo], Array]
+def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
+    """What the student's own answers lead to, with what they are in words; and why to nothing, if that is known."""
+    found, why = [], ""
+    for words, function in follow:
+        try:
+            expected = function(case)
+        except NothingFollows as nothing:
+            why = f" {nothing}"
+        except NOT_TO_BE_HAD:
+            pass  # nothing of their own
+        else:
+            if np.any(expected):
+                found.append((words, expected))
+            else:
+                why = f" From {words} follows nothing but zeros."
+    return found, why
 
 
 def settle(
@@ -122,10 +143,9 @@ def settle(
     what: str,
     ideal: Callable[[Design], Any],
     agrees: Callable[[Any, Any], bool],
-    follow: Follow | None,
-    follow_what: str,
-) -> Verdict | None:
-    """The verdict on a value that agrees with one of the things that it may stand on; None if with none."""
+    follow: Follows,
+) -> tuple[Verdict | None, str]:
+    """The verdict on a value that agrees with one of the things that it may stand on, else None and why, if known."""
     for candidate, stiffness_is_right in candidates(case):
         try:
             expected = ideal(candidate)
@@ -133,16 +153,13 @@ def settle(
             continue
         if agrees(value, expected):
             if stiffness_is_right:
-                return right(f"Agrees with {what} of your bench.")
-            return follow_through(f"Not {what} of your bench, but it agrees with your own stiffness.")
-    if follow is not None:
-        try:
-            expected = follow(case.own, case.bench.servo)
-        except NOT_TO_BE_HAD:
-            return None
+                return right(f"Agrees with {what} of your bench."), ""
+            return follow_through(f"Not {what} of your bench, but it agrees with your own stiffness."), ""
+    found, why = led_to(case, follow)
+    for words, expected in found:
         if agrees(value, expected):
-            return follow_through(f"Not {what} of your bench, but it agrees with {follow_what}.")
-    return None
+            return follow_through(f"Not {what} of your bench, but it agrees with {words}."), ""
+    return None, why
 
 
 @dataclass(frozen=True)
@@ -154,28 +171,28 @@ class ArrayFrom:
     what : as in "the companion matrix"
     ideal : from a design
     rtol : relative to the entry; and a thousandth of it relative to the largest entry, for what should be zero
-    follow, follow_what : from the student's own answers, and what that is in words
+    follow : from the student's own answers
     slips : usual mistakes: what was done → from the right array, what it leads to
     """
 
     what: str
     ideal: Callable[[Design], Any]
     rtol: float = 0.02
-    follow: Follow | None = None
-    follow_what: str = ""
+    follow: Follows = ()
     slips: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
     kinds = ("matrix",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with what the answer may stand on."""
-        found = settle(value, case, self.what, self.ideal, self._agrees, self.follow, self.follow_what)
+        found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
+        right_ones = [self.ideal(candidate) for candidate, _stiffness_is_right in candidates(case)]
         for slip, changed in self.slips:
-            for candidate, _ in candidates(case):
-                if self._agrees(value, changed(np.asarray(self.ideal(candidate)))):
+            for expected in (*right_ones, *(own for _words, own in led_to(case, self.follow)[0])):
+                if self._agrees(value, changed(np.asarray(expected))):
                     return wrong(f"Not {self.what}: {slip}.")
-        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.")
+        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         given, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
@@ -183,50 +200,6 @@ class ArrayFrom:
             return False
         room = self.rtol * np.abs(wanted) + 1e-3 * self.rtol * np.abs(wanted).max()
         return bool(np.all(np.abs(given - wanted) <= room))
-
-
-@dataclass(frozen=True)
-class GainPlaces:
-    """A gain that puts the poles of the model where they are wanted, however it was found.
-
-    The gain is judged by what it does: the closed-loop polynomial with the right model for the student's stiffness, or
-    with the student's own model.
-
-    Parameters
-    ----------
-    rtol : tolerance of the polynomial's coefficients, relative; the gain may be given to three digits
-    follow, follow_what : a gain from the student's own answers that is right to use, and what it is in words
-    """
-
-    rtol: float = 0.02
-    follow: Follow | None = None
-    follow_what: str = ""
-    kinds = ("matrix",)
-
-    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Place the poles with it."""
-        gain = np.reshape(value, (1, 4))
-        for candidate, stiffness_is_right in candidates(case):
-            if self._places(gain, *candidate.voltage_model, desired_polynomial()):
-                if stiffness_is_right:
-                    return right("With this gain the poles of your model are where they are wanted.")
-                return follow_through("It places the poles of the model that your own stiffness gives.")
-        try:
-            A, B = own_voltage_model(case.own, case.bench.servo)
-            if self._places(gain, A, B, desired_polynomial()):
-                return follow_through("It places the poles of your own model.")
-            if self.follow is not None and np.allclose(gain, np.ravel(self.follow(case.own, case.bench.servo)), 2e-2):
-                return follow_through(f"It agrees with {self.follow_what}.")
-        except NOT_TO_BE_HAD:
-            pass  # nothing of their own to try it on
-        return wrong("With this gain the poles of your model are not where they are wanted.")
-
-    def _places(self, gain: Array, A: Array, B: Array, wanted: Array) -> bool:
-        closed = A - B @ gain
-        if not np.isfinite(closed).all():  # a gain may be as large as numbers go
-            return False
-        reached = np.poly(closed).real
-        return bool(np.all(np.abs(reached - wanted) <= self.rtol * np.abs(wanted)))
 
 
 @dataclass(frozen=True)
@@ -238,35 +211,41 @@ class PolesFrom:
     what : as in "the open-loop poles"
     ideal : from a design
     rtol : distance relative to the pole's own, but at least to 1 rad/s
-    follow, follow_what : from the student's own answers, and what that is in words
+    follow : from the student's own answers
+    slips : usual mistakes: what was done → what undoes it
     """
 
     what: str
     ideal: Callable[[Design], Any]
     rtol: float = 0.02
-    follow: Follow | None = None
-    follow_what: str = ""
+    follow: Follows = ()
+    slips: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
     kinds = ("poles",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with what the answer may stand on."""
-        found = settle(value, case, self.what, self.ideal, self._agrees, self.follow, self.follow_what)
+        found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
-        mirrored = settle(-np.conj(value), case, self.what, self.ideal, self._agrees, self.follow, self.follow_what)
-        if mirrored is not None:
-            return wrong(f"Not {self.what}: the signs of the real parts are turned round.")
-        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.")
+        for slip, changed in (("the signs of the real parts are turned round", lambda p: -np.conj(p)), *self.slips):
+            if settle(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
+                return wrong(f"Not {self.what}: {slip}.")
+        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 
     def _agrees(self, value: Any, expected: Any) -> bool:
-        from scipy.optimize import linear_sum_assignment
+        return same_poles(value, expected, self.rtol)
 
-        given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
-        if given.shape != wanted.shape:
-            return False
-        distance = np.abs(given[:, None] - wanted[None, :]) / np.maximum(1.0, np.abs(wanted))[None, :]
-        rows, columns = linear_sum_assignment(distance)
-        return bool(distance[rows, columns].max() <= self.rtol)
+
+def same_poles(value: Any, expected: Any, rtol: float) -> bool:
+    """Whether two sets of poles are the same, in any order; the tolerance is that of :class:`PolesFrom`."""
+    from scipy.optimize import linear_sum_assignment
+
+    given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
+    if given.shape != wanted.shape:
+        return False
+    distance = np.abs(given[:, None] - wanted[None, :]) / np.maximum(1.0, np.abs(wanted))[None, :]
+    rows, columns = linear_sum_assignment(distance)
+    return bool(distance[rows, columns].max() <= rtol)
 
 
 @dataclass(frozen=True)
@@ -277,17 +256,53 @@ class StateSpaceFunction:
     kinds = ("function",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare the matrices with those of the derivation, written out."""
-        good = dict.fromkeys("ABCD", True)
-        for arguments, output in zip(PLANT_PARAMETERS.inputs(case.probe_seed), value, strict=True):
-            for name, given, wanted in zip("ABCD", output, _written_out(*arguments), strict=True):
-                room = self.rtol * max(1e-9, float(np.abs(wanted).max()))
-                good[name] &= bool(np.all(np.abs(np.reshape(given, wanted.shape) - wanted) <= room))
-        bad = [name for name, is_good in good.items() if not is_good]
+        """Compare the matrices with those of the derivation, written out, and with the student's own of 2.7."""
+        inputs = PLANT_PARAMETERS.inputs(case.probe_seed)
+        bad = self._differing(value, [dict(zip("ABCD", _written_out(*one), strict=True)) for one in inputs])
         if not bad:
             return right("Called with other parameters, it gives their model.")
+        try:
+            own = [own_matrices(case.own, *one) for one in inputs]
+        except NOT_TO_BE_HAD:
+            own = []
+        if own and not set(bad) - set("AB") and not self._differing(value, own):
+            return follow_through("Not the model of the derivation, but it gives your own matrices of question 2.7.")
         reason = f"Called with other parameters, it gives another {' and '.join(bad)} than the derivation."
+        if "A" in bad:
+            reason += f" Look at row {', '.join(map(str, self._rows(value, inputs)))} of A, and at the signs in it."
         return partly(0.5, reason) if len(bad) == 1 and bad != ["A"] else wrong(reason)
+
+    def _differing(self, value: Any, expected: list[dict[str, Array]]) -> list[str]:
+        """The matrices that differ, of those that are expected."""
+        bad = []
+        for name in expected[0]:
+            pairs = [(output["ABCD".index(name)], one[name]) for output, one in zip(value, expected, strict=True)]
+            if not all(self._near(given, wanted).all() for given, wanted in pairs):
+                bad.append(name)
+        return bad
+
+    def _near(self, given: Any, wanted: Array) -> Array:
+        room = self.rtol * max(1e-9, float(np.abs(wanted).max()))
+        return np.asarray(np.abs(np.reshape(given, wanted.shape) - wanted) <= room)
+
+    def _rows(self, value: Any, inputs: Any) -> list[int]:
+        """The rows of A that differ from those of the derivation, counted from 1."""
+        good = np.all(
+            [self._near(output[0], _written_out(*one)[0]) for output, one in zip(value, inputs, strict=True)], 0
+        )
+        return [i + 1 for i in range(len(good)) if not good[i].all()]
+
+
+def own_matrices(own: Own, K_s: float, J_l: float, J_eq: float, B_eq: float) -> dict[str, Array]:
+    """The student's own A and B of question 2.7 for some parameters. Raises LookupError without them."""
+    point = {"K_s": K_s, "J_l": J_l, "J_eq": J_eq, "B_eq": B_eq}
+    found = {}
+    for name in "AB":
+        matrix = own("2.7", name)
+        found[name] = np.reshape([at(entry, point) for entry in matrix], matrix.shape)
+    if np.linalg.matrix_rank(found["A"]) < 3 or not np.any(found["B"]):
+        raise NothingFollows("Your own matrices of question 2.7 are nearly all zeros, and nothing follows from that.")
+    return found
 
 
 def _written_out(K_s: float, J_l: float, J_eq: float, B_eq: float) -> tuple[Array, Array, Array, Array]:

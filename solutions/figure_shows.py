@@ -17,7 +17,7 @@ from rotflex.instructor.marking.seen_curves import Seen, Wanted, best, find, own
 from rotflex.instructor.marking.unit_words import ANGLE, VOLTAGE
 from rotflex.instructor.verdicts import Case, Verdict, for_a_person, partly, right, wrong
 
-from .response_checks import Again
+from .repeated import Again
 
 _THINNED_VOLTAGE_RTOL = 0.6  # of a curve that follows a voltage between few samples; one that is not it has 1 or more
 _LARGEST = 1e3  # rad and V; what is larger in the student's own recording is from no bench

@@ -2,37 +2,40 @@
 
 import numpy as np
 
-from rotflex.instructor.marking.checks import ChoiceIs, ForAPerson, Number
+from rotflex.config import srv02
+from rotflex.instructor.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, Number
+from rotflex.specifications import ZETA
+from rotflex.units import DEG
 
 from . import tolerances
-from .design_checks import ArrayFrom, GainPlaces, PolesFrom, desired_poles, desired_polynomial, own_voltage_model
+from .design_checks import ArrayFrom, PolesFrom, carried, desired_poles, desired_polynomial
 from .figure_shows import FigureShows
-from .response_checks import Measured, ResponseOf, Satisfied, run_again, simulated_again
-
-
-def from_own(question, part):
-    """An entry of a results table: the student's own answer, carried over."""
-    return lambda own, servo: np.asarray(own(question, part))
-
-
-CARRIED = "your own answer"
-
+from .loop_checks import ClosedLoopPoles, GainPlaces, by_own_companion, torque_gain
+from .own_answers import sound
+from .own_model import own_voltage_model
+from .repeated import gain_used, own_model, right_design, run_again, simulated_again, torque_simulated
+from .response_checks import Measured, ResponseOf, Satisfied
 
 # --- Section 3.3: the design on paper -------------------------------------------------------------------------------
 
 
-def own_polynomial(own, servo):
-    return np.poly(np.ravel(own("2.18", "poles"))).real
+def own_polynomial(case):
+    return np.poly(np.ravel(sound(case.own, "2.18", "poles"))).real
 
 
 def own_stability(own, bench):
     """What the workbook's rule makes of the student's own poles."""
-    poles = np.ravel(own("2.18", "poles"))
+    poles = np.ravel(sound(own, "2.18", "poles"))
     largest = np.abs(poles).max()
     real = np.where(np.abs(poles.real) < 1e-3 * largest, 0.0, poles.real)
     if np.any(real > 0) or np.sum(np.abs(poles) < 1e-3 * largest) > 1:
         return "unstable"
     return "marginally stable" if np.any(real == 0) else "stable"
+
+
+def swapped(poles):
+    """The complex poles with their real and imaginary parts exchanged."""
+    return np.where(poles.imag == 0, poles, -np.abs(poles.imag) + 1j * np.sign(poles.imag) * np.abs(poles.real))
 
 
 def companion(polynomial):
@@ -42,10 +45,33 @@ def companion(polynomial):
     return matrix
 
 
-def own_K_c(own, servo):
-    open_loop, desired = np.ravel(own("3.2", "polynomial")), np.ravel(own("3.4", "polynomial"))
-    return (desired - open_loop)[:0:-1]
+def own_companion(case):
+    return companion(sound(case.own, "3.2", "polynomial"))
 
+
+def wanted_by_own_poles(case):
+    return np.poly(np.ravel(sound(case.own, "3.4", "desired_poles"))).real
+
+
+def own_K_c(case):
+    """The difference of the student's own two polynomials; the right one where they gave none."""
+    try:
+        desired = np.ravel(sound(case.own, "3.4", "polynomial"))
+    except LookupError:
+        desired = desired_polynomial()
+    return (desired - np.ravel(sound(case.own, "3.2", "polynomial")))[:0:-1]
+
+
+def K_c_for_own_wish(case):
+    """For the student's own desired polynomial, from the polynomial of their own model."""
+    desired = np.ravel(sound(case.own, "3.4", "polynomial"))
+    return (desired - np.poly(own_model(case)[0]).real)[:0:-1]
+
+
+K_C = (
+    ("the difference of your own two polynomials", own_K_c),
+    ("your own desired polynomial", K_c_for_own_wish),
+)
 
 PRELAB = {
     "3.1": {
@@ -65,8 +91,7 @@ PRELAB = {
         "polynomial": ArrayFrom(
             "the characteristic polynomial",
             lambda d: d.polynomial,
-            follow=own_polynomial,
-            follow_what="the polynomial of your own poles",
+            follow=(("the polynomial of your own poles", own_polynomial),),
             slips=(("highest power of s first", lambda p: p[::-1]),),
         ),
     },
@@ -74,11 +99,11 @@ PRELAB = {
         "A_c": ArrayFrom(
             "the companion matrix",
             lambda d: companion(d.polynomial),
-            follow=lambda own, servo: companion(own("3.2", "polynomial")),
-            follow_what="the companion matrix of your own polynomial",
+            follow=(("the companion matrix of your own polynomial", own_companion),),
             slips=(
                 ("the last row has the other sign", lambda a: np.vstack([a[:3], -a[3:]])),
                 ("the coefficients of the last row go the other way round", lambda a: np.vstack([a[:3], a[3:, ::-1]])),
+                ("it is transposed", np.transpose),
             ),
         ),
         "B_c": ArrayFrom("the companion form of B", lambda d: [0, 0, 0, 1]),
@@ -87,13 +112,23 @@ PRELAB = {
         "strategy": ForAPerson(
             "sigma = zeta omega_n and omega_d = omega_n sqrt(1 - zeta²) make a conjugate pair; p_3 and p_4 are given."
         ),
-        "desired_poles": PolesFrom("the desired poles", lambda d: desired_poles(), rtol=tolerances.DESIRED),
+        "desired_poles": PolesFrom(
+            "the desired poles",
+            lambda d: desired_poles(),
+            rtol=tolerances.DESIRED,
+            slips=(
+                (
+                    "the imaginary part is omega_n sqrt(1 - zeta²), not omega_n",
+                    lambda p: p.real + 1j * p.imag * np.sqrt(1 - ZETA**2),
+                ),
+                ("the dominant pair is -zeta omega_n ± j omega_n sqrt(1 - zeta²): real and imaginary part", swapped),
+            ),
+        ),
         "polynomial": ArrayFrom(
             "the desired polynomial",
             lambda d: desired_polynomial(),
             rtol=tolerances.DESIRED,
-            follow=lambda own, servo: np.poly(np.ravel(own("3.4", "desired_poles"))).real,
-            follow_what="the polynomial of your own desired poles",
+            follow=(("the polynomial of your own desired poles", wanted_by_own_poles),),
             slips=(("highest power of s first", lambda p: p[::-1]),),
         ),
     },
@@ -102,12 +137,12 @@ PRELAB = {
         "K_c": ArrayFrom(
             "the gain in companion form",
             lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
-            follow=own_K_c,
-            follow_what="the difference of your own two polynomials",
+            follow=K_C,
             slips=(
                 ("the gain for the lowest power of s comes first", lambda k: k[::-1]),
                 ("a factor of ten is lost in the first entry", lambda k: k * [0.1, 1, 1, 1]),
                 ("the open-loop coefficients were not taken off", lambda k: desired_polynomial()[:0:-1]),
+                ("it is the open-loop polynomial less the desired one", np.negative),
             ),
         ),
     },
@@ -123,19 +158,72 @@ def ctrb(A, B):
     return np.hstack(columns)
 
 
-def own_companion_ctrb(own, servo):
-    return ctrb(companion(own("3.2", "polynomial")), np.array([0, 0, 0, 1.0]))
+def own_ctrb(case):
+    return ctrb(*own_voltage_model(case.own, case.bench.servo))
 
 
-def closed_loop_poles(own, servo):
-    A, B = own_voltage_model(own, servo)
-    return np.linalg.eigvals(A - B @ np.reshape(own("3.8", "K"), (1, 4)))
+def own_rank(own):
+    """The rank of the controllability matrix of the student's own model, its columns made equally long."""
+    try:
+        T = ctrb(*own_voltage_model(own, srv02()))
+        return float(np.linalg.matrix_rank(T / np.linalg.norm(T, axis=0)))
+    except NOT_TO_BE_HAD as error:
+        raise LookupError("no model") from error
+
+
+def own_controllable(own, bench):
+    return "yes" if own("3.6", "rank") >= 4 else "no"
+
+
+#: Notebook 06 takes the companion form from the model; by hand it is that of 3.3, or of the polynomial.
+T_C = (
+    ("that of the companion form of your own model", lambda case: T_c(np.poly(own_model(case)[0]).real)),
+    ("that of your own companion form", lambda case: ctrb(sound(case.own, "3.3", "A_c"), np.array([0, 0, 0, 1.0]))),
+    ("that of your own polynomial", lambda case: T_c(np.ravel(sound(case.own, "3.2", "polynomial")))),
+)
+
+
+def T_c(polynomial):
+    return ctrb(companion(polynomial), np.array([0, 0, 0, 1.0]))
+
+
+def own_W(case):
+    return sound(case.own, "3.7", "T") @ np.linalg.inv(sound(case.own, "3.7", "T_c"))
+
+
+def W_of_own_model(case):
+    A, B = own_voltage_model(case.own, case.bench.servo)
+    return ctrb(A, B) @ np.linalg.inv(T_c(np.poly(A).real))
+
+
+OWN_K_C = "it is the gain in companion form, which belongs to other states: multiply it by the inverse of W"
+GAIN_SLIPS = (
+    (OWN_K_C, lambda K, case: sound(case.own, "3.5", "K_c")),
+    ("K_c is multiplied by W, not by its inverse", lambda K, case: own_K_c_and_W(case)),
+    ("all its signs are turned round", lambda K, case: -K),
+    ("it is per degree; the states are in rad", lambda K, case: K * DEG),
+    ("the states are in another order: theta, alpha, theta_dot, alpha_dot", lambda K, case: K[[0, 2, 1, 3]]),
+    ("it is for the model with the torque as input", lambda K, case: torque_gain(right_design(case))),
+)
+
+
+def own_K_c_and_W(case):
+    return np.ravel(sound(case.own, "3.5", "K_c")) @ sound(case.own, "3.7", "W")
 
 
 DESIGN = {
     "3.6": {
-        "rank": Number("the number of states", lambda bench: 4.0, 1e-6),
-        "controllable": ChoiceIs("yes", "The controllability matrix has full rank."),
+        "rank": Number(
+            "the number of states",
+            lambda bench: 4.0,
+            1e-6,
+            follow=own_rank,
+            follow_what="the controllability matrix of your own model",
+            follow_rtol=1e-6,
+        ),
+        "controllable": ChoiceIs(
+            "yes", "The controllability matrix has full rank.", follow=own_controllable, follow_what="your own rank"
+        ),
         "explanation": ForAPerson(
             "Full rank: the columns of T span all four directions, so the voltage can bring any state to any other."
         ),
@@ -145,57 +233,67 @@ DESIGN = {
             "the controllability matrix",
             lambda d: d.transformation[0],
             rtol=tolerances.CONTROLLABILITY,
-            follow=lambda own, servo: ctrb(*own_voltage_model(own, servo)),
-            follow_what="that of your own model",
+            follow=(("that of your own model", own_ctrb),),
+            slips=(("its columns go the other way round", lambda t: t[:, ::-1]),),
         ),
         "T_c": ArrayFrom(
             "the controllability matrix of the companion form",
             lambda d: d.transformation[1],
             rtol=tolerances.CONTROLLABILITY,
-            follow=own_companion_ctrb,
-            follow_what="that of your own companion form",
+            follow=T_C,
         ),
         "W": ArrayFrom(
             "the transformation matrix",
             lambda d: d.transformation[2],
             rtol=tolerances.CONTROLLABILITY,
-            follow=lambda own, servo: own("3.7", "T") @ np.linalg.inv(own("3.7", "T_c")),
-            follow_what="T times the inverse of T_c, with your own",
+            follow=(
+                ("T times the inverse of T_c, with your own", own_W),
+                ("the transformation of your own model", W_of_own_model),
+            ),
             slips=(("it is the inverse of what is asked for", np.linalg.inv),),
         ),
     },
     "3.8": {
         "K": GainPlaces(
-            follow=lambda own, servo: np.ravel(own("3.5", "K_c")) @ np.linalg.inv(own("3.7", "W")),
-            follow_what="your own gain in companion form times the inverse of your own W",
+            follow=(("your own gain in companion form times the inverse of your own W", by_own_companion),),
+            slips=GAIN_SLIPS,
         ),
     },
     "3.9": {
-        "poles": PolesFrom(
-            "the desired poles",
-            lambda d: desired_poles(),
-            follow=closed_loop_poles,
-            follow_what="the closed loop of your own model and gain",
-        ),
+        "poles": ClosedLoopPoles(),
         "conclusion": ForAPerson("Compares with the desired poles; where they differ, says why (a rounded K)."),
     },
-    "3.10": {"K": GainPlaces()},
+    "3.10": {"K": GainPlaces(slips=GAIN_SLIPS)},
 }
 
 
 # --- Sections 3.4.2 to 3.4.4: responses -----------------------------------------------------------------------------
 
 
-def experiment(recorded, measured, again):
+TORQUE = "the model with the torque as input was simulated; the controller sets a voltage"
+FEEDBACKS = {"full": run_again("full"), "partial": run_again("partial")}
+#: Recording, measurements, how it is run again, and what else the recording may be of: what was done → what it gives.
+EXPERIMENTS = {
+    "sim": ("3.11", "3.12", simulated_again, {TORQUE: torque_simulated}),
+    "fsf": ("3.13", "3.14", FEEDBACKS["full"], {"the feedback was partial": FEEDBACKS["partial"]}),
+    "psf": ("3.15", "3.16", FEEDBACKS["partial"], {"the feedback was full": FEEDBACKS["full"]}),
+}
+
+
+def experiment(suffix):
     """The check of a response and its figure, and of what is measured on it."""
+    recorded, measured, again, slips = EXPERIMENTS[suffix]
     response = (recorded, "response")
     return {
         recorded: {
-            "response": ResponseOf(again, channels=("theta", "alpha", "vm")),
+            "response": ResponseOf(again, channels=("theta", "alpha", "vm"), slips=slips),
             "figure": FigureShows(again, own=response, channels=("theta", "alpha", "vm")),
         },
         measured: {
-            **{name: Measured(name, again, response, **room) for name, room in tolerances.MEASURED.items()},
+            **{
+                name: Measured(name, again, response, slips=tuple(slips.values()), **room)
+                for name, room in tolerances.MEASURED.items()
+            },
             "satisfied": Satisfied(measured, again, response),
             "conclusion": ForAPerson(
                 "Each specification with its number and margin; what was expected, and why it came out so."
@@ -205,9 +303,9 @@ def experiment(recorded, measured, again):
 
 
 RESPONSES = {
-    **experiment("3.11", "3.12", simulated_again),
-    **experiment("3.13", "3.14", run_again("full")),
-    **experiment("3.15", "3.16", run_again("partial")),
+    **experiment("sim"),
+    **experiment("fsf"),
+    **experiment("psf"),
     "3.17": {
         "explanation": ForAPerson(
             "Without alpha and its rate in the feedback, little but friction damps the link: it is left to swing after "
@@ -221,55 +319,47 @@ RESPONSES = {
 # --- Section 3.5 ----------------------------------------------------------------------------------------------------
 
 
-def measured(source, suffix):
-    again, response = {
-        "3.12": (simulated_again, ("3.11", "response")),
-        "3.14": (run_again("full"), ("3.13", "response")),
-        "3.16": (run_again("partial"), ("3.15", "response")),
-    }[source]
+def measured(suffix):
+    recorded, source, again, slips = EXPERIMENTS[suffix]
     return {
-        f"{name}_{suffix}": Measured(name, again, response, carried=(source, name), **tolerances.MEASURED[name])
+        f"{name}_{suffix}": Measured(
+            name,
+            again,
+            (recorded, "response"),
+            carried=(source, name),
+            slips=tuple(slips.values()),
+            **tolerances.MEASURED[name],
+        )
         for name in ("t_s", "PO", "alpha_max_deg")
     }
 
 
-def partial(own, servo):
-    return np.ravel(own("3.8", "K")) * [1, 0, 1, 0]
-
-
-GAIN = GainPlaces(follow=from_own("3.8", "K"), follow_what=CARRIED)
+USED = "the gain that your recording says it was made with"
+OWN_GAIN = carried("3.8", "K")
+PARTIAL = (
+    ("what partial feedback leaves of your own gain", lambda case: np.ravel(sound(case.own, "3.8", "K")) * LEFT),
+    ("what partial feedback leaves of the gain of your recording", lambda case: gain_used(case, "3.15") * LEFT),
+)
+LEFT = [1, 0, 1, 0]
 
 TABLE_3 = {
     "Table 3": {
         "desired_poles": PolesFrom(
-            "the desired poles", lambda d: desired_poles(), follow=from_own("3.4", "desired_poles"), follow_what=CARRIED
+            "the desired poles", lambda d: desired_poles(), follow=carried("3.4", "desired_poles")
         ),
         "K_c": ArrayFrom(
             "the gain in companion form",
             lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
-            follow=from_own("3.5", "K_c"),
-            follow_what=CARRIED,
+            follow=(*carried("3.5", "K_c"), *K_C),
         ),
-        "W": ArrayFrom(
-            "the transformation matrix",
-            lambda d: d.transformation[2],
-            follow=from_own("3.7", "W"),
-            follow_what=CARRIED,
-        ),
-        "K": GAIN,
-        "poles": PolesFrom(
-            "the desired poles", lambda d: desired_poles(), follow=from_own("3.9", "poles"), follow_what=CARRIED
-        ),
-        **measured("3.12", "sim"),
-        "K_fsf": GAIN,
-        **measured("3.14", "fsf"),
-        "K_psf": ArrayFrom(
-            "the gain that partial feedback leaves",
-            lambda d: np.ravel(d.K) * [1, 0, 1, 0],
-            follow=partial,
-            follow_what="what partial feedback leaves of your own gain",
-        ),
-        **measured("3.16", "psf"),
+        "W": ArrayFrom("the transformation matrix", lambda d: d.transformation[2], follow=carried("3.7", "W")),
+        "K": GainPlaces(follow=OWN_GAIN),
+        "poles": ClosedLoopPoles(follow=carried("3.9", "poles")),
+        **measured("sim"),
+        "K_fsf": GainPlaces(follow=(*OWN_GAIN, (USED, lambda case: gain_used(case, "3.13")))),
+        **measured("fsf"),
+        "K_psf": ArrayFrom("the gain that partial feedback leaves", lambda d: np.ravel(d.K) * LEFT, follow=PARTIAL),
+        **measured("psf"),
     },
 }
 CONTROL = {**PRELAB, **DESIGN, **RESPONSES, **TABLE_3}

@@ -12,10 +12,13 @@ from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpec
 from rotflex.units import DEG, HZ
 
 from . import tolerances
-from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, own_voltage_model
+from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, carried
 from .figure_shows import FigureShows
-from .motion import MOTION, STATE, accelerations, euler_lagrange, slope
-from .response_checks import ResponseOf, validated_again
+from .motion import MOTION, STATE, accelerations, euler_lagrange, link_acceleration, slope
+from .own_answers import sound
+from .own_model import from_own_function, own_voltage_model
+from .repeated import validated_again
+from .response_checks import ResponseOf
 from .spectrum_checks import SpectrumFunction
 
 EquationIs = partial(expression_checks.EquationIs, motion=MOTION)
@@ -75,17 +78,28 @@ def J_l(p):
 
 def own_lagrangian_gives(coordinate, force):
     """The equation of motion that the student's own Lagrangian leads to."""
-    return lambda own, p: euler_lagrange(own("2.3", "L"), coordinate, p) - force(p)
+    return lambda own, p: euler_lagrange(sound(own, "2.3", "L"), coordinate, p) - force(p)
 
 
-def own_acceleration(index):
-    return lambda own, p: accelerations(own("2.4", "equation"), own("2.5", "equation"), p)[index]
+def own_theta_ddot(own, p):
+    return accelerations(sound(own, "2.4", "equation"), sound(own, "2.5", "equation"), p)[0]
+
+
+def own_alpha_ddot(own, p):
+    """By the link's own equation of motion, with the student's own acceleration of the servo if they gave one."""
+    link = sound(own, "2.5", "equation")
+    try:
+        return link_acceleration(link, sound(own, "2.6", "theta_ddot"), p)
+    except (LookupError, ZeroDivisionError):
+        return accelerations(sound(own, "2.4", "equation"), link, p)[1]
 
 
 def own_rows(inputs):
     """The matrix whose last rows are the slopes of the student's own accelerations."""
     first = [[0, 0, 1, 0], [0, 0, 0, 1]] if len(inputs) == 4 else [[0], [0]]
-    return lambda own, p: first + [[slope(own("2.6", f"{q}_ddot"), x, p) for x in inputs] for q in ("theta", "alpha")]
+    return lambda own, p: (
+        first + [[slope(sound(own, "2.6", f"{q}_ddot"), x, p) for x in inputs] for q in ("theta", "alpha")]
+    )
 
 
 ANGLES = STATE[:4]
@@ -114,7 +128,7 @@ PRELAB = {
     "2.3": {
         "L": ExpressionIs(
             lambda p: T(p) - V(p),
-            follow=lambda own, p: at(own("2.2", "T"), p) - at(own("2.1", "V"), p),
+            follow=lambda own, p: at(sound(own, "2.2", "T"), p) - at(sound(own, "2.1", "V"), p),
             follow_what="T - V with your own T and V",
             slips={"this is the total energy": lambda p: T(p) + V(p)},
         ),
@@ -148,12 +162,8 @@ PRELAB = {
     },
     "2.6": {
         "strategy": ForAPerson("Two linear equations in two accelerations: subtract one from the other, or invert."),
-        "theta_ddot": ExpressionIs(
-            theta_ddot, follow=own_acceleration(0), follow_what="your own two equations of motion"
-        ),
-        "alpha_ddot": ExpressionIs(
-            alpha_ddot, follow=own_acceleration(1), follow_what="your own two equations of motion"
-        ),
+        "theta_ddot": ExpressionIs(theta_ddot, follow=own_theta_ddot, follow_what="your own two equations of motion"),
+        "alpha_ddot": ExpressionIs(alpha_ddot, follow=own_alpha_ddot, follow_what="your own equations of motion"),
     },
     "2.7": {
         "strategy": ForAPerson(
@@ -232,9 +242,9 @@ STIFFNESS = {
 def own_model(index):
     """A matrix of the model, from the student's own stiffness and inertia."""
 
-    def follow(own, servo):
-        k, inertia = own("2.12", "K_s"), own("2.12", "J_l")
-        p = {"K_s": k, "J_l": inertia, "J_eq": servo.J_eq, "B_eq": servo.B_eq}
+    def follow(case):
+        k, inertia = sound(case.own, "2.12", "K_s"), sound(case.own, "2.12", "J_l")
+        p = {"K_s": k, "J_l": inertia, "J_eq": case.bench.servo.J_eq, "B_eq": case.bench.servo.B_eq}
         return np.array((A(p), B(p))[index])
 
     return follow
@@ -242,20 +252,39 @@ def own_model(index):
 
 OWN_STIFFNESS = "the model that your own K_s and J_l give"
 
+
+def own_function(name):
+    """A matrix that the student's own function gives, with their own numbers."""
+    return ("what your own function of question 2.13 gives", lambda case: from_own_function(case, name))
+
+
+def with_motor(case):
+    """The poles of the student's own model with the voltage as input."""
+    return np.linalg.eigvals(own_voltage_model(case.own, case.bench.servo)[0])
+
+
 VALIDATION = {
     "2.13": {"state_space": StateSpaceFunction()},
     "2.14": {
         "A": ArrayFrom(
             "the matrix A",
             lambda d: d.torque_model[0],
-            follow=own_model(0),
-            follow_what=OWN_STIFFNESS,
+            follow=((OWN_STIFFNESS, own_model(0)), own_function("A")),
+            slips=(("its last row has the other sign", lambda a: np.vstack([a[:3], -a[3:]])),),
         ),
-        "B": ArrayFrom("the matrix B", lambda d: d.torque_model[1]),
+        "B": ArrayFrom(
+            "the matrix B",
+            lambda d: d.torque_model[1],
+            follow=(own_function("B"),),
+            slips=(("what pushes the servo forward leaves the link behind: a minus is missing", np.abs),),
+        ),
         "C": ArrayFrom(
-            "the matrix C", lambda d: d.torque_model[2], slips=(("its rows are swapped", lambda c: c[::-1]),)
+            "the matrix C",
+            lambda d: d.torque_model[2],
+            follow=(own_function("C"),),
+            slips=(("its rows are swapped", lambda c: c[::-1]),),
         ),
-        "D": ArrayFrom("the matrix D", lambda d: d.torque_model[3]),
+        "D": ArrayFrom("the matrix D", lambda d: d.torque_model[3], follow=(own_function("D"),)),
     },
     "2.15": {
         "validation": ResponseOf(validated_again, channels=("theta", "alpha"), model=("theta_model", "alpha_model")),
@@ -283,16 +312,11 @@ VALIDATION = {
         "poles": PolesFrom(
             "the open-loop poles",
             lambda d: d.poles,
-            follow=lambda own, servo: np.linalg.eigvals(own_voltage_model(own, servo)[0]),
-            follow_what="the poles of your own model with the motor",
+            follow=(("the poles of your own model with the motor", with_motor),),
+            slips=(("they look like frequencies in Hz; they are in rad/s", lambda p: p * HZ),),
         ),
     },
 }
-
-
-def from_own(question, part):
-    """An entry of a results table: the student's own answer, carried over."""
-    return lambda own, servo: np.asarray(own(question, part))
 
 
 TABLE_2 = {
@@ -315,14 +339,11 @@ TABLE_2 = {
             name: ArrayFrom(
                 f"the matrix {name}",
                 lambda d, i=i: d.torque_model[i],
-                follow=from_own("2.14", name),
-                follow_what="your own answer",
+                follow=carried("2.14", name),
             )
             for i, name in enumerate("ABCD")
         },
-        "poles": PolesFrom(
-            "the open-loop poles", lambda d: d.poles, follow=from_own("2.18", "poles"), follow_what="your own answer"
-        ),
+        "poles": PolesFrom("the open-loop poles", lambda d: d.poles, follow=carried("2.18", "poles")),
     },
 }
 

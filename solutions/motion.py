@@ -11,6 +11,8 @@ from rotflex.instructor.marking.expression_checks import Point, at
 STATE = ("theta", "alpha", "theta_dot", "alpha_dot", "tau")
 MOTION = frozenset((*STATE, "theta_ddot", "alpha_ddot"))  #: the symbols of what moves; all others are parameters
 
+COORDINATES = ("theta", "alpha")
+
 _STEP = 1e-3  # a second difference of a quadratic form is exact but for rounding
 _RATES = {"theta": "theta_dot", "alpha": "alpha_dot"}
 _ACCELERATIONS = {"theta": "theta_ddot", "alpha": "alpha_ddot"}
@@ -38,14 +40,27 @@ def euler_lagrange(lagrangian: Any, coordinate: str, point: Point) -> float:
     return change - slope(lagrangian, coordinate, point)
 
 
+def residual(equation: Any) -> Any:
+    """An equation's left side less its right side, as an expression."""
+    return equation.lhs - equation.rhs
+
+
+def link_acceleration(equation: Any, theta_ddot: Any, point: Point) -> float:
+    """alpha_ddot from the link's equation of motion and an acceleration of the servo, with B_l = 0 (2.6)."""
+    where = {**point, "B_l": 0.0, "theta_ddot": at(theta_ddot, point)}
+    left = residual(equation)
+    constant, one = (at(left, {**where, "alpha_ddot": value}) for value in (0.0, 1.0))
+    return -constant / (one - constant)
+
+
 def accelerations(first: Any, second: Any, point: Point) -> tuple[float, float]:
     """theta_ddot and alpha_ddot from two equations of motion, which are linear in them, with B_l = 0 (2.6)."""
 
-    def residuals(theta_ddot: float, alpha_ddot: float) -> np.ndarray:
+    def left(theta_ddot: float, alpha_ddot: float) -> np.ndarray:
         where = {**point, "B_l": 0.0, "theta_ddot": theta_ddot, "alpha_ddot": alpha_ddot}
-        return np.array([at(equation.lhs - equation.rhs, where) for equation in (first, second)])
+        return np.array([at(residual(equation), where) for equation in (first, second)])
 
-    constant = residuals(0.0, 0.0)
-    matrix = np.column_stack([residuals(1.0, 0.0) - constant, residuals(0.0, 1.0) - constant])
+    constant = left(0.0, 0.0)
+    matrix = np.column_stack([left(1.0, 0.0) - constant, left(0.0, 1.0) - constant])
     solved = np.linalg.solve(matrix, -constant)
     return float(solved[0]), float(solved[1])

@@ -1,13 +1,16 @@
 """Checks of closed-loop responses, simulated and on the bench, and of what is measured on them.
 
-Nothing measured is taken on trust: the experiment is run again here, on the student's own virtual bench with their own
-gain, or simulated again with their own model, and the student's recording and numbers are held against that.
+Nothing measured is taken on trust: the experiment is run again (:mod:`solutions.repeated`), on the student's own
+virtual bench with their own gain, or simulated again with their own model, and the student's recording and numbers are
+held against that. Numbers that are read correctly off a recording of something else that is known, such as the other
+feedback, follow from that recording.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,59 +26,12 @@ from rotflex.recording import Recording
 from rotflex.specifications import LIMITS as OF_SUMMARY
 from rotflex.units import DEG
 
-from .design_checks import Design, own_voltage_model
+from .own_answers import sound
+from .repeated import Again
 
 Vector = NDArray[np.float64]
-Again = Callable[[Case, dict[str, Any]], list[Recording]]
-
-
-def own_gain(case: Case) -> Vector:
-    """The student's gain (3.8, else 3.10), else the one that is right for their bench."""
-    for question in ("3.8", "3.10"):
-        try:
-            return np.reshape(case.own(question, "K"), 4)
-        except LookupError:
-            continue
-    return np.ravel(Design(case.bench.servo, case.bench.joint, case.bench.K_s).K)
-
-
-def simulated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
-    """The simulation of 3.11 with the student's model and gain: either fidelity, with the limit or without."""
-    try:
-        A, B = own_voltage_model(case.own, case.bench.servo)
-    except LookupError:
-        A, B = Design(case.bench.servo, case.bench.joint, case.bench.K_s).voltage_model
-    simulations: list[Recording] = case.bench.simulations(A, B, own_gain(case))
-    return simulations
-
-
-def run_again(feedback: str) -> Again:
-    """The experiment of 3.13 or 3.15 on the student's bench, with the gain that their recording says, or their own."""
-
-    def again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
-        gains = [own_gain(case)]
-        said = metadata.get("K")
-        if isinstance(said, list) and len(said) == 4 and all(isinstance(k, int | float) for k in said):
-            gains.insert(0, np.array(said, dtype=float))
-        runs = []
-        for gain in gains:
-            try:
-                runs.append(case.bench.tracking(tuple(gain.tolist()), feedback))
-            except RotflexError:  # a limit of the bench was passed
-                continue
-        return runs
-
-    return again
-
-
-def validated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
-    """The validation of 2.15 on the student's bench, with their own model; square wave or step."""
-    try:
-        A, B = own_voltage_model(case.own, case.bench.servo)
-    except LookupError:
-        A, B = Design(case.bench.servo, case.bench.joint, case.bench.K_s).voltage_model
-    signal = "step" if metadata.get("signal") == "step" else "square"
-    return [case.bench.validation(A, B, signal)]
+_COMPARED = ("theta", "alpha")  # channels by which a recording of something else is known
+_SAME = 0.04  # RMS difference, relative, of two recordings of the same
 
 
 @dataclass(frozen=True)
@@ -87,12 +43,14 @@ class ResponseOf:
     again : runs it; any of the results will do
     channels : to compare; those in ``model`` are of the student's model and cost half of the points if they differ
     rtol : largest RMS difference, relative
+    slips : usual mistakes: what was done → what it gives
     """
 
     again: Again
     channels: tuple[str, ...]
     model: tuple[str, ...] = ()
     rtol: float = 0.04
+    slips: Mapping[str, Again] = field(default_factory=dict)
     kinds = ("recording",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -103,17 +61,24 @@ class ResponseOf:
         runs = [run for run in self.again(case, value["metadata"]) if value["n"] == len(run)]
         if not runs:
             return wrong("It cannot be run again: it has another length than the notebook's, or the loop is unstable.")
-        worst = [max(self._misfit(value, run, channel) for channel in self.channels) for run in runs]
+        worst = [_apart(value, run, self.channels) for run in runs]
         best = runs[int(np.argmin(worst))]
         if min(worst) > self.rtol:
+            for slip, does in self.slips.items():
+                if any(_apart(value, run, self.channels) <= self.rtol for run in does(case, value["metadata"])):
+                    return wrong(f"It is not the response that is asked for: {slip}.")
             return wrong("Run again on your own bench, with your own answers, the experiment gives another response.")
-        if any(self._misfit(value, best, channel) > self.rtol for channel in self.model):
+        if any(_apart(value, best, (channel,)) > self.rtol for channel in self.model):
             return partly(0.5, "The bench's channels are right; your model of question 2.14 gives other curves.")
         return right("It comes out the same when the experiment is run again with your own answers.")
 
-    def _misfit(self, value: dict[str, Any], run: Recording, channel: str) -> float:
-        samples = value["channels"][channel]["values"]
-        return misfit(samples, run[channel][thin(len(run), samples.size)])
+
+def _apart(value: dict[str, Any], run: Recording, channels: tuple[str, ...]) -> float:
+    """The largest RMS difference, relative, between a student's recording and a run; inf if the lengths differ."""
+    if value["n"] != len(run):
+        return math.inf
+    samples = {channel: value["channels"][channel]["values"] for channel in channels}
+    return max(misfit(values, run[channel][thin(len(run), values.size)]) for channel, values in samples.items())
 
 
 @dataclass(frozen=True)
@@ -127,6 +92,7 @@ class Measured:
     recording : (question, part) of the student's recording, for its settings
     rtol, atol : tolerance: the larger of the two counts
     carried : (question, part) of an answer that this one only carries over
+    slips : what else the student's recording may be of; then a number that agrees with that follows from it
     """
 
     quantity: str
@@ -135,6 +101,7 @@ class Measured:
     rtol: float = 0.03
     atol: float = 0.0
     carried: tuple[str, str] | None = None
+    slips: tuple[Again, ...] = ()
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -142,19 +109,37 @@ class Measured:
         if not case.virtual:
             return for_a_person("It was not measured on the virtual bench; a person will look at it.")
         expected = [measured[self.quantity] for measured in measured_again(case, self.again, self.recording)]
-        if self.carried is not None and not any(self._near(value, target) for target in expected):
-            try:
-                if self._near(value, float(case.own(*self.carried))):
-                    return follow_through("It is your own answer, carried over.")
-            except LookupError:
-                pass  # nothing of their own to carry over
-        if not expected:
-            return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
         if any(self._near(value, target) for target in expected):
             return right("Agrees with what is measured when the experiment is run again with your own answers.")
+        found = self._from_own(value, case)
+        if found is not None:
+            return found
+        if not expected:
+            return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
         if any(abs(value * DEG - t) <= self.rtol * t or abs(value / DEG - t) <= self.rtol * t for t in expected if t):
             return wrong("Mind the unit: degrees and radians are mixed up.")
         return wrong("Not what is measured when the experiment is run again with your own answers.")
+
+    def _from_own(self, value: float, case: Case) -> Verdict | None:
+        """The verdict on a number that is the student's own answer, or on their own recording; None on another."""
+        if self.carried is not None:
+            try:
+                if self._near(value, float(sound(case.own, *self.carried))):
+                    return follow_through("It is your own answer, carried over.")
+            except LookupError:
+                pass  # nothing of their own to carry over
+        if any(self._near(value, measured[self.quantity]) for measured in self._on_own_recording(case)):
+            return follow_through("It is what your own recording shows, though that is not the one that is asked for.")
+        return None
+
+    def _on_own_recording(self, case: Case) -> list[dict[str, float]]:
+        """What is measured on the student's own recording, if it is of one of the other things that are known."""
+        try:
+            own = case.own(*self.recording)
+        except LookupError:
+            return []
+        runs = [run for does in self.slips for run in does(case, own["metadata"])]
+        return _measured(run for run in runs if _apart(own, run, _COMPARED) <= _SAME)
 
     def _near(self, value: float, target: float) -> bool:
         # What never settles has no settling time to be near.
@@ -167,8 +152,12 @@ def measured_again(case: Case, again: Again, recording: tuple[str, str]) -> list
         metadata = case.own(*recording)["metadata"]
     except LookupError:
         metadata = {}
+    return _measured(again(case, metadata))
+
+
+def _measured(runs: Iterable[Recording]) -> list[dict[str, float]]:
     found = []
-    for run in again(case, metadata):
+    for run in runs:
         try:
             summary = response.worst(response.measure(run))
         except RotflexError:
@@ -201,7 +190,7 @@ class Satisfied:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with the student's own numbers, else with the experiment run again."""
         try:
-            own = {name: float(case.own(self.question, name)) for name in LIMITS}
+            own = {name: float(sound(case.own, self.question, name)) for name in LIMITS}
         except LookupError:
             own = {}
         if own:

@@ -11,6 +11,7 @@ RECORDING = 0.01
 SPECTRUM = 0.05  #: heights of peaks; their places are held to a bin
 
 DESIRED = 0.005  #: poles and polynomial that are the same for everybody
+PLACED = 0.02  #: coefficients of the closed loop's polynomial; the gain may be given to three digits
 CONTROLLABILITY = 0.03  #: products of several rounded matrices
 
 #: What is measured on a response: relative and absolute, of which the larger counts. The settling time is read from

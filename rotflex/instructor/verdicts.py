@@ -30,6 +30,16 @@ class Own(Protocol):
     def __call__(self, question: str, part: str) -> Any: ...
 
 
+class NothingFollows(LookupError):
+    """One of the student's own answers holds nothing that the next step could use; says which and what, for them.
+
+    What follows from it takes no work: zeros from zeros. A check takes it as an answer that is not there.
+    """
+
+    def __str__(self) -> str:
+        return " ".join(map(str, self.args))
+
+
 @dataclass(frozen=True)
 class Case:
     """What an answer is judged against.

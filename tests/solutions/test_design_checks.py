@@ -12,7 +12,8 @@ from rotflex import simulation
 from rotflex.instructor.marking.checks import ChoiceIs
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.workbook.questions import CATALOGUE
-from solutions.design_checks import ArrayFrom, Design, GainPlaces, PolesFrom, StateSpaceFunction, desired_poles
+from solutions.design_checks import ArrayFrom, Design, PolesFrom, StateSpaceFunction, desired_poles
+from solutions.loop_checks import GainPlaces
 from solutions.true_bench import TrueBench
 
 BENCH = TrueBench("ada")

@@ -12,7 +12,8 @@ from rotflex.instructor.verdicts import Case, Status
 from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.figure_shows import FigureShows
-from solutions.response_checks import Measured, ResponseOf, Satisfied, run_again, simulated_again
+from solutions.repeated import run_again, simulated_again
+from solutions.response_checks import Measured, ResponseOf, Satisfied
 from solutions.true_bench import TrueBench
 
 NAME, FRIEND = "ada", "bo"  # two benches with the same arm position and nearly the same stiffness

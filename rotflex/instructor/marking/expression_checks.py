@@ -15,7 +15,7 @@ import numpy as np
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
-from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, partly, right, wrong
+from rotflex.instructor.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
 
 Point = Mapping[str, float]
 Rule = Callable[[Point], float]  # a quantity as a function of all symbols' values
@@ -80,7 +80,8 @@ class ExpressionIs:
         where = points(part.symbols, case.probe_seed)
         if _agree(value, self.expected, where):
             return right(_("Equal to what the derivation gives."))
-        if self.follow is not None and _agree_with_own(value, self.follow, case.own, where):
+        own, why_not = _from_own(self.follow, case.own, where)
+        if own is not None and _agree(value, own, where):
             return follow_through(
                 _("Not what the derivation gives, but it agrees with {follow_what}.").format(
                     follow_what=self.follow_what
@@ -89,15 +90,22 @@ class ExpressionIs:
         for slip, rule in (self.slips or {}).items():
             if _agree(value, rule, where):
                 return wrong(_("Not equal to what the derivation gives: {slip}.").format(slip=slip))
-        return wrong(_("Not equal to what the derivation gives."))
+        return wrong(_("Not equal to what the derivation gives.") + why_not)
 
 
-def _agree_with_own(value: Any, follow: Callable[[Own, Point], float], own: Own, where: list[dict[str, float]]) -> bool:
+def _from_own(
+    follow: Callable[[Own, Point], Any] | None, own: Own, where: list[dict[str, float]]
+) -> tuple[Callable[[Point], Any] | None, str]:
+    """The rule that the student's own answers give; None where they give none, and then why, if that is known."""
+    if follow is None:
+        return None, ""
     try:
         follow(own, where[0])
+    except NothingFollows as why:
+        return None, f" {why}"
     except (LookupError, ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
-        return False
-    return _agree(value, lambda point: follow(own, point), where)
+        return None, ""
+    return lambda point: follow(own, point), ""
 
 
 @dataclass(frozen=True)
@@ -126,22 +134,17 @@ class EquationIs:
         residual = value.lhs - value.rhs
         if any(self._proportional(residual, rule, where) for rule in (self.expected, *self.others)):
             return right(_("Equivalent to what the derivation gives."))
-        if self.follow is not None:
-            follow, own = self.follow, case.own
-            try:
-                follow(own, where[0])
-                if self._proportional(residual, lambda point: follow(own, point), where):
-                    return follow_through(
-                        _("Not what the derivation gives, but it agrees with {follow_what}.").format(
-                            follow_what=self.follow_what
-                        )
-                    )
-            except (LookupError, ArithmeticError, TypeError, ValueError):
-                pass  # nothing of their own to compare with
+        own, why_not = _from_own(self.follow, case.own, where)
+        if own is not None and self._proportional(residual, own, where):
+            return follow_through(
+                _("Not what the derivation gives, but it agrees with {follow_what}.").format(
+                    follow_what=self.follow_what
+                )
+            )
         for slip, rule in (self.slips or {}).items():
             if self._proportional(residual, rule, where):
                 return wrong(_("Not equivalent to what the derivation gives: {slip}.").format(slip=slip))
-        return wrong(_("Not equivalent to what the derivation gives."))
+        return wrong(_("Not equivalent to what the derivation gives.") + why_not)
 
     def _proportional(self, residual: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
         """Whether a residual is a rule times a factor that the parameters may be in, but not the motion."""
@@ -184,21 +187,16 @@ class SymbolicMatrixIs:
         where = points((*part.symbols, *self.own_symbols), case.probe_seed)
         if np.all(self._entries(value, self.expected, where)):
             return right(_("Every entry equals what the derivation gives."))
-        if self.follow is not None:
-            follow, own = self.follow, case.own
-            try:
-                follow(own, where[0])
-                if np.all(self._entries(value, lambda point: follow(own, point), where)):
-                    return follow_through(
-                        _("Not what the derivation gives, but it agrees with {follow_what}.").format(
-                            follow_what=self.follow_what
-                        )
-                    )
-            except (LookupError, ArithmeticError, TypeError, ValueError):
-                pass  # nothing of their own to compare with
+        own, why_not = _from_own(self.follow, case.own, where)
+        if own is not None and np.all(self._entries(value, own, where)):
+            return follow_through(
+                _("Not what the derivation gives, but it agrees with {follow_what}.").format(
+                    follow_what=self.follow_what
+                )
+            )
         rows = [i + 1 for i in range(part.shape[0]) if not all(self._entries(value, self.expected, where)[i])]
         share = 1 - len(rows) / part.shape[0]
-        reason = _("Row {rows} is not what the derivation gives.").format(rows=", ".join(map(str, rows)))
+        reason = _("Row {rows} is not what the derivation gives.").format(rows=", ".join(map(str, rows))) + why_not
         return partly(share, reason) if share >= _WORTH_A_SHARE else wrong(reason)
 
     def _entries(self, matrix: Any, rule: Callable[[Point], Any], where: list[dict[str, float]]) -> list[list[bool]]:
