@@ -173,6 +173,7 @@ class ArrayFrom:
     rtol : relative to the entry; and a thousandth of it relative to the largest entry, for what should be zero
     follow : from the student's own answers
     slips : usual mistakes: what was done → from the right array, what it leads to
+    others : usual mistakes: what was done → from the student's own answers, what it leads to
     """
 
     what: str
@@ -180,6 +181,7 @@ class ArrayFrom:
     rtol: float = 0.02
     follow: Follows = ()
     slips: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
+    others: Follows = ()
     kinds = ("matrix",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -192,6 +194,9 @@ class ArrayFrom:
             for expected in (*right_ones, *(own for _words, own in led_to(case, self.follow)[0])):
                 if self._agrees(value, changed(np.asarray(expected))):
                     return wrong(f"Not {self.what}: {slip}.")
+        for slip, expected in led_to(case, self.others)[0]:
+            if self._agrees(value, expected):
+                return wrong(f"Not {self.what}: {slip}.")
         return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 
     def _agrees(self, value: Any, expected: Any) -> bool:
@@ -213,6 +218,7 @@ class PolesFrom:
     rtol : distance relative to the pole's own, but at least to 1 rad/s
     follow : from the student's own answers
     slips : usual mistakes: what was done → what undoes it
+    others : usual mistakes: what was done → from the student's own answers, what it leads to
     """
 
     what: str
@@ -220,6 +226,7 @@ class PolesFrom:
     rtol: float = 0.02
     follow: Follows = ()
     slips: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
+    others: Follows = ()
     kinds = ("poles",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -229,6 +236,9 @@ class PolesFrom:
             return found
         for slip, changed in (("the signs of the real parts are turned round", lambda p: -np.conj(p)), *self.slips):
             if settle(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
+                return wrong(f"Not {self.what}: {slip}.")
+        for slip, expected in led_to(case, self.others)[0]:
+            if self._agrees(value, expected):
                 return wrong(f"Not {self.what}: {slip}.")
         return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 

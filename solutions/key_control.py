@@ -13,7 +13,7 @@ from .figure_shows import FigureShows
 from .loop_checks import ClosedLoopPoles, GainPlaces, by_own_companion, torque_gain
 from .own_answers import sound
 from .own_model import own_voltage_model
-from .repeated import gain_used, own_model, right_design, run_again, simulated_again, torque_simulated
+from .repeated import gain_used, own_model, run_again, simulated_again, torque_simulated
 from .response_checks import Measured, ResponseOf, Satisfied
 
 # --- Section 3.3: the design on paper -------------------------------------------------------------------------------
@@ -162,6 +162,14 @@ def own_ctrb(case):
     return ctrb(*own_voltage_model(case.own, case.bench.servo))
 
 
+def torque_ctrb(case):
+    return ctrb(sound(case.own, "2.14", "A"), sound(case.own, "2.14", "B"))
+
+
+def W_the_wrong_way(case):
+    return np.linalg.inv(sound(case.own, "3.7", "T_c")) @ sound(case.own, "3.7", "T")
+
+
 def own_rank(own):
     """The rank of the controllability matrix of the student's own model, its columns made equally long."""
     try:
@@ -203,7 +211,7 @@ GAIN_SLIPS = (
     ("all its signs are turned round", lambda K, case: -K),
     ("it is per degree; the states are in rad", lambda K, case: K * DEG),
     ("the states are in another order: theta, alpha, theta_dot, alpha_dot", lambda K, case: K[[0, 2, 1, 3]]),
-    ("it is for the model with the torque as input", lambda K, case: torque_gain(right_design(case))),
+    ("it is for the model with the torque as input", lambda K, case: torque_gain(case)),
 )
 
 
@@ -235,12 +243,14 @@ DESIGN = {
             rtol=tolerances.CONTROLLABILITY,
             follow=(("that of your own model", own_ctrb),),
             slips=(("its columns go the other way round", lambda t: t[:, ::-1]),),
+            others=(("it is that of the model with the torque as input", torque_ctrb),),
         ),
         "T_c": ArrayFrom(
             "the controllability matrix of the companion form",
             lambda d: d.transformation[1],
             rtol=tolerances.CONTROLLABILITY,
             follow=T_C,
+            slips=(("it is the inverse of what is asked for", np.linalg.inv),),
         ),
         "W": ArrayFrom(
             "the transformation matrix",
@@ -251,6 +261,7 @@ DESIGN = {
                 ("the transformation of your own model", W_of_own_model),
             ),
             slips=(("it is the inverse of what is asked for", np.linalg.inv),),
+            others=(("the order of the factors: T comes first, then the inverse of T_c", W_the_wrong_way),),
         ),
     },
     "3.8": {
@@ -291,7 +302,7 @@ def experiment(suffix):
         },
         measured: {
             **{
-                name: Measured(name, again, response, slips=tuple(slips.values()), **room)
+                name: Measured(name, again, response, measured, slips=tuple(slips.values()), **room)
                 for name, room in tolerances.MEASURED.items()
             },
             "satisfied": Satisfied(measured, again, response),
@@ -326,6 +337,7 @@ def measured(suffix):
             name,
             again,
             (recorded, "response"),
+            source,
             carried=(source, name),
             slips=tuple(slips.values()),
             **tolerances.MEASURED[name],

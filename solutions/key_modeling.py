@@ -145,6 +145,7 @@ PRELAB = {
             slips={
                 "look at the sign of the friction": lambda p: servo_equation(p) - 2 * p["B_eq"] * p["theta_dot"],
                 "the friction is missing": lambda p: servo_equation(p) - p["B_eq"] * p["theta_dot"],
+                "look at the sign of the torque": lambda p: servo_equation(p) + 2 * p["tau"],
             },
         ),
     },
@@ -157,13 +158,37 @@ PRELAB = {
             link_equation,
             follow=own_lagrangian_gives("alpha", lambda p: -p["B_l"] * p["alpha_dot"]),
             follow_what="what your own Lagrangian leads to",
-            slips={"the link's damping goes with alpha_dot": lambda p: link_equation(p, "theta_dot")},
+            slips={
+                "the link's damping goes with alpha_dot": lambda p: link_equation(p, "theta_dot"),
+                "look at the sign of the spring's torque": lambda p: link_equation(p) - 2 * p["K_s"] * p["alpha"],
+            },
         ),
     },
     "2.6": {
         "strategy": ForAPerson("Two linear equations in two accelerations: subtract one from the other, or invert."),
-        "theta_ddot": ExpressionIs(theta_ddot, follow=own_theta_ddot, follow_what="your own two equations of motion"),
-        "alpha_ddot": ExpressionIs(alpha_ddot, follow=own_alpha_ddot, follow_what="your own equations of motion"),
+        "theta_ddot": ExpressionIs(
+            theta_ddot,
+            follow=own_theta_ddot,
+            follow_what="your own two equations of motion",
+            slips={
+                "look at the sign of the spring's torque": lambda p: (
+                    theta_ddot(p) - 2 * p["K_s"] * p["alpha"] / p["J_eq"]
+                ),
+                "look at the sign of the friction": lambda p: (
+                    theta_ddot(p) + 2 * p["B_eq"] * p["theta_dot"] / p["J_eq"]
+                ),
+            },
+        ),
+        "alpha_ddot": ExpressionIs(
+            alpha_ddot,
+            follow=own_alpha_ddot,
+            follow_what="your own equations of motion",
+            slips={
+                "this is the acceleration of theta + alpha, of the link in the room": lambda p: (
+                    -p["K_s"] * p["alpha"] / p["J_l"]
+                ),
+            },
+        ),
     },
     "2.7": {
         "strategy": ForAPerson(
@@ -258,6 +283,11 @@ def own_function(name):
     return ("what your own function of question 2.13 gives", lambda case: from_own_function(case, name))
 
 
+def of_torque(case):
+    """The poles of the student's own model as it is in 2.14."""
+    return np.linalg.eigvals(sound(case.own, "2.14", "A"))
+
+
 def with_motor(case):
     """The poles of the student's own model with the voltage as input."""
     return np.linalg.eigvals(own_voltage_model(case.own, case.bench.servo)[0])
@@ -314,6 +344,7 @@ VALIDATION = {
             lambda d: d.poles,
             follow=(("the poles of your own model with the motor", with_motor),),
             slips=(("they look like frequencies in Hz; they are in rad/s", lambda p: p * HZ),),
+            others=(("they are those of the model with the torque as input, without the motor", of_torque),),
         ),
     },
 }
@@ -343,7 +374,12 @@ TABLE_2 = {
             )
             for i, name in enumerate("ABCD")
         },
-        "poles": PolesFrom("the open-loop poles", lambda d: d.poles, follow=carried("2.18", "poles")),
+        "poles": PolesFrom(
+            "the open-loop poles",
+            lambda d: d.poles,
+            follow=carried("2.18", "poles"),
+            others=(("they are those of the model with the torque as input, without the motor", of_torque),),
+        ),
     },
 }
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware.parts import Part
+from rotflex.instructor.design import gain_by_place
 from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
 from rotflex.instructor.verdicts import Case, NothingFollows, Verdict, follow_through, right, wrong
 
 from . import tolerances
 from .design_checks import (
     Array,
-    Design,
     Follows,
     candidates,
     desired_poles,
@@ -191,8 +191,6 @@ def by_own_companion(case: Case) -> Array:
     return np.ravel(sound(case.own, "3.5", "K_c")) @ np.linalg.inv(sound(case.own, "3.7", "W"))
 
 
-def torque_gain(design: Design) -> Array:
-    """The gain that places the poles of the model with the torque as input, for which none was asked."""
-    from rotflex.instructor.design import gain_by_place
-
-    return gain_by_place(design.torque_model[0], design.torque_model[1], desired_poles())
+def torque_gain(case: Case) -> Array:
+    """The gain that places the poles of the student's own model with the torque as input, for which none was asked."""
+    return gain_by_place(sound(case.own, "2.14", "A"), sound(case.own, "2.14", "B"), desired_poles())

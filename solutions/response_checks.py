@@ -78,7 +78,13 @@ def _apart(value: dict[str, Any], run: Recording, channels: tuple[str, ...]) -> 
     if value["n"] != len(run):
         return math.inf
     samples = {channel: value["channels"][channel]["values"] for channel in channels}
-    return max(misfit(values, run[channel][thin(len(run), values.size)]) for channel, values in samples.items())
+    wanted = {channel: run[channel][thin(len(run), values.size)] for channel, values in samples.items()}
+    return max(_differ(values, wanted[channel]) for channel, values in samples.items())
+
+
+def _differ(values: Vector, wanted: Vector) -> float:
+    """The RMS difference, relative; 0 where both stay where they are, as an angle of a model may."""
+    return 0.0 if np.allclose(values, wanted, rtol=1e-5, atol=1e-9) else misfit(values, wanted)
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,7 @@ class Measured:
     quantity : "t_s", "PO", "alpha_max_deg" or "V_max"
     again : runs it
     recording : (question, part) of the student's recording, for its settings
+    measured : the question in which all is measured on it
     rtol, atol : tolerance: the larger of the two counts
     carried : (question, part) of an answer that this one only carries over
     slips : what else the student's recording may be of; then a number that agrees with that follows from it
@@ -98,6 +105,7 @@ class Measured:
     quantity: str
     again: Again
     recording: tuple[str, str]
+    measured: str = ""
     rtol: float = 0.03
     atol: float = 0.0
     carried: tuple[str, str] | None = None
@@ -116,9 +124,31 @@ class Measured:
             return found
         if not expected:
             return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
+        slip = self._slip(value, expected)
+        again = "Not what is measured when the experiment is run again with your own answers."
+        return wrong(f"{again} {slip}".strip())
+
+    def _slip(self, value: float, expected: list[float]) -> str:
+        """What was done wrong, where it shows."""
         if any(abs(value * DEG - t) <= self.rtol * t or abs(value / DEG - t) <= self.rtol * t for t in expected if t):
-            return wrong("Mind the unit: degrees and radians are mixed up.")
-        return wrong("Not what is measured when the experiment is run again with your own answers.")
+            return "Mind the unit: degrees and radians are mixed up."
+        if self.quantity == "PO" and any(self._near(value / 2, target) for target in expected):
+            return "It looks like per cent of the final angle; wanted is per cent of the step, which is twice as high."
+        return ""
+
+    def missing(self, part: Part, case: Case) -> Verdict | None:
+        """A servo that never settles has no settling time to give: then it is right to leave it out."""
+        if self.quantity != "t_s" or not case.virtual:
+            return None
+        try:
+            case.own(*self.recording)
+            case.own(self.measured, "PO")
+        except LookupError:
+            return None
+        expected = [measured["t_s"] for measured in measured_again(case, self.again, self.recording)]
+        if not expected or np.isfinite(expected).any():
+            return None
+        return right("With your own answers the servo never settles, so there is no settling time to give.")
 
     def _from_own(self, value: float, case: Case) -> Verdict | None:
         """The verdict on a number that is the student's own answer, or on their own recording; None on another."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from rotflex.courseware.parts import Part
 
@@ -99,6 +99,14 @@ def wrong(reason: str) -> Verdict:
 def for_a_person(reason: str) -> Verdict:
     """No points yet."""
     return Verdict(Status.FOR_A_PERSON, 0.0, reason)
+
+
+@runtime_checkable
+class JudgesMissing(Protocol):
+    """A check that may find it right that there is no answer."""
+
+    def missing(self, part: Part, case: Case) -> Verdict | None:
+        """Judge that there is none; None if it is just missing."""
 
 
 Key = Mapping[str, Mapping[str, Check]]  #: question → part → check

@@ -111,27 +111,27 @@ def for_model(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Gain | None:
     return spare
 
 
-def for_bench(bench: Callable[[], Bench], K: ArrayLike, feedback: Sequence[str] = ("full",)) -> Gain:
-    """The student's gain (1, 4) if their bench bears it, else the workbook's printed one, saying why.
+def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequence[str] = ("full",)) -> Gain:
+    """The student's gain (1, 4) if there is one and their bench bears it, else the workbook's printed one, saying why.
 
     It is tried with a small wave first; on a virtual bench, where nothing can break, then with the whole one, too.
 
     Parameters
     ----------
     bench : gives the bench, not yet open: ``lab.bench``
-    K : the student's gain, (4,) or (1, 4)
+    K : the student's gain, (4,) or (1, 4); None if they have none
     feedback : with which it is to be run
     """
+    spare = np.array([SPARE_GAIN])
+    cost = _COST.format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare)))
+    if K is None:
+        print(_("There is no gain of yours to run: question 3.8 is not answered."), cost)
+        return spare
     own = np.reshape(np.asarray(K, dtype=float), (1, 4))
     why = next(filter(None, (_what_happens(bench, own, way) for way in feedback)), "")
     if not why:
         return own
-    spare = np.array([SPARE_GAIN])
-    print(
-        _("Tried on your bench, your gain does not do: {why}").format(why=why),
-        _WHERE,
-        _COST.format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare))),
-    )
+    print(_("Tried on your bench, your gain does not do: {why}").format(why=why), _WHERE, cost)
     return spare
 
 

@@ -229,20 +229,17 @@ CLASS = {
             ("2.7", "A"),
         ),
     ),
-    # A of the code and of the numbers is wrong; poles, design and responses are right for that A.
+    # A of the code is wrong; A in numbers, poles, design and responses are right for that code.
     "wrong-code": Student(
         mistakes={("2.13", "state_space"): lambda _: friction_drives},
-        loses={
-            ("2.13", "state_space"): (2, "it gives another A"),
-            ("2.14", "A"): (1, "one entry is wrong, and K_s and J_l are right"),
-        },
-        follows=(("2.18", "poles"), ("3.2", "polynomial"), ("3.7", "T"), ("3.8", "K"), ("Table 2", "A")),
+        loses={("2.13", "state_space"): (2, "it gives another A")},
+        follows=(("2.14", "A"), ("2.18", "poles"), ("3.2", "polynomial"), ("3.7", "T"), ("3.8", "K"), ("Table 2", "A")),
     ),
-    # A slip in multiplying out costs 2; the companion form, its gain and its controllability matrix follow from it.
+    # A slip in multiplying out costs 2; the companion form and its gain follow from it, and what is made of that gain.
     "polynomial-slip": Student(
         mistakes={("3.2", "polynomial"): lambda p: p * [1, 1, 1.1, 1, 1]},
         loses={("3.2", "polynomial"): (2, "a coefficient is 10 % off")},
-        follows=(("3.3", "A_c"), ("3.5", "K_c"), ("3.7", "T_c"), ("3.7", "W"), ("3.8", "K"), ("3.9", "poles")),
+        follows=(("3.3", "A_c"), ("3.5", "K_c"), ("3.8", "K"), ("3.9", "poles"), ("Table 3", "K_fsf")),
     ),
     # The deflection in radians, three times; Table 3 carries over what was measured, and the specification on it seems
     # to be met by the student's own numbers.

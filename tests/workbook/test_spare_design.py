@@ -97,6 +97,11 @@ def test_for_one_that_it_does_not_the_printed_one_stands_in(change, why, capsys)
         assert re.search(pattern, said), said
 
 
+def test_who_has_no_gain_is_not_stuck_either(capsys):
+    np.testing.assert_array_equal(spare_design.for_bench(lambda: hil.open(seed=3), None), PRINTED)
+    assert "3.8 is not answered" in capsys.readouterr().out
+
+
 class RealBench(hil.Bench):
     """As far as anybody can tell."""
 

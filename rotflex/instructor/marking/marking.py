@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from rotflex.errors import RotflexError
 from rotflex.instructor.course import Course
 from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.time_limit import within
-from rotflex.instructor.verdicts import Case, Check, Key, Status, Verdict, for_a_person, wrong
+from rotflex.instructor.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
 _MISSING = _("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
 _NO_WORDS = _("Nothing is written in its text cell of the notebook that was handed in.")
@@ -26,6 +26,7 @@ _SUPPLIED = _(
 )
 
 UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
+_NONE = Verdict(Status.MISSING, 0.0, _MISSING)
 _PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
 
@@ -107,7 +108,7 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
                     )
                 )
                 why = _("The key that it is marked by has a fault; it will be marked when that is mended.")
-                given = _given(part, claims.contents[where], claims.values[where])
+                given = _given(part, claims.contents[where], claims.values[where]) if where in claims.values else ""
                 one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
             if where in about.supplied:
                 why = about.missing.get(where, "")
@@ -138,22 +139,30 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
     where = (question.number, part.name)
     given = ""
     if where in claims.values:
-        verdict = _verdict(check, part, claims.values[where], case)
+        verdict = _judged(lambda: check.verdict(part, claims.values[where], case))
         given = _given(part, claims.contents[where], claims.values[where])
     elif where in claims.malformed:
         verdict = wrong(_("Malformed: {why}").format(why=claims.malformed[where]))
     else:
-        verdict = Verdict(Status.MISSING, 0.0, _NO_WORDS if part.kind == "prose" else _MISSING)
+        verdict = _left_out(part, check, case)
     points = round(verdict.share * part.points, 6)
     return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
 
 
-def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
-    """The check's verdict; a person's, where a claim is so odd that the check fails on it. The other parts count."""
+def _left_out(part: Part, check: Check, case: Case) -> Verdict:
+    """The verdict on an answer that is not there: missing, but where the check finds that there is none to give."""
+    found = _judged(lambda: check.missing(part, case) or _NONE) if isinstance(check, JudgesMissing) else _NONE
+    if found.share > 0:
+        return found
+    return Verdict(Status.MISSING, 0.0, _NO_WORDS if part.kind == "prose" else _MISSING)
+
+
+def _judged(judge: Callable[[], Verdict]) -> Verdict:
+    """A check's verdict; a person's, where a claim is so odd that the check fails on it. The other parts count."""
     try:
         # A claim may hold the largest numbers there are, and be built to be slow.
         with np.errstate(all="ignore"), within(_PATIENCE):
-            return check.verdict(part, value, case)
+            return judge()
     except (ArithmeticError, LookupError, ValueError, MemoryError, RecursionError, RotflexError) as error:
         return for_a_person(
             _("It could not be compared ({error_type}: {error}); a person will look at it.").format(

@@ -1,0 +1,55 @@
+"""What a single slip costs: the course worked through with it, and marked."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from made_courses import OURS
+from single_slips import STUDENT, Slip
+from working_through import FULL, Pen, Where, design, modeling, prelab, responses
+
+import rotflex.lab
+from rotflex.hil.student_benches import student_seed
+from rotflex.instructor.marking.decoding import decode
+from rotflex.instructor.marking.marking import mark
+from solutions.true_bench import TrueBench
+
+Lost = dict[Where, tuple[float, str]]  # points lost, and the reason that is told
+
+
+@cache
+def _bench() -> TrueBench:
+    return TrueBench(STUDENT)
+
+
+def answers_with(slip: Slip | None) -> bytes:
+    """The bytes of the ``answers.json`` of a student with a slip, or with none."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+        lab = rotflex.lab.start(STUDENT, folder=Path(folder), quiet=True)
+        write = Pen({}, {})
+        if slip is not None:
+            write.mistakes = {slip.where: lambda right: slip.change(right, write.answers)}
+        write("0.1", "resolution", 2 * np.pi / 4096)
+        prelab(write)
+        A, B, poles = modeling(lab, write)
+        responses(lab, write, A, B, design(write, A, B, poles))
+        for number, parts in write.answers.items():
+            lab.answer(number, **parts)
+        return lab.book.path.read_bytes()
+
+
+def marks_with(slip: Slip | None) -> Lost:
+    """What is lost, of the parts that are marked automatically."""
+    seed = student_seed(STUDENT)
+    claims = decode(answers_with(slip), seed, OURS.catalogue)
+    marks = {(one.question, one.part): one for one in mark(OURS, claims, _bench(), seed)}
+    return {
+        where: (one.out_of - one.points, f"{one.status.value}: {one.reason}")
+        for where, one in marks.items()
+        if where in FULL and one.points < one.out_of
+    }

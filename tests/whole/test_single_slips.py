@@ -1,0 +1,38 @@
+"""What a single slip costs: its own points, and what a person would take off, too; and whether it is told."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from single_slip_marks import marks_with
+from single_slips import SLIPS
+from working_through import FULL
+
+MOST = 4  #: automatic points that a slip may cost
+#: Slips that cost more, and why it cannot be otherwise.
+BEYOND = {
+    "2.13 state_space: A transposed": "of a model that cannot be controlled there is no gain and no closed loop",
+}
+
+
+def test_there_are_enough_of_them_and_each_is_another():
+    assert len(SLIPS) >= 40
+    assert len({slip.name for slip in SLIPS}) == len(SLIPS)
+    assert {slip.where for slip in SLIPS} <= FULL.keys()
+
+
+def test_without_a_slip_nothing_is_lost():
+    assert marks_with(None) == {}
+
+
+@pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip.name)
+def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off(slip):
+    lost = marks_with(slip)
+    expected = {
+        slip.where: slip.costs * FULL[slip.where],
+        **{at: points for at, (points, _why) in slip.besides.items()},
+    }
+    assert {at: round(points, 2) for at, (points, _told) in lost.items()} == expected, lost
+    assert (sum(expected.values()) <= MOST) == (slip.name not in BEYOND)
+    assert re.search(slip.told, lost[slip.where][1]), lost[slip.where][1]
