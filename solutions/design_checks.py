@@ -23,27 +23,17 @@ from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
 from rotflex.instructor.marking.expression_checks import at
 from rotflex.instructor.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
 from rotflex.simulation import with_actuator
-from rotflex.specifications import OMEGA_N, P_3, P_4, ZETA
 from rotflex.workbook.probes import PLANT_PARAMETERS
 
 from . import tolerances
 from .own_answers import sound
+from .wanted import desired_poles
 
 Array = NDArray[Any]
 Follow = Callable[[Case], Any]
 #: What an answer may follow from: what that is, in words → what it leads to.
 Follows = tuple[tuple[str, Follow], ...]
 CARRIED = "your own answer"
-
-
-def desired_poles() -> Array:
-    """Desired closed-loop poles (3.4)."""
-    return design.desired_poles(ZETA, OMEGA_N, P_3, P_4)
-
-
-def desired_polynomial() -> Array:
-    """Desired characteristic polynomial (3.4)."""
-    return np.poly(desired_poles()).real
 
 
 @dataclass(frozen=True)
@@ -126,14 +116,14 @@ def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
         try:
             expected = function(case)
         except NothingFollows as nothing:
-            why = f" {nothing}"
+            why = why or f" {nothing}"
         except NOT_TO_BE_HAD:
             pass  # nothing of their own
         else:
             if np.any(expected):
                 found.append((words, expected))
             else:
-                why = f" From {words} follows nothing but zeros."
+                why = why or f" From {words} follows nothing but zeros."
     return found, why
 
 

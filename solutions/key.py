@@ -5,8 +5,10 @@ A question leads to its parts, a part to its check. ``bench`` is the student's o
 
 The policy
 * A value is right if it is right for the student's own bench, however it was found.
-* Else it is right *given the student's own earlier answers* if it follows from them: full points. One wrong number
+* Else it is right *given the student's own earlier answers* if it follows from them: full points. One wrong answer
   costs its own points only.
+* Nothing follows from an answer that holds nothing: energies without motion, zeros, a transformation that cannot be
+  inverted, a polynomial that leaves the feedback nothing to do (``own_answers``).
 * A recording has to be of the student's own bench. A figure may show the student's own recording whatever that is of;
   that costs its points once.
 * A figure whose curve is there but whose axes lack their units, and a spectrum whose peaks are in the right places but
@@ -14,10 +16,16 @@ The policy
 * Answers in words are for a person, and earn nothing until one has read them.
 
 * What builds on the measured stiffness is compared with the true bench, with the student's own stiffness when all
-  else is done right, and with their own answer just before (``design_checks``).
-* A gain is right if it places the poles, however it was found.
-* What is measured on a response is compared with the same experiment run again with the student's own answers. Whether
-  the specifications are met follows from the student's numbers.
+  else is done right, and with their own answers just before, their own function of 2.13 among them
+  (``design_checks``, ``own_model``).
+* A gain is right if it places the poles, however it was found. If the poles that it places are the student's own of
+  3.4, it follows. The poles of the closed loop are those that the student's own gain gives: the desired ones are right
+  only with a gain that gives them (``loop_checks``).
+* What is measured on a response is compared with the same experiment run again with the student's own answers. Where
+  these are such that nothing can be recorded (the loop runs away, the bench stops, the servo does not follow), the
+  right design stands in, and so does the gain with which the notebooks went on (``repeated``). Numbers that are read
+  correctly off a recording with the other feedback follow from it. A servo that never settles has no settling time, and
+  none need be given. Whether the specifications are met follows from the student's numbers.
 
 The tolerances stand where they are used, in ``key_modeling.py`` and ``key_control.py``, with the reasons.
 """

@@ -8,13 +8,14 @@ from rotflex.specifications import ZETA
 from rotflex.units import DEG
 
 from . import tolerances
-from .design_checks import ArrayFrom, PolesFrom, carried, desired_poles, desired_polynomial
+from .design_checks import ArrayFrom, PolesFrom, carried
 from .figure_shows import FigureShows
 from .loop_checks import ClosedLoopPoles, GainPlaces, by_own_companion, torque_gain
 from .own_answers import sound
 from .own_model import own_voltage_model
 from .repeated import gain_used, own_model, run_again, simulated_again, torque_simulated
 from .response_checks import Measured, ResponseOf, Satisfied
+from .wanted import desired_poles, desired_polynomial
 
 # --- Section 3.3: the design on paper -------------------------------------------------------------------------------
 

@@ -18,13 +18,12 @@ from .design_checks import (
     Array,
     Follows,
     candidates,
-    desired_poles,
-    desired_polynomial,
     led_to,
     same_poles,
 )
 from .own_answers import sound
 from .own_model import own_voltage_model
+from .wanted import desired_poles, desired_polynomial
 
 Slip = Callable[[Array, Case], Any]  # (the right gain, the case) → the gain that a mistake leads to
 
@@ -84,7 +83,7 @@ class GainPlaces:
         reason = "With this gain the poles of your model, the eigenvalues of A - B K, are not where they are wanted"
         for slip, leads_to in self.slips:
             if self._is(gain, leads_to, case):
-                return wrong(f"{reason}: {slip}.")
+                return wrong(f"{reason}: {slip}.{why}")
         return wrong(f"{reason}.{why}")
 
     def _by_placing(self, gain: Array, case: Case) -> Verdict | None:

@@ -21,6 +21,7 @@ from rotflex.instructor.verdicts import NothingFollows, Own
 from rotflex.workbook.questions import CATALOGUE
 
 from .motion import COORDINATES, euler_lagrange, residual, slope
+from .wanted import desired_polynomial
 
 _SEED = 1  # of the points at which expressions are looked at: any will do
 _NOTHING = 1e-9  # of the largest: what is smaller is zero, but for rounding
@@ -136,14 +137,13 @@ def _moves_poles(of_poles: bool) -> Callable[[Any, Own], bool]:
     """Whether desired poles, or their polynomial, are others than those of the student's open loop."""
 
     def met(value: Any, own: Own) -> bool:
-        wanted = np.poly(np.ravel(value)).real if of_poles else np.ravel(value)
-        if _count(wanted) < _AT_LEAST:
-            return False
-        try:
-            before = np.ravel(own("3.2", "polynomial"))
-        except LookupError:
+        wish = np.poly(np.ravel(value)).real if of_poles else np.ravel(value)
+        if _alike(wish, desired_polynomial()):
             return True
-        return not _alike(wanted, before)
+        try:
+            return _count(wish) >= _AT_LEAST and not _alike(wish, np.ravel(own("3.2", "polynomial")))
+        except LookupError:
+            return _count(wish) >= _AT_LEAST
 
     return met
 
@@ -151,10 +151,16 @@ def _moves_poles(of_poles: bool) -> Callable[[Any, Own], bool]:
 def _is_open_loop(value: Any, own: Own) -> bool:
     """Whether a polynomial leaves the feedback something to do."""
     try:
-        wanted = np.ravel(own("3.4", "polynomial"))
+        wish = np.ravel(own("3.4", "polynomial"))
     except LookupError:
-        return _enough(value, own)
-    return _enough(value, own) and not _alike(np.ravel(value), wanted)
+        wish = desired_polynomial()
+    return _enough(value, own) and not _alike(np.ravel(value), wish)
+
+
+def _is_companion(value: Any, own: Own) -> bool:
+    """Whether a companion matrix leaves the feedback something to do."""
+    last = np.asarray(value, dtype=float)[3]
+    return _ranked(value, own) and _count(last) > 0 and _is_open_loop([1.0, *-last[::-1]], own)
 
 
 def _alike(one: Any, other: Any) -> bool:
@@ -193,7 +199,7 @@ _NEEDS: Mapping[Where, tuple[str, Callable[[Any, Own], bool]]] = {
     ("2.14", "B"): (_ZEROS, _not_zero),
     ("2.18", "poles"): (_FEW, _enough),
     ("3.2", "polynomial"): (_NOTHING_TO_DO, _is_open_loop),
-    ("3.3", "A_c"): (_FEW, lambda value, own: _ranked(value, own) and _count(np.asarray(value)[3]) > 0),
+    ("3.3", "A_c"): (_NOTHING_TO_DO, _is_companion),
     ("3.3", "B_c"): (_ZEROS, _not_zero),
     ("3.4", "desired_poles"): (_NOTHING_TO_DO, _moves_poles(of_poles=True)),
     ("3.4", "polynomial"): (_NOTHING_TO_DO, _moves_poles(of_poles=False)),

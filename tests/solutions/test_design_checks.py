@@ -12,9 +12,10 @@ from rotflex import simulation
 from rotflex.instructor.marking.checks import ChoiceIs
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.workbook.questions import CATALOGUE
-from solutions.design_checks import ArrayFrom, Design, PolesFrom, StateSpaceFunction, desired_poles
+from solutions.design_checks import ArrayFrom, Design, PolesFrom, StateSpaceFunction
 from solutions.loop_checks import GainPlaces
 from solutions.true_bench import TrueBench
+from solutions.wanted import desired_poles
 
 BENCH = TrueBench("ada")
 TRUE = Design(BENCH.servo, BENCH.joint, BENCH.K_s)

@@ -9,10 +9,12 @@ from matplotlib.figure import Figure
 from rotflex import response
 from rotflex.courseware import forms
 from rotflex.instructor.verdicts import Case, Status
+from rotflex.simulation import with_actuator
+from rotflex.workbook import spare_design
 from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.figure_shows import FigureShows
-from solutions.repeated import run_again, simulated_again
+from solutions.repeated import run_again, simulated_again, validated_again
 from solutions.response_checks import Measured, ResponseOf, Satisfied
 from solutions.true_bench import TrueBench
 
@@ -213,3 +215,82 @@ def test_what_does_not_come_from_the_virtual_bench_is_for_a_person(bench, run):
     elsewhere = case(bench, virtual=False)
     assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, stored(RESPONSE, run), elsewhere).status is Status.FOR_A_PERSON
     assert Measured("t_s", FULL, OWN).verdict(T_S, 0.4, elsewhere).status is Status.FOR_A_PERSON
+
+
+# --- what the student's own design could not make ---------------------------------------------------------------------
+
+
+def simulation_with(A, B, K):
+    from rotflex.signals import smooth_square_wave, time_axis
+    from rotflex.simulation import closed_loop
+
+    command = smooth_square_wave(time_axis(10.0, 0.002), 0.33, np.deg2rad(20), 100)
+    return stored(SIMULATED, closed_loop(A, B, K, command, saturation=None))
+
+
+def test_a_simulation_with_the_spare_gain_counts_where_the_own_loop_runs_away_and_only_there(bench, K):
+    A, B = Design(bench.servo, bench.joint, bench.K_s).voltage_model
+    value = simulation_with(A, B, spare_design.SPARE_GAIN)
+    check = ResponseOf(simulated_again, CHANNELS)
+    away, holding = case(bench, K=-np.array([K])), case(bench, K=1.1 * np.array([K]))
+    assert check.verdict(SIMULATED, value, away).status is Status.RIGHT
+    assert check.verdict(SIMULATED, value, holding).status is Status.WRONG
+
+
+def test_on_a_model_that_runs_away_what_the_notebook_goes_on_with_counts(bench):
+    design = Design(bench.servo, bench.joint, bench.K_s)
+    A, B = (np.array(matrix) for matrix in design.torque_model[:2])
+    A[3, 1] = -A[3, 1]
+    known = {("2.14", "A"): A, ("2.14", "B"): B, ("3.8", "K"): np.array([spare_design.SPARE_GAIN])}
+    A_v, B_v = with_actuator(A, B, bench.servo)
+    value = simulation_with(A_v, B_v, spare_design.stand_in(A_v, B_v))
+    judged = Case(bench, lambda question, part: known[question, part], 7)
+    assert ResponseOf(simulated_again, CHANNELS).verdict(SIMULATED, value, judged).status is Status.RIGHT
+
+
+@pytest.mark.parametrize("factor", [-1.0, 1e-3], ids=["stops the bench", "does not follow"])
+def test_numbers_that_the_own_gain_could_not_give_are_those_of_the_right_design_or_the_spare_gain(bench, K, factor):
+    own = case(bench, K=factor * np.array([K]))
+    for gain in (K, spare_design.SPARE_GAIN):
+        worst = response.worst(response.measure(bench.tracking(tuple(gain), "full")))
+        check = Measured("t_s", FULL, OWN, rtol=0.001)
+        assert check.verdict(T_S, worst.settling_time, own).status is Status.RIGHT
+        assert check.verdict(T_S, 1.5 * worst.settling_time, own).status is Status.WRONG
+
+
+def test_a_model_too_large_to_be_simulated_breaks_nothing(bench):
+    known = {("2.14", "A"): np.full((4, 4), 1e300), ("2.14", "B"): np.full((4, 1), 1e300)}
+    with np.errstate(all="ignore"):
+        runs = validated_again(Case(bench, lambda question, part: known[question, part], 7), {})
+    assert len(runs) == 1
+    assert np.isfinite(runs[0]["theta_model"]).all()
+
+
+def test_numbers_of_a_recording_with_the_other_feedback_follow_from_it_and_not_without_it(bench, K):
+    partial = bench.tracking(K, "partial")
+    settling = response.worst(response.measure(partial)).settling_time
+    check = Measured("t_s", FULL, OWN, slips=(run_again("partial"),))
+    recorded = case(bench, K=np.array([K]), response=stored(RESPONSE, partial))
+    assert check.verdict(T_S, settling, recorded).status is Status.FOLLOW_THROUGH
+    assert check.verdict(T_S, 1.2 * settling, recorded).status is Status.WRONG
+    right_one = case(bench, K=np.array([K]), response=stored(RESPONSE, bench.tracking(K, "full")))
+    assert check.verdict(T_S, settling, right_one).status is Status.WRONG
+
+
+def test_an_overshoot_of_the_amplitude_is_told_to_be_so(bench, K, run):
+    overshoot = response.worst(response.measure(run)).overshoot
+    check = Measured("PO", FULL, OWN, rtol=0.05, atol=0.1)
+    assert "per cent of the step" in check.verdict(T_S, 2 * overshoot, case(bench, K=np.array([K]))).reason
+
+
+def test_who_measured_a_servo_that_never_settles_need_not_give_a_settling_time(bench, K):
+    check = Measured("t_s", FULL, OWN, measured="3.14")
+    restless = np.array([K]) * [0.2, 1, 1, 1]  # it gets half way, and is still on its way when it is sent back
+    run = bench.tracking(tuple(restless.ravel().tolist()), "full")
+    assert response.worst(response.measure(run)).settling_time == np.inf
+    recorded = {"K": restless, "response": stored(RESPONSE, run)}
+    assert check.missing(T_S, case(bench, **recorded, q3_14_PO=0.0)).status is Status.RIGHT
+    assert check.missing(T_S, case(bench, **recorded)) is None  # nothing was measured on it
+    assert check.missing(T_S, case(bench, K=restless, q3_14_PO=0.0)) is None  # nothing was recorded
+    settled = {"K": np.array([K]), "response": stored(RESPONSE, bench.tracking(K, "full"))}
+    assert check.missing(T_S, case(bench, **settled, q3_14_PO=0.0)) is None

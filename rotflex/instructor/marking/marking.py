@@ -139,7 +139,7 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
     where = (question.number, part.name)
     given = ""
     if where in claims.values:
-        verdict = _judged(lambda: check.verdict(part, claims.values[where], case))
+        verdict = _verdict(check, part, claims.values[where], case)
         given = _given(part, claims.contents[where], claims.values[where])
     elif where in claims.malformed:
         verdict = wrong(_("Malformed: {why}").format(why=claims.malformed[where]))
@@ -155,6 +155,10 @@ def _left_out(part: Part, check: Check, case: Case) -> Verdict:
     if found.share > 0:
         return found
     return Verdict(Status.MISSING, 0.0, _NO_WORDS if part.kind == "prose" else _MISSING)
+
+
+def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
+    return _judged(lambda: check.verdict(part, value, case))
 
 
 def _judged(judge: Callable[[], Verdict]) -> Verdict:

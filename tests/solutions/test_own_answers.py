@@ -1,0 +1,362 @@
+"""What follows from the student's own answers, link by link; and that nothing follows from what holds nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+from made_courses import OURS
+from working_through import (
+    B_eq,
+    J_eq,
+    J_l,
+    K_s,
+    alpha,
+    alpha_ddot,
+    alpha_dot,
+    companion,
+    ctrb,
+    state_space,
+    tau,
+    theta_ddot,
+    theta_dot,
+)
+
+from rotflex.courseware import forms
+from rotflex.instructor.marking.decoding import Claims
+from rotflex.instructor.marking.marking import mark
+from rotflex.instructor.verdicts import Case, NothingFollows, Status
+from rotflex.simulation import with_actuator
+from rotflex.workbook.questions import CATALOGUE
+from solutions.design_checks import Design
+from solutions.key import KEY
+from solutions.own_answers import sound
+from solutions.own_model import from_own_function
+from solutions.true_bench import TrueBench
+from solutions.wanted import desired_polynomial
+
+SEED = 7
+BENCH = TrueBench("ada")
+TRUE = Design(BENCH.servo, BENCH.joint, BENCH.K_s)
+A_V, B_V = TRUE.voltage_model
+MINE = [-8 + 6j, -8 - 6j, -20, -25]
+DESIRED = [-12 + 16j, -12 - 16j, -30, -40]
+K = np.reshape(TRUE.K, (1, 4))
+
+
+def stored(where, value):
+    """An answer as grading reads it."""
+    part = CATALOGUE.find(where[0]).part(where[1])
+    return forms.decode(part, forms.encode(part, value, SEED).content)
+
+
+def verdict(question, name, value, own=None):
+    """The key's verdict on an answer, with own answers."""
+    known = {where: stored(where, one) for where, one in (own or {}).items()}
+    case = Case(BENCH, lambda q, p: known[q, p], SEED)
+    return KEY[question][name].verdict(CATALOGUE.find(question).part(name), stored((question, name), value), case)
+
+
+def placed(poles, A=A_V, B=B_V):
+    import control
+
+    return control.place(A, B, poles)
+
+
+MODEL = {("2.14", "A"): TRUE.torque_model[0], ("2.14", "B"): TRUE.torque_model[1]}
+WISH = {("3.4", "desired_poles"): MINE, ("3.4", "polynomial"): np.poly(MINE).real}
+
+
+# --- own desired poles ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("question", ["3.8", "3.10"])
+def test_a_gain_for_the_own_desired_poles_follows_and_without_them_is_wrong(question):
+    assert verdict(question, "K", placed(MINE), MODEL | WISH).status is Status.FOLLOW_THROUGH
+    assert verdict(question, "K", placed(MINE), MODEL).status is Status.WRONG
+    assert verdict(question, "K", placed(DESIRED), MODEL | WISH).status is Status.RIGHT
+
+
+def test_the_companion_gain_for_the_own_desired_polynomial_follows():
+    value = (np.poly(MINE).real - TRUE.polynomial)[:0:-1]
+    assert verdict("3.5", "K_c", value, WISH | {("3.2", "polynomial"): TRUE.polynomial}).status is Status.FOLLOW_THROUGH
+    assert verdict("3.5", "K_c", value, WISH).status is Status.FOLLOW_THROUGH
+    assert verdict("3.5", "K_c", value).status is Status.WRONG
+
+
+# --- the poles of the closed loop -------------------------------------------------------------------------------------
+
+
+def loop(gain):
+    return np.linalg.eigvals(A_V - B_V.reshape(4, 1) @ np.reshape(gain, (1, 4)))
+
+
+def test_the_desired_poles_earn_nothing_with_a_gain_that_does_not_give_them():
+    found = verdict("3.9", "poles", DESIRED, MODEL | {("3.8", "K"): K * [1.3, 1, 1, 1]})
+    assert found.status is Status.WRONG
+    assert "eigenvalues of A - B K" in found.reason
+
+
+def test_the_poles_that_the_own_gain_gives_follow_and_tell_where_to_look():
+    gain = K * [1.3, 1, 1, 1]
+    found = verdict("3.9", "poles", loop(gain), MODEL | {("3.8", "K"): gain})
+    assert found.status is Status.FOLLOW_THROUGH
+    assert "3.5" in found.reason
+
+
+@pytest.mark.parametrize("own", [{}, MODEL, MODEL | {("3.8", "K"): K}, {("3.8", "K"): K}, MODEL | {("3.10", "K"): K}])
+def test_the_desired_poles_are_right_with_a_gain_that_gives_them_and_without_any(own):
+    assert verdict("3.9", "poles", DESIRED, own).status is Status.RIGHT
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_gain_that_was_rounded_still_has_the_desired_poles(count):
+    rounded = np.array([[float(f"{k:.{count}g}") for k in K.ravel()]])
+    wanted = Status.RIGHT if count == 3 else Status.WRONG
+    assert verdict("3.9", "poles", DESIRED, MODEL | {("3.8", "K"): rounded}).status is wanted
+    assert verdict("3.9", "poles", loop(rounded), MODEL | {("3.8", "K"): rounded}).share == 1
+
+
+def test_in_the_table_the_poles_of_the_closed_loop_are_judged_in_the_same_way():
+    own = MODEL | {("3.8", "K"): -K}
+    assert verdict("Table 3", "poles", DESIRED, own).status is Status.WRONG
+    assert verdict("Table 3", "poles", DESIRED, own | {("3.9", "poles"): DESIRED}).status is Status.FOLLOW_THROUGH
+
+
+# --- the companion form and what is made of it ------------------------------------------------------------------------
+
+
+def test_the_controllability_matrix_of_the_companion_form_may_stand_on_either_own_answer():
+    wrong = TRUE.polynomial * [1, 1, 1.2, 1, 1]
+    value = ctrb(companion(wrong), np.array([0, 0, 0, 1.0]))
+    for own in ({("3.2", "polynomial"): wrong}, {("3.3", "A_c"): companion(wrong)}):
+        assert verdict("3.7", "T_c", value, own).status is Status.FOLLOW_THROUGH
+    assert verdict("3.7", "T_c", value).status is Status.WRONG
+
+
+def test_rank_and_controllability_follow_from_the_own_model():
+    A = np.diag([0.0, -1, -2, -3])  # a mode that the input does not reach
+    own = {("2.14", "A"): A, ("2.14", "B"): np.array([[1], [1], [1], [0.0]])}
+    assert verdict("3.6", "rank", 3, own).status is Status.FOLLOW_THROUGH
+    assert verdict("3.6", "controllable", "no", {("3.6", "rank"): 3}).status is Status.FOLLOW_THROUGH
+    assert verdict("3.6", "controllable", "no", {("3.6", "rank"): 4}).status is Status.WRONG
+    assert verdict("3.6", "rank", 3, MODEL).status is Status.WRONG
+
+
+# --- the own function -------------------------------------------------------------------------------------------------
+
+
+def function_with(change):
+    def slipped(*parameters):
+        A, B, C, D = state_space(*parameters)
+        change(A, B, *parameters)
+        return A, B, C, D
+
+    return slipped
+
+
+CHANGES = {
+    "sign": lambda A, B, K_s, J_l, J_eq, B_eq: A.__setitem__((3, 1), -A[3, 1]),
+    "held": lambda A, B, K_s, J_l, J_eq, B_eq: A.__setitem__((3, 1), -K_s / J_l),
+    "inertia": lambda A, B, K_s, J_l, J_eq, B_eq: A.__setitem__((2, 1), K_s / (J_l + J_eq)),
+    "factor": lambda A, B, K_s, J_l, J_eq, B_eq: A.__setitem__((2, 2), -2 * B_eq / J_eq),
+    "minus": lambda A, B, K_s, J_l, J_eq, B_eq: B.__setitem__((3, 0), 1 / J_eq),
+    "row": lambda A, B, K_s, J_l, J_eq, B_eq: A.__setitem__(3, 0 * A[3]),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize("off", [1.0, 1.4])
+def test_the_own_function_says_what_it_would_give_for_the_own_numbers(name, off):
+    slipped = function_with(CHANGES[name])
+    numbers = {("2.12", "K_s"): off * BENCH.K_s, ("2.12", "J_l"): BENCH.J_l}
+    given = slipped(off * BENCH.K_s, BENCH.J_l, BENCH.servo.J_eq, BENCH.servo.B_eq)
+    function = {("2.13", "state_space"): slipped}
+    for part, value in zip("ABCD", given, strict=True):
+        assert verdict("2.14", part, value, function | numbers).share == 1, part
+    A = np.array(given[0])
+    A[2, 1] *= 1.1
+    assert verdict("2.14", "A", A, function | numbers).status is Status.WRONG
+
+
+def test_a_function_that_is_no_sum_of_terms_gives_nothing_to_follow():
+    known = {("2.13", "state_space"): stored(("2.13", "state_space"), function_with(
+        lambda A, B, K_s, J_l, J_eq, B_eq: A.__setitem__((2, 1), np.exp(K_s) * J_l**1.5 / J_eq)))}  # fmt: skip
+    with pytest.raises(LookupError):
+        from_own_function(Case(BENCH, lambda q, p: known[q, p], SEED), "A")
+
+
+def test_code_for_the_own_matrices_of_the_pre_lab_follows():
+    A = sympy.Matrix([[0, 0, 1, 0], [0, 0, 0, 1], [0, K_s / J_eq, -B_eq / J_eq, 0], [0, -K_s / J_l, B_eq / J_eq, 0]])
+    own = {("2.7", "A"): A, ("2.7", "B"): sympy.Matrix([0, 0, 1 / J_eq, -1 / J_eq])}
+    assert verdict("2.13", "state_space", function_with(CHANGES["held"]), own).status is Status.FOLLOW_THROUGH
+    assert verdict("2.13", "state_space", function_with(CHANGES["held"])).status is Status.WRONG
+    assert verdict("2.13", "state_space", function_with(CHANGES["sign"]), own).status is Status.WRONG
+
+
+# --- degenerate -------------------------------------------------------------------------------------------------------
+
+ZERO = sympy.Integer(0)
+EMPTY = sympy.Eq(K_s - K_s + alpha, alpha, evaluate=False)
+
+#: Answers that hold nothing → what would follow from them, which must earn nothing, and why.
+CHAINS = {
+    "no energy": ({("2.1", "V"): ZERO, ("2.2", "T"): ZERO}, ("2.3", "L"), ZERO, "2.2"),
+    "no spring": (
+        {("2.1", "V"): K_s, ("2.2", "T"): J_eq * theta_dot**2 + J_l * alpha_dot**2},
+        ("2.3", "L"),
+        J_eq * theta_dot**2 + J_l * alpha_dot**2 - K_s,
+        "2.1",
+    ),
+    "no inertia": ({("2.3", "L"): K_s * alpha}, ("2.4", "equation"), sympy.Eq(0, tau - B_eq * theta_dot), "2.3"),
+    "linear in the rates": (
+        {("2.3", "L"): theta_dot + alpha_dot - K_s * alpha},
+        ("2.4", "equation"),
+        sympy.Eq(0, tau - B_eq * theta_dot),
+        "2.3",
+    ),
+    "nothing accelerated": (
+        {("2.4", "equation"): sympy.Eq(theta_ddot, 0), ("2.5", "equation"): sympy.Eq(alpha_ddot, 0)},
+        ("2.6", "theta_ddot"),
+        ZERO,
+        "2.4",
+    ),
+    "no acceleration": (
+        {("2.6", "theta_ddot"): ZERO, ("2.6", "alpha_ddot"): ZERO},
+        ("2.7", "B"),
+        sympy.zeros(4, 1),
+        "2.6",
+    ),
+    "A = 0": (
+        {("2.14", "A"): np.zeros((4, 4)), ("2.14", "B"): TRUE.torque_model[1]},
+        ("2.18", "poles"),
+        [0, 0, 0, 0],
+        "2.14",
+    ),
+    "B = 0": (
+        {("2.14", "A"): TRUE.torque_model[0], ("2.14", "B"): np.zeros((4, 1))},
+        ("3.7", "T"),
+        np.zeros((4, 4)),
+        "2.14",
+    ),
+    "poles all zero": ({("2.18", "poles"): [0, 0, 0, 0]}, ("3.2", "polynomial"), [1, 0, 0, 0, 0], "2.18"),
+    "and unstable": ({("2.18", "poles"): [0, 0, 0, 0]}, ("3.1", "stability"), "unstable", ""),
+    "polynomial all zero": ({("3.2", "polynomial"): [1, 0, 0, 0, 0]}, ("3.3", "A_c"), np.eye(4, k=1), "3.2"),
+    "the desired polynomial": (
+        {("3.2", "polynomial"): desired_polynomial(), ("3.4", "polynomial"): desired_polynomial()},
+        ("3.3", "A_c"),
+        companion(desired_polynomial()),
+        "3.2",
+    ),
+    "nothing to do": (
+        {("3.2", "polynomial"): desired_polynomial(), ("3.4", "polynomial"): desired_polynomial()},
+        ("3.5", "K_c"),
+        np.zeros((1, 4)),
+        "3.2",
+    ),
+    "desired where they are": (
+        {**MODEL, ("3.2", "polynomial"): TRUE.polynomial, ("3.4", "desired_poles"): np.round(TRUE.poles, 6)},
+        ("3.10", "K"),
+        np.zeros((1, 4)),
+        "",
+    ),
+    "K_c = 0": (
+        {("3.5", "K_c"): np.zeros((1, 4)), ("3.7", "W"): TRUE.transformation[2]},
+        ("3.8", "K"),
+        np.zeros((1, 4)),
+        "3.5",
+    ),
+    "W singular": (
+        {("3.5", "K_c"): np.ones((1, 4)), ("3.7", "W"): np.ones((4, 4))},
+        ("3.8", "K"),
+        np.ones((1, 4)),
+        "3.7",
+    ),
+    "W = 1": ({("3.5", "K_c"): np.ones((1, 4)), ("3.7", "W"): np.eye(4)}, ("3.8", "K"), np.ones((1, 4)), "3.7"),
+    "T = T_c = 1": ({("3.7", "T"): np.eye(4), ("3.7", "T_c"): np.eye(4)}, ("3.7", "W"), np.eye(4), "3.7"),
+    "K = 0": ({**MODEL, ("3.8", "K"): np.zeros((1, 4))}, ("3.9", "poles"), TRUE.poles, "3.8"),
+    "K = 0, carried over": ({("3.8", "K"): np.zeros((1, 4))}, ("Table 3", "K"), np.zeros((1, 4)), "3.8"),
+    "K = 0, partial": ({("3.8", "K"): np.zeros((1, 4))}, ("Table 3", "K_psf"), np.zeros((1, 4)), "3.8"),
+    "W = 0, carried over": ({("3.7", "W"): np.zeros((4, 4))}, ("Table 3", "W"), np.zeros((4, 4)), "3.7"),
+    "no poles, carried over": ({("2.18", "poles"): [0, 0, 0, 0]}, ("Table 2", "poles"), [0, 0, 0, 0], "2.18"),
+}
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_nothing_follows_from_what_holds_nothing_and_it_is_said_why(name):
+    own, where, value, named = CHAINS[name]
+    found = verdict(*where, value, own)
+    assert found.share == 0, found.reason
+    if named:
+        assert f"question {named}" in found.reason
+
+
+def test_numbers_that_cannot_be_measured_meet_no_specification():
+    own = {("3.14", name): 0.0 for name in ("t_s", "PO", "alpha_max_deg", "V_max")}
+    known = dict(own)
+    with pytest.raises(NothingFollows, match=r"t_s of question 3\.14"):
+        sound(lambda q, p: known[q, p], "3.14", "t_s")
+
+
+RIGHT = {
+    ("2.1", "V"): K_s * alpha**2 / 2,
+    ("2.14", "A"): TRUE.torque_model[0],
+    ("2.14", "B"): TRUE.torque_model[1],
+    ("2.18", "poles"): TRUE.poles,
+    ("3.2", "polynomial"): TRUE.polynomial,
+    ("3.3", "A_c"): companion(TRUE.polynomial),
+    ("3.4", "desired_poles"): DESIRED,
+    ("3.4", "polynomial"): desired_polynomial(),
+    ("3.5", "K_c"): (desired_polynomial() - TRUE.polynomial)[:0:-1].reshape(1, 4),
+    ("3.7", "T"): TRUE.transformation[0],
+    ("3.7", "T_c"): TRUE.transformation[1],
+    ("3.7", "W"): TRUE.transformation[2],
+    ("3.8", "K"): K,
+    ("3.9", "poles"): DESIRED,
+}
+
+
+@pytest.mark.parametrize("where", RIGHT, ids=" ".join)
+def test_what_is_right_is_something_to_build_on(where):
+    known = {at: stored(at, value) for at, value in RIGHT.items()}
+    assert sound(lambda q, p: known[q, p], *where) is known[where]
+
+
+#: The chain of nothing that once earned 12.75 points.
+NOTHING = {
+    ("2.1", "V"): ZERO,
+    ("2.2", "T"): ZERO,
+    ("2.3", "L"): ZERO,
+    ("2.4", "equation"): sympy.Eq(0, tau - B_eq * theta_dot),
+    ("2.5", "equation"): sympy.Eq(0, -alpha_dot),
+    ("3.2", "polynomial"): desired_polynomial(),
+    ("3.3", "A_c"): companion(desired_polynomial()),
+    ("3.5", "K_c"): np.zeros((1, 4)),
+    ("3.7", "T_c"): ctrb(companion(desired_polynomial()), np.array([0, 0, 0, 1.0])),
+    ("3.7", "W"): np.eye(4),
+    ("3.8", "K"): np.zeros((1, 4)),
+    ("Table 3", "K_c"): np.zeros((1, 4)),
+    ("Table 3", "W"): np.eye(4),
+    ("Table 3", "K"): np.zeros((1, 4)),
+    ("Table 3", "K_fsf"): np.zeros((1, 4)),
+    ("Table 3", "K_psf"): np.zeros((1, 4)),
+}
+
+
+def test_a_chain_of_nothing_earns_nothing():
+    given = {**NOTHING, ("3.4", "polynomial"): desired_polynomial(), ("3.4", "desired_poles"): DESIRED}
+    contents, values = {}, {}
+    for where, value in given.items():
+        part = CATALOGUE.find(where[0]).part(where[1])
+        contents[where] = forms.encode(part, value, SEED).content
+        values[where] = forms.decode(part, contents[where])
+    key = {number: KEY[number] for number in dict.fromkeys(number for number, _part in NOTHING)}
+    marks = mark(replace(OURS, key=key), Claims(contents=contents, values=values), BENCH, SEED)
+    earned = {(one.question, one.part): one.points for one in marks}
+    assert {where: earned[where] for where in NOTHING} == dict.fromkeys(NOTHING, 0.0)
+
+
+def test_a_model_with_the_motor_is_that_of_the_simulation():
+    np.testing.assert_allclose(with_actuator(*TRUE.torque_model[:2], BENCH.servo)[0], A_V)
