@@ -183,7 +183,7 @@ OTHER = next(
 
 
 #: Of so few points of a ragged voltage, too few are near the samples that are kept.
-TOO_FEW = {"25 points of a window from 0"}
+TOO_FEW = {"25 points of a window from 0", "in 20 pieces"}
 
 
 @pytest.mark.parametrize("how", [how for how in RIGHTLY if how not in TOO_FEW])

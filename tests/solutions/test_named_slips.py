@@ -18,6 +18,7 @@ V = HALF * K_s * alpha**2
 T = HALF * J_eq * theta_dot**2 + HALF * J_l * (theta_dot + alpha_dot) ** 2
 SERVO = (J_eq + J_l) * theta_ddot + J_l * alpha_ddot
 LINK = J_l * theta_ddot + J_l * alpha_ddot + K_s * alpha
+FIRST = (tau - B_eq * theta_dot + K_s * alpha) / J_eq
 ROD, TOP = m_1 * L_1**2 / 3, m_2 * L_2**2 / 12
 
 #: (question, part) → what is written, the beginning of what is said of it, and what is right.
@@ -29,9 +30,26 @@ SLIPS = [
     ("2.3", "L", T + V, "this is the total energy", T - V),
     ("2.4", "equation", Eq(SERVO - B_eq * theta_dot, tau), "look at the sign of the friction", None),
     ("2.4", "equation", Eq(SERVO, tau), "the friction is missing", None),
+    ("2.4", "equation", Eq(SERVO + B_eq * theta_dot, -tau), "look at the sign of the torque", None),
     ("2.4", "equation", Eq(SERVO + B_eq * theta_dot, tau), "", Eq(SERVO + B_eq * theta_dot, tau)),
     ("2.5", "equation", Eq(LINK + B_l * theta_dot, 0), "the link's damping goes with alpha_dot", None),
+    (
+        "2.5",
+        "equation",
+        Eq(LINK + B_l * alpha_dot - 2 * K_s * alpha, 0),
+        "look at the sign of the spring's torque",
+        None,
+    ),
     ("2.5", "equation", Eq(LINK + B_l * alpha_dot, 0), "", Eq(LINK + B_l * alpha_dot, 0)),
+    (
+        "2.6",
+        "theta_ddot",
+        (tau - B_eq * theta_dot - K_s * alpha) / J_eq,
+        "look at the sign of the spring's torque",
+        FIRST,
+    ),
+    ("2.6", "theta_ddot", (tau + B_eq * theta_dot + K_s * alpha) / J_eq, "look at the sign of the friction", FIRST),
+    ("2.6", "alpha_ddot", -K_s * alpha / J_l, "this is the acceleration of theta + alpha", -FIRST - K_s * alpha / J_l),
     ("2.8", "J_l", ROD + TOP, "the top arm is not on the pivot", ROD + TOP + m_2 * d_12**2),
     ("2.8", "J_l", m_1 * L_1**2 / 12 + TOP + m_2 * d_12**2, "the bottom arm turns about its end", None),
     ("2.8", "J_l", ROD + m_2 * L_2**2 / 3 + m_2 * d_12**2, "the distance of the top arm is that of its middle", None),
@@ -70,5 +88,5 @@ def test_every_named_mistake_on_paper_is_made_here():
         for part, check in OURS.key[number].items()
         for words in getattr(check, "slips", None) or {}
     }
-    made = {(number, part, words) for number, part, words in named for one in SLIPS if one[3] and one[3] in words}
+    made = {mistake for mistake in named for one in SLIPS if one[:2] == mistake[:2] and one[3] and one[3] in mistake[2]}
     assert named == made
