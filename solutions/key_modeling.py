@@ -55,6 +55,16 @@ def link_equation(p, damping="alpha_dot"):
     return p["J_l"] * (p["theta_ddot"] + p["alpha_ddot"]) + p["B_l"] * p[damping] + p["K_s"] * p["alpha"]
 
 
+def servo_alone(p):
+    """The servo cut free by Newton: its equation with that of the link put in for alpha_ddot."""
+    return servo_equation(p) - link_equation(p)
+
+
+def link_without_theta_ddot(p):
+    """The link's equation, with that of the servo alone put in for theta_ddot."""
+    return link_equation(p) - p["J_l"] / p["J_eq"] * servo_alone(p)
+
+
 def theta_ddot(p):
     return (p["tau"] - p["B_eq"] * p["theta_dot"] + p["K_s"] * p["alpha"]) / p["J_eq"]
 
@@ -140,6 +150,7 @@ PRELAB = {
         ),
         "equation": EquationIs(
             servo_equation,
+            others=(servo_alone,),
             follow=own_lagrangian_gives("theta", lambda p: p["tau"] - p["B_eq"] * p["theta_dot"]),
             follow_what="what your own Lagrangian leads to",
             slips={
@@ -156,6 +167,7 @@ PRELAB = {
         ),
         "equation": EquationIs(
             link_equation,
+            others=(link_without_theta_ddot,),
             follow=own_lagrangian_gives("alpha", lambda p: -p["B_l"] * p["alpha_dot"]),
             follow_what="what your own Lagrangian leads to",
             slips={

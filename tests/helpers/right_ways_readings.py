@@ -160,7 +160,6 @@ WORST = np.vstack([np.ones((3, 4)), [1, 1.004, 1.004, 0.996]])
 ROUNDED.carry(
     "3.3 A_c to three digits, at worst",
     lambda lab: {("3.3", "A_c"): lambda A_c: A_c * WORST},
-    pending="T_c follows from the student's own polynomial only, not from their own A_c (key_control, 3.7)",
 )
 ROUNDED.carry("omega_n to two digits", rounding([OMEGA_N], 2))
 ROUNDED.carry("omega_n to three digits, J_l and K_s to three", rounding([OMEGA_N, ("2.12", "J_l"), K_S], 3))

@@ -223,9 +223,6 @@ def without_alpha_ddot(equation: Any, own: Any) -> Any:
     return sympy.Eq(own[SERVO].lhs.subs(alpha_ddot, sympy.solve(own[LINK], alpha_ddot)[0]), tau)
 
 
-BY_NEWTON = (
-    "the key has no EquationIs(others=...) yet (key_modeling, 2.4 and 2.5): servo alone, link without theta_ddot"
-)
 WAYS.add("by LagrangesMethod", {SERVO: by_lagranges_method(0), LINK: by_lagranges_method(1)})
 WAYS.add(
     "time derivatives not carried out",
@@ -234,10 +231,10 @@ WAYS.add(
         LINK: not_carried_out(alpha, alpha_dot, -B_l * alpha_dot),
     },
 )
-WAYS.add("the servo alone, by Newton", {SERVO: by_newton}, pending=BY_NEWTON)
-WAYS.add("the servo's without alpha_ddot", {SERVO: without_alpha_ddot}, pending=BY_NEWTON)
-WAYS.add("the link's without theta_ddot", {LINK: without_theta_ddot}, pending=BY_NEWTON)
-WAYS.add("by Newton, and both solved", {SERVO: by_newton, LINK: without_theta_ddot}, pending=BY_NEWTON)
+WAYS.add("the servo alone, by Newton", {SERVO: by_newton})
+WAYS.add("the servo's without alpha_ddot", {SERVO: without_alpha_ddot})
+WAYS.add("the link's without theta_ddot", {LINK: without_theta_ddot})
+WAYS.add("by Newton, and both solved", {SERVO: by_newton, LINK: without_theta_ddot})
 
 # --- accelerations ----------------------------------------------------------------------------------------------------
 
