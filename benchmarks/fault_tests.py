@@ -15,12 +15,25 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 SOURCES = ("rotflex", "solutions")
-#: Not asked which test executes what: a browser's, and those of whole classes, which are run in other processes.
-LEFT_OUT = ("tests/whole", "tests/widgets/test_explorers_browser.py", "tests/test_distributions.py")
+#: Never run: a browser's tests, and those that take long and see what happens in other processes.
+LEFT_OUT = (
+    "tests/whole",
+    "tests/courses",
+    "tests/test_distributions.py",
+    "tests/test_marks.py",
+    "tests/widgets/test_explorers_browser.py",
+    "tests/instructor/test_cluster.py",
+    "tests/instructor/test_crash.py",
+    "tests/instructor/release/test_released_course.py",
+    "tests/instructor/running/test_inside_equivalence.py",
+)
+IGNORED = [f"--ignore={name}" for name in LEFT_OUT]
+_PARTS = (("tests/instructor",), ("tests", "--ignore=tests/instructor"))  # measured side by side
 _SETTINGS = "[run]\nsource = rotflex, solutions\ncore = ctrace\n"
 
 
@@ -86,15 +99,19 @@ def mirrored(file: str, tree: Path) -> list[str]:
     return [one.relative_to(tree).as_posix() for one in (*own, *inner, *more) if one.exists()]
 
 
-def measure(tree: Path, folder: Path, tests: list[str], command: list[str], environment: dict[str, str]) -> None:
+def measure(tree: Path, folder: Path, command: list[str], environment: dict[str, str]) -> None:
     """Run the tests once, and write down in a folder which executes what, and what it takes."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "tree").write_text(str(tree), encoding="utf-8")
-    (folder / "settings").write_text(_SETTINGS, encoding="utf-8")
-    environment = environment | {"FAULTS_TIMES": str(folder / "times.json"), "COVERAGE_FILE": str(folder / "lines")}
-    left_out = [f"--ignore={name}" for name in LEFT_OUT]
-    measuring = [sys.executable, "-m", "coverage", "run", f"--rcfile={folder / 'settings'}", *command, *left_out]
-    subprocess.run([*measuring, *tests], cwd=tree, env=environment, check=False)
+    settings = folder / "settings"
+    settings.write_text(_SETTINGS, encoding="utf-8")
+    running = []
+    for number, part in enumerate(_PARTS):
+        files = {"FAULTS_TIMES": f"{folder / f'times-{number}.json'}", "COVERAGE_FILE": f"{folder / f'lines-{number}'}"}
+        measuring = [sys.executable, "-m", "coverage", "run", f"--rcfile={settings}", *command, *IGNORED, *part]
+        running.append(subprocess.Popen(measuring, cwd=tree, env=environment | files))
+    for one in running:
+        one.wait()
+    (folder / "tree").write_text(str(tree), encoding="utf-8")  # last: now it is whole
 
 
 def read(folder: Path) -> TestMap:
@@ -102,20 +119,19 @@ def read(folder: Path) -> TestMap:
     from coverage import CoverageData
 
     tree = Path((folder / "tree").read_text(encoding="utf-8"))
-    times = json.loads((folder / "times.json").read_text(encoding="utf-8"))
+    times: dict[str, dict[str, Any]] = {}
+    executed: dict[str, dict[int, frozenset[str]]] = defaultdict(dict)
+    for number in range(len(_PARTS)):
+        times |= json.loads((folder / f"times-{number}.json").read_text(encoding="utf-8"))
+        data = CoverageData(str(folder / f"lines-{number}"))
+        data.read()
+        for measured in data.measured_files():
+            lines = executed[Path(measured).relative_to(tree).as_posix()]
+            for line, tests in data.contexts_by_lineno(measured).items():
+                lines[line] = lines.get(line, frozenset()) | frozenset(filter(None, tests))
+    known = {file: {line: tests for line, tests in lines.items() if tests} for file, lines in executed.items()}
     seconds = {test: one["seconds"] for test, one in times.items() if "outcome" not in one and "seconds" in one}
-    data = CoverageData(str(folder / "lines"))
-    data.read()
-    executed: dict[str, dict[int, frozenset[str]]] = {}
-    for measured in data.measured_files():
-        where = Path(measured)
-        if where.is_relative_to(tree):
-            contexts = data.contexts_by_lineno(measured)
-            executed[where.relative_to(tree).as_posix()] = {
-                line: frozenset(filter(None, tests)) for line, tests in contexts.items() if any(tests)
-            }
-    failing = tuple(test for test, one in times.items() if one.get("outcome") == "failed")
-    return TestMap(executed, seconds, failing)
+    return TestMap(known, seconds, tuple(test for test, one in times.items() if one.get("outcome") == "failed"))
 
 
 def _bound_at(source: str, line: int) -> Iterator[str]:

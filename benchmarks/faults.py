@@ -178,7 +178,7 @@ def copied(scratch: Path, name: str) -> Path:
 
 def run(tree: Path, arguments: Sequence[str], more: dict[str, str], seconds: float) -> tuple[bool, str]:
     """Whether tests fail or do not end in time, and which one."""
-    command = [sys.executable, *_PYTEST, "-x", *arguments]
+    command = [sys.executable, *_PYTEST, *fault_tests.IGNORED, "-x", *arguments]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
         child = subprocess.Popen(
             command, cwd=tree, env=environment(tree) | more, stdout=said, stderr=said, start_new_session=True
@@ -238,9 +238,9 @@ def outcomes(wanted: Sequence[tuple[Fault, str]], folder: Path | None, processes
         scratch = Path(name)
         folder = folder or scratch / "map"
         tree = copied(scratch, "0")
-        if not (folder / "times.json").exists():
+        if not (folder / "tree").exists():
             print("Which test executes what?", flush=True)
-            fault_tests.measure(tree, folder, ["tests"], _PYTEST, environment(tree))
+            fault_tests.measure(tree, folder, _PYTEST, environment(tree))
         known = fault_tests.read(folder)
         trees: SimpleQueue[Path] = SimpleQueue()
         for one in [tree, *(copied(scratch, str(n)) for n in range(1, processes))]:
