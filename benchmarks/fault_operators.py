@@ -133,17 +133,19 @@ def _changes(node: ast.AST) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:
     elif isinstance(node, ast.comprehension):
         for test in node.ifs:
             yield NEGATION, test, f"(not ({_said(test)}))"
-    elif isinstance(node, ast.Raise | ast.AugAssign | ast.Continue | ast.Break) or _is_bare(node):
+    elif isinstance(node, ast.stmt) and _can_be_removed(node):
         yield REMOVED, node, "pass"
-    elif isinstance(node, ast.Assign) and not isinstance(node.targets[0], ast.Name | ast.Tuple):
-        yield REMOVED, node, "pass"  # an attribute or an item; without a name, all breaks
 
 
-def _is_bare(node: ast.AST) -> bool:
-    """Whether it is a call whose outcome nobody uses, or a ``return`` without a value."""
+def _can_be_removed(node: ast.stmt) -> bool:
+    """Whether what follows can be run without it: a name that it binds would be missing."""
     if isinstance(node, ast.Expr):
         return not isinstance(node.value, ast.Constant | ast.Yield | ast.YieldFrom)
-    return isinstance(node, ast.Return) and node.value is None
+    if isinstance(node, ast.Return):
+        return node.value is None
+    if isinstance(node, ast.Assign):
+        return not isinstance(node.targets[0], ast.Name | ast.Tuple)  # but an attribute or an item
+    return isinstance(node, ast.Raise | ast.AugAssign | ast.Continue | ast.Break)
 
 
 def _in_expressions(node: ast.AST) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:
@@ -155,8 +157,8 @@ def _in_expressions(node: ast.AST) -> Iterator[tuple[str, ast.expr | ast.stmt, s
         if isinstance(node.op, ast.Sub | ast.Div):
             yield SWAPPED, node, f"({_said(ast.BinOp(node.right, node.op, node.left))})"
     elif isinstance(node, ast.BoolOp):
-        other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
-        yield NEGATION, node, f"({_said(ast.BoolOp(other, node.values))})"
+        either: ast.boolop = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        yield NEGATION, node, f"({_said(ast.BoolOp(either, node.values))})"
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         yield NEGATION, node, f"bool({_said(node.operand)})"
     elif isinstance(node, ast.Constant):

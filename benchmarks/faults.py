@@ -107,7 +107,7 @@ class Outcome:
 def drawn(number: int, seed: int, places: Sequence[str]) -> list[Fault]:
     """Faults drawn from some places; the same for the same seed and code."""
     rng = random.Random(seed)
-    left = {place: {operator: [] for operator in OPERATORS} for place in places}
+    left: dict[str, dict[str, list[Fault]]] = {place: {operator: [] for operator in OPERATORS} for place in places}
     for place in places:
         for file in _files(place):
             for one in faults((ROOT / file).read_text(encoding="utf-8"), file):
