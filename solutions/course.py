@@ -33,6 +33,7 @@ COURSE = Course(
         "rotflex.lab",
         "rotflex.simulation",
         "rotflex.workbook.reports",
+        "rotflex.workbook.spare_design",
         "control",
         "scipy.linalg",
         "scipy.optimize",

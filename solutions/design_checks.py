@@ -224,7 +224,7 @@ class PolesFrom:
         found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
-        for slip, changed in (("the signs of the real parts are turned round", lambda p: -np.conj(p)), *self.slips):
+        for slip, changed in (("the signs of the real parts are turned round", mirrored), *self.slips):
             if settle(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
                 return wrong(f"Not {self.what}: {slip}.")
         for slip, expected in led_to(case, self.others)[0]:
@@ -234,6 +234,11 @@ class PolesFrom:
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         return same_poles(value, expected, self.rtol)
+
+
+def mirrored(poles: Array) -> Array:
+    """Poles with the other sign of their real parts."""
+    return -np.conj(poles)
 
 
 def same_poles(value: Any, expected: Any, rtol: float) -> bool:

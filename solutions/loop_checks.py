@@ -133,8 +133,8 @@ class ClosedLoopPoles:
         wanted = same_poles(value, desired_poles(), self.rtol)
         try:
             gain = self._own_gain(case)
-        except NothingFollows as why:
-            return wrong(f"These are not the poles of a loop with feedback. {why}")
+        except NothingFollows as nothing:
+            return wrong(f"These are not the poles of a loop with feedback. {nothing}")
         except LookupError:
             gain = None
         if gain is None and wanted:

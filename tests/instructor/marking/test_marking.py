@@ -21,7 +21,7 @@ from rotflex.hil.student_benches import student_bench, student_seed
 from rotflex.instructor import course as courses
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.checks import ForAPerson, Number
-from rotflex.instructor.verdicts import Status
+from rotflex.instructor.verdicts import Status, right, wrong
 from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
 
@@ -536,3 +536,48 @@ def test_feedback_shows_the_students_own_expression_and_equation():
     equation = CATALOGUE.find("2.5").part("equation")
     assert marking._given(equation, {}, sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
     assert len(marking._given(expression, {}, sympy.Add(*sympy.symbols("long_name_of_a_symbol_1:60")))) <= 301
+
+
+class Perhaps:
+    """A check that finds it right that there is no answer, or not."""
+
+    kinds = ("number",)
+
+    def __init__(self, finds):
+        self._finds = finds
+
+    def verdict(self, part, value, case):
+        return wrong("Given.")
+
+    def missing(self, part, case):
+        return self._finds()
+
+
+def fails():
+    raise ArithmeticError("on what there is")
+
+
+@pytest.mark.parametrize(
+    ("finds", "status", "points"),
+    [
+        (lambda: right("There is none to give."), Status.RIGHT, 2.0),
+        (lambda: None, Status.MISSING, 0.0),
+        (fails, Status.MISSING, 0.0),
+        (lambda: {}["fault"], Status.MISSING, 0.0),
+    ],
+)
+def test_a_check_may_find_it_right_that_there_is_no_answer(bench, finds, status, points):
+    question = CATALOGUE.find("2.11")
+    key = {"2.11": {part.name: Perhaps(finds) if part.name == "omega_n" else ForAPerson("") for part in question.parts}}
+    claims = decoding.Claims()
+    marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
+    assert [(one.status, one.points) for one in marks if one.part == "omega_n"] == [(status, points)]
+
+
+def test_a_fault_of_a_check_that_looks_at_a_missing_answer_is_a_fault_of_the_key(bench):
+    question = CATALOGUE.find("2.11")
+    key = {"2.11": {part.name: Perhaps(lambda: 1 + "1") for part in question.parts}}
+    claims = decoding.Claims()
+    marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
+    assert {one.status for one in marks} == {Status.NOT_MARKED}
+    assert "2.11, omega_n is not marked" in claims.problems[0]
