@@ -4,12 +4,12 @@ from functools import partial
 
 import numpy as np
 
-from rotflex.config import joint
+from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.instructor.marking import expression_checks
 from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
 from rotflex.instructor.marking.expression_checks import ExpressionIs, at
 from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from rotflex.units import DEG, HZ
+from rotflex.units import DEG
 
 from . import tolerances
 from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, carried
@@ -17,6 +17,7 @@ from .figure_shows import FigureShows
 from .motion import MOTION, STATE, accelerations, euler_lagrange, link_acceleration, slope
 from .own_answers import sound
 from .own_model import from_own_function, own_voltage_model
+from .reading_checks import K_S, OMEGA_N, NaturalFrequency, Stiffness, inertia_slips
 from .repeated import validated_again
 from .response_checks import ResponseOf
 from .spectrum_checks import SpectrumFunction
@@ -25,14 +26,8 @@ EquationIs = partial(expression_checks.EquationIs, motion=MOTION)
 SymbolicMatrixIs = partial(expression_checks.SymbolicMatrixIs, own_symbols=STATE)
 
 
-def sweep(bench):
-    return bench.sweep
-
-
-def other_anchors(bench):
-    """What J_l would be with the top arm elsewhere."""
-    positions = {1, 2, 3} - {bench.joint.arm_position}
-    return {f"the top arm is not at anchor {position} on your bench": joint(position).J_l for position in positions}
+def sweep(bench, run=FIRST_RUN):
+    return bench.sweep(run)
 
 
 # --- Section 2.2: the derivation, as functions of a point p ---------------------------------------------------------
@@ -235,6 +230,7 @@ STIFFNESS = {
             sweep,
             channel="alpha",
             rtol=tolerances.RECORDING,
+            runs=True,
             slips={("drive", "position"): "The servo did not follow the sweep: it was sent to the motor as a voltage."},
         ),
         "figure": FigureFollows(sweep, own=("2.9", "sweep"), channel="alpha"),
@@ -244,12 +240,7 @@ STIFFNESS = {
         "figure": FigureOfSpectrum(sweep, own=("2.9", "sweep"), channel="alpha", band=(1.0, 5.0)),
     },
     "2.11": {
-        "omega_n": Number(
-            what="the natural frequency of your bench",
-            expected=lambda bench: bench.omega_n,
-            rtol=tolerances.OMEGA_N,
-            slips=lambda bench: {"it looks like a frequency in Hz; rad/s are asked for": bench.omega_n / HZ},
-        ),
+        "omega_n": NaturalFrequency(),
         "explanation": ForAPerson(
             "The spectrum of alpha is |alpha/theta| times that of theta, which is not flat when the motor is driven by "
             "a voltage: near its natural frequency the link holds the servo still (a vibration absorber). The peak "
@@ -261,17 +252,10 @@ STIFFNESS = {
             what="the inertia of the link on your bench",
             expected=lambda bench: bench.J_l,
             rtol=tolerances.J_L,
-            slips=other_anchors,
+            slips=inertia_slips,
+            fewest_digits=tolerances.FEWEST_DIGITS,
         ),
-        "K_s": Number(
-            what="the stiffness of your joint",
-            expected=lambda bench: bench.K_s,
-            rtol=tolerances.K_S,
-            follow=lambda own: own("2.12", "J_l") * own("2.11", "omega_n") ** 2,
-            follow_what="J_l·omega_n² with your own J_l and omega_n",
-            follow_rtol=tolerances.K_S_FROM_OWN,
-            slips=lambda bench: {"it looks like J_l·f² with the frequency in Hz": bench.K_s / HZ**2},
-        ),
+        "K_s": Stiffness(),
     },
 }
 
@@ -364,20 +348,8 @@ VALIDATION = {
 
 TABLE_2 = {
     "Table 2": {
-        "omega_n": Number(
-            "the natural frequency of your bench",
-            lambda bench: bench.omega_n,
-            tolerances.OMEGA_N,
-            follow=lambda own: own("2.11", "omega_n"),
-            follow_what="your own answer",
-        ),
-        "K_s": Number(
-            "the stiffness of your joint",
-            lambda bench: bench.K_s,
-            tolerances.K_S,
-            follow=lambda own: own("2.12", "K_s"),
-            follow_what="your own answer",
-        ),
+        "omega_n": NaturalFrequency(carried=OMEGA_N),
+        "K_s": Stiffness(carried=K_S),
         **{
             name: ArrayFrom(
                 f"the matrix {name}",

@@ -14,7 +14,7 @@ from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, srv02
 from rotflex.courseware.benches import PRESET, BenchPolicy
 from rotflex.errors import RotflexError
-from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, preset, student_bench, student_seed
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop
@@ -46,7 +46,8 @@ class TrueBench:
         self.joint: Joint = spec.joint
         self.K_s = spec.parameters.K_s * (self.joint.J_l / spec.parameters.J_l)
         self._simulated: dict[bytes, list[Recording]] = {}
-        self._tracked: dict[tuple[tuple[float, ...], str], Recording] = {}
+        self._swept: dict[int, Recording] = {}
+        self._tracked: dict[tuple[tuple[float, ...], str, int], Recording] = {}
 
     @property
     def J_l(self) -> float:
@@ -60,21 +61,29 @@ class TrueBench:
 
     @cached_property
     def identity(self) -> dict[str, str | int]:
-        """What answers from this bench say of it: plain data."""
-        return dict(self._open().identity)
+        """What answers from this bench say of it: plain data. The run is theirs to choose, and so not among it."""
+        return {name: value for name, value in self._open().identity.items() if name != "run"}
+
+    def sweep(self, run: int = FIRST_RUN) -> Recording:
+        """The sweep of question 2.9, run again: with one number of the run, the bench does the same every time."""
+        if run not in self._swept:
+            with self._open(run) as bench:
+                self._swept[run] = experiments.sweep(bench, progress=False)
+        return self._swept[run]
 
     @cached_property
-    def sweep(self) -> Recording:
-        """The sweep of question 2.9, run again: the virtual bench does the same every time."""
+    def decay(self) -> Recording:
+        """The free swing that students look at beside their sweep."""
         with self._open() as bench:
-            return experiments.sweep(bench, progress=False)
+            return experiments.free_decay(bench, progress=False)
 
-    def tracking(self, K: tuple[float, ...], feedback: str) -> Recording:
+    def tracking(self, K: tuple[float, ...], feedback: str, run: int = FIRST_RUN) -> Recording:
         """State feedback with a gain, run again (3.13, 3.15)."""
-        if (K, feedback) not in self._tracked:
-            with self._open() as bench:
-                self._tracked[K, feedback] = experiments.tracking(bench, K, feedback, progress=False)
-        return self._tracked[K, feedback]
+        which = K, feedback, run
+        if which not in self._tracked:
+            with self._open(run) as bench:
+                self._tracked[which] = experiments.tracking(bench, K, feedback, progress=False)
+        return self._tracked[which]
 
     def simulations(self, A: ArrayLike, B: ArrayLike, K: ArrayLike) -> list[Recording]:
         """The simulation of 3.11 with a model and a gain: either fidelity, with the limit or without.
@@ -87,13 +96,13 @@ class TrueBench:
             self._simulated[which] = list(_simulations(A, B, K))
         return self._simulated[which]
 
-    def validation(self, A: ArrayLike, B: ArrayLike, signal: str) -> Recording:
+    def validation(self, A: ArrayLike, B: ArrayLike, signal: str, run: int = FIRST_RUN) -> Recording:
         """The validation with a model, run again (2.15)."""
-        with self._open() as bench:
+        with self._open(run) as bench:
             return experiments.validation(bench, A, B, signal, progress=False)
 
-    def _open(self) -> hil.Bench:
-        return hil.open("virtual", seed=self._seed, preset=self._preset, draw=self._draw)
+    def _open(self, run: int = FIRST_RUN) -> hil.Bench:
+        return hil.open("virtual", seed=self._seed, preset=self._preset, draw=self._draw, run=run)
 
 
 def _simulations(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Iterator[Recording]:

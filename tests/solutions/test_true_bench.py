@@ -22,7 +22,7 @@ def test_the_same_for_all_is_drawn_from_the_seed():
     ada, grace = TrueBench("ada", policy), TrueBench("grace", policy)
     assert ada.K_s == grace.K_s == student_bench(7).parameters.K_s
     assert ada.joint == grace.joint == student_bench(7).joint
-    np.testing.assert_array_equal(ada.sweep["alpha"], grace.sweep["alpha"])
+    np.testing.assert_array_equal(ada.sweep()["alpha"], grace.sweep()["alpha"])
 
 
 @pytest.mark.parametrize("name", ["workbook", "real_bench"])
@@ -30,5 +30,5 @@ def test_a_preset_has_the_natural_frequency_that_a_sweep_of_it_shows(name):
     bench = TrueBench("ada", BenchPolicy("preset", preset=name))
     true = preset(name).parameters
     assert bench.omega_n == pytest.approx(np.sqrt(true.K_s / true.J_l))
-    seen = identification.resonance(identification.frequency_response(bench.sweep))
+    seen = identification.resonance(identification.frequency_response(bench.sweep()))
     assert seen.value == pytest.approx(bench.omega_n, rel=0.05)

@@ -22,6 +22,10 @@ from rotflex.courseware.parts import Part
 from rotflex.errors import RotflexError
 from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, for_a_person, right, wrong
 
+MOST_RUNS = 1000  #: of an experiment: a bench repeats none beyond
+_FIRST_RUN = 1
+_LONGEST_SHOWN = 40  # characters of what a recording says
+
 #: What a calculation with a student's own answers may raise: then there is nothing that follows from them.
 NOT_TO_BE_HAD = (LookupError, ArithmeticError, ValueError, np.linalg.LinAlgError, RotflexError)
 
@@ -56,6 +60,7 @@ class Number:
     follow_what : what that is, as in "the product of your own two factors"
     follow_rtol : tolerance for it, relative
     slips : usual mistakes: what was done → the number that it leads to
+    fewest_digits : the expected number, rounded to so many significant digits, is right as well; 0 for none of that
     """
 
     what: str
@@ -65,12 +70,16 @@ class Number:
     follow_what: str = ""
     follow_rtol: float = 0.02
     slips: Callable[[Any], Mapping[str, float]] = field(default=lambda bench: {})
+    fewest_digits: int = 0
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with the bench, then with the student's own answers."""
-        if _near(value, self.expected(case.bench), self.rtol):
+        expected = self.expected(case.bench)
+        if _near(value, expected, self.rtol):
             return right(_("Within {percent:g} % of {what}.").format(percent=100 * self.rtol, what=self.what))
+        if self.fewest_digits and _near(value, float(f"{expected:.{self.fewest_digits}g}"), 1e-9):
+            return right(_("It is {what}, rounded.").format(what=self.what))
         own = self._from_own(case)
         if own is not None and _near(value, own, self.follow_rtol):
             return follow_through(
@@ -141,17 +150,20 @@ class RecordingOf:
 
     Parameters
     ----------
-    recording : of the bench
+    recording : of the bench; and of the number of the run, where ``runs``
     channel : to compare
     rtol : largest RMS difference, relative. Where a bench came to rest before moves a whole channel a little, so means
         are not compared.
     slips : usual mistakes that the recording's metadata shows: (name, what it should be) → what was done
+    runs : whether the bench's runs differ: then a recording is held against the run that it says it is
+        (:func:`said_run`)
     """
 
-    recording: Callable[[Any], Sampled]
+    recording: Callable[..., Sampled]
     channel: str
     rtol: float
     slips: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    runs: bool = False
     kinds = ("recording",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -159,7 +171,8 @@ class RecordingOf:
         refused = refused_recording(part, value, case)
         if refused is not None:
             return refused
-        expected = self.recording(case.bench)
+        of_run = (said_run(value["metadata"]),) if self.runs else ()
+        expected = self.recording(case.bench, *of_run)
         if value["n"] != len(expected) or not _near(value["sample_time"], expected.sample_time, 1e-3):
             return wrong(_("It has another length or sample time than the experiment as the notebook describes it."))
         samples = value["channels"][self.channel]["values"]
@@ -189,7 +202,31 @@ def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict 
                     name=name, wanted=wanted
                 )
             )
+    try:
+        said_run(value["metadata"])
+    except ValueError as error:
+        return wrong(str(error))
     return None
+
+
+def said_run(metadata: Mapping[str, Any]) -> int:
+    """The number of the run that a recording says it is, as ``metadata["bench"]["run"]``; 1 where it says none.
+
+    Raises
+    ------
+    ValueError
+        If that is no number of a run; the message is for the student.
+    """
+    about = metadata.get("bench")
+    run = about.get("run", _FIRST_RUN) if isinstance(about, Mapping) else _FIRST_RUN
+    if isinstance(run, int) and not isinstance(run, bool) and _FIRST_RUN <= run <= MOST_RUNS:
+        return run
+    raise ValueError(
+        _(
+            "It says that it is run {run} of the bench. Runs have whole numbers from {first} to {most}: record it "
+            "again with one of these."
+        ).format(run=repr(run)[:_LONGEST_SHOWN], first=_FIRST_RUN, most=MOST_RUNS)
+    )
 
 
 def misfit(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:

@@ -1,0 +1,122 @@
+"""What the recordings of a student's own bench say of its natural frequency, read this way or that.
+
+There are several honest ways to read it, and they do not agree: where a sweep's spectrum is highest depends on how the
+sweep moved through the resonance, a window moves that towards the middle of the sweep, and in a free swing the held
+servo gives way. A tolerance around the truth that is wide enough for all of them is wide enough for other benches'
+numbers as well. So each way is gone on the student's own bench, and has a narrow place of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.identification import SWEEP_BAND
+from rotflex.recording import Recording
+from rotflex.units import HZ
+
+from . import tolerances
+from .true_bench import TrueBench
+
+Vector = NDArray[np.float64]
+_STANDS_WITHIN, _GIVES_WAY = 0.05, 0.1  # of its travel, of alpha: a servo so near to where it ends stands
+_COUNTED = (5, 10)  # swings, from the first on
+
+
+class Span(NamedTuple):
+    """A stretch of frequencies (rad/s) that is right, and what is read there.
+
+    ``exact`` is the same where no eye was at work: a number that was rounded may be beyond its ends by the rounding.
+    """
+
+    low: float
+    high: float
+    what: str
+    exact: bool = True
+
+
+def spans(bench: TrueBench, run: int) -> Iterator[Span]:
+    """Where readings of a bench are, whichever way they were made.
+
+    Parameters
+    ----------
+    bench : the student's own
+    run : of the sweep
+    """
+    below, above = tolerances.NEAR_TRUE
+    yield Span((1 - below) * bench.omega_n, (1 + above) * bench.omega_n, "the natural frequency of your bench")
+    yield from of_sweep(bench, run, tolerances.BY_PROGRAM)
+    plotted = HZ * _peak(bench.sweep(run), np.ones, 1)
+    yield _around(plotted, tolerances.BY_EYE, "where the sweep of your bench has its peak", exact=False)
+    for window in (np.hanning, np.hamming):
+        for zeros in (0, 1, 2, 16):
+            peak = HZ * _peak(bench.sweep(run), window, zeros)
+            yield _around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
+    swings = list(_swings(bench.decay))
+    low, high = _around(min(swings), tolerances.BY_PROGRAM), _around(max(swings), tolerances.BY_PROGRAM)
+    yield Span(low.low, high.high, "how the link of your bench swings freely, with the servo held")
+
+
+def of_sweep(bench: TrueBench, run: int, rtol: float) -> Iterator[Span]:
+    """Where the spectrum of the sweep is highest, with no zeros appended, some, or many."""
+    for zeros in (0, 1, 2, 16):
+        peak = HZ * _peak(bench.sweep(run), np.ones, zeros)
+        yield _around(peak, rtol, "where the sweep of your bench has its peak")
+
+
+def place(omega: float, among: Iterable[Span]) -> Span | None:
+    """The first of some stretches that a frequency (rad/s) lies in, to the digits that it is given to."""
+    rounding = half_a_digit(omega)
+    for span in among:
+        room = rounding if span.exact else 0.0
+        if span.low - room <= omega <= span.high + room:
+            return span
+    return None
+
+
+def half_a_digit(value: float) -> float:
+    """How much was lost when a number was rounded to the fewest digits; 0 where it has more."""
+    if not (math.isfinite(value) and value):
+        return 0.0
+    step = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - tolerances.FEWEST_DIGITS)
+    return step / 2 if math.isclose(round(value / step) * step, value, rel_tol=1e-9) else 0.0
+
+
+def _around(value: float, rtol: float, what: str = "", exact: bool = True) -> Span:
+    return Span((1 - rtol) * value, (1 + rtol) * value, what, exact)
+
+
+def _peak(sweep: Recording, window: Callable[[int], Vector], zeros: int) -> float:
+    """Hz: where the amplitude spectrum of the deflection is highest within the sweep.
+
+    ``zeros`` 0 appends none, 1 fills up to a power of two, 2 and more make the spectrum so many times as fine.
+    """
+    x = sweep["alpha"]
+    length = zeros * 2 ** math.ceil(math.log2(x.size)) if zeros else x.size
+    return _highest(window(x.size) * (x - x.mean()), sweep.sample_time, length)
+
+
+def _highest(x: Vector, dt: float, length: int) -> float:
+    f, amplitude = np.fft.rfftfreq(length, dt), np.abs(np.fft.rfft(x, length))
+    low, high = SWEEP_BAND
+    swept = (f >= low) & (f <= high)
+    return float(f[swept][np.argmax(amplitude[swept])])
+
+
+def _swings(decay: Recording) -> Iterator[float]:
+    """rad/s: the free swing, once the servo stands: by its spectrum, and by counting swings from the first on."""
+    theta, alpha, dt = decay["theta"], decay["alpha"], decay.sample_time
+    standing = max(_STANDS_WITHIN * np.ptp(theta), _GIVES_WAY * np.abs(alpha).max())
+    x = alpha[int(np.flatnonzero(np.abs(theta - theta[-1]) > standing)[-1]) + 1 :]
+    x = x - np.median(x[-round(1 / dt) :])
+    for zeros in (2, 16):
+        yield HZ * _highest(x - x.mean(), dt, zeros * 2 ** math.ceil(math.log2(x.size)))
+    sides = np.flatnonzero(np.sign(x))
+    upwards = sides[1:][np.diff(np.sign(x[sides])) > 0]
+    for count in _COUNTED:
+        if upwards.size > count:
+            yield HZ * count / ((upwards[count] - upwards[0]) * dt)
