@@ -9,7 +9,7 @@ from rotflex.instructor.marking import expression_checks
 from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
 from rotflex.instructor.marking.expression_checks import ExpressionIs, at
 from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from rotflex.units import DEG
+from rotflex.units import DEG, HZ
 
 from . import tolerances
 from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, carried

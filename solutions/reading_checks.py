@@ -14,11 +14,11 @@ from typing import Any
 from rotflex.config import Joint, joint
 from rotflex.courseware.parts import Part
 from rotflex.hil.student_benches import FIRST_RUN
-from rotflex.instructor.marking.checks import said_run
 from rotflex.instructor.verdicts import Case, Verdict, follow_through, right, wrong
 from rotflex.units import HZ
 
 from . import readings, tolerances
+from .repeated import run_of
 from .true_bench import TrueBench
 
 SWEEP, OMEGA_N, J_L, K_S = ("2.9", "sweep"), ("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")
@@ -159,6 +159,6 @@ def _own(where: tuple[str, str], case: Case) -> float | None:
 def _run(case: Case) -> int:
     """The run that the student's own sweep says it is."""
     try:
-        return said_run(case.own(*SWEEP)["metadata"])
-    except (LookupError, ValueError):
+        return run_of(case.own(*SWEEP)["metadata"])
+    except LookupError:
         return FIRST_RUN

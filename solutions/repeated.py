@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.errors import RotflexError
-from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
+from rotflex.hil.student_benches import FIRST_RUN
+from rotflex.instructor.marking.checks import NOT_TO_BE_HAD, said_run
 from rotflex.instructor.verdicts import Case
 from rotflex.recording import Recording
 from rotflex.workbook import spare_design
@@ -82,12 +83,22 @@ def run_again(feedback: str) -> Again:
     """The experiment of 3.13 or 3.15 on the student's bench, with the gain that their recording says, or their own."""
 
     def again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
-        runs = list(_runs(case, feedback, [*_said(metadata), own_gain(case)]))
+        number = run_of(metadata)
+        runs = list(_runs(case, feedback, number, [*_said(metadata), own_gain(case)]))
         if any(spare_design.can_be_measured(run) for run in runs):
             return runs
-        return runs + list(_runs(case, feedback, [np.array(spare_design.SPARE_GAIN), np.ravel(right_design(case).K)]))
+        others = [np.array(spare_design.SPARE_GAIN), np.ravel(right_design(case).K)]
+        return runs + list(_runs(case, feedback, number, others))
 
     return again
+
+
+def run_of(metadata: dict[str, Any]) -> int:
+    """The run that a recording says it is of; the first, where it says what cannot be, for which it is refused."""
+    try:
+        return said_run(metadata)
+    except ValueError:
+        return FIRST_RUN
 
 
 def gain_used(case: Case, question: str) -> Vector:
@@ -104,10 +115,10 @@ def _said(metadata: dict[str, Any]) -> Iterator[Vector]:
         yield np.array(said, dtype=float)
 
 
-def _runs(case: Case, feedback: str, gains: list[Vector]) -> Iterator[Recording]:
+def _runs(case: Case, feedback: str, number: int, gains: list[Vector]) -> Iterator[Recording]:
     for gain in gains:
         try:
-            yield case.bench.tracking(tuple(gain.tolist()), feedback)
+            yield case.bench.tracking(tuple(gain.tolist()), feedback, number)
         except RotflexError:  # a limit of the bench was passed
             continue
 
@@ -117,7 +128,7 @@ def validated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
     signal = "step" if metadata.get("signal") == "step" else "square"
     for A, B in (own_model(case), right_design(case).voltage_model):
         try:
-            return [case.bench.validation(A, B, signal)]
+            return [case.bench.validation(A, B, signal, run_of(metadata))]
         except NOT_TO_BE_HAD:  # a model whose numbers are too large to be simulated
             continue
     return []
