@@ -53,7 +53,7 @@ def plotted(x, y, xlabel="time (s)", ylabel="alpha (deg)", draw="plot", **limits
 
 # --- a recording ------------------------------------------------------------------------------------------------------
 
-SWEEP = BENCH.sweep
+SWEEP = BENCH.sweep()
 T, DEGREES, RADIANS = SWEEP.time, SWEEP.degrees("alpha"), SWEEP["alpha"]
 SHUFFLED = np.random.default_rng(1).permutation(T.size)
 PADDING = 1500
@@ -193,7 +193,7 @@ WRONGLY = {
     "the first 4 s": (lambda: plotted(T, DEGREES, xlim=(0, 4)), NOTHING, "over too short a time"),
     "a strip about 0": (lambda: plotted(T, DEGREES, ylim=(-0.2, 0.2)), NOTHING, "hardly anything happens"),
     "the angle against the other": (lambda: plotted(SWEEP.degrees("theta"), DEGREES), NOTHING, "No curve"),
-    "another bench's": (lambda: plotted(T, OTHER.sweep.degrees("alpha")), NOTHING, "Plot the recording of your bench"),
+    "another bench's": (lambda: plotted(T, OTHER.sweep().degrees("alpha")), NOTHING, "Plot the recording of your bench"),
     "its derivative": (lambda: plotted(T, np.gradient(DEGREES, T)), NOTHING, "No curve"),
     "10 points": (lambda: plotted(T[::750], DEGREES[::750]), NOTHING, "No curve"),
 }  # fmt: skip
@@ -259,7 +259,7 @@ SPECTRUM_WRONGLY = {
     "rad/s said, Hz drawn": (lambda: shown(xlabel="ω (rad/s)"), NOTHING, "says rad/s, and the curve is in Hz"),
     "stretched": (lambda: shown(lambda f: 1.2 * f), NOTHING, "No curve in the figure has its peak where"),
     "of the command": (lambda: shown(y=SWEEP.degrees("theta_ref")), NOTHING, "No curve"),
-    "another bench's": (lambda: shown(y=OTHER.sweep.degrees("alpha")), NOTHING, "No curve"),
+    "another bench's": (lambda: shown(y=OTHER.sweep().degrees("alpha")), NOTHING, "No curve"),
     "the peak out of sight": (lambda: shown(most=250, xlim=(BENCH.omega_n / 5.5, 20)), NOTHING, "its peak in sight"),
     "the recording": (lambda: plotted(T, DEGREES, "f (Hz)"), NOTHING, "No curve"),
     "flat": (lambda: shown(to_y=lambda a: 0 * a), NOTHING, "No curve"),
