@@ -12,6 +12,7 @@ from rotflex import simulation
 from rotflex.instructor.marking.checks import ChoiceIs
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.workbook.questions import CATALOGUE
+from solutions import tolerances
 from solutions.design_checks import ArrayFrom, Design, PolesFrom, StateSpaceFunction
 from solutions.loop_checks import GainPlaces
 from solutions.true_bench import TrueBench
@@ -61,7 +62,7 @@ MODEL = ArrayFrom("the matrix A", lambda d: d.torque_model[0])
 OPEN_LOOP = PolesFrom("the open-loop poles", lambda d: d.poles)
 GAIN = GainPlaces()
 
-within = st.floats(0.91, 1.09)
+within = st.floats(1.001 - tolerances.K_S, 0.999 + tolerances.K_S)
 beyond = st.one_of(st.floats(0.4, 0.8), st.floats(1.25, 2.5))
 
 
@@ -86,7 +87,7 @@ def test_what_follows_from_a_stiffness_beyond_it_follows_and_without_that_stiffn
 
 
 def test_a_stiffness_that_was_not_answered_is_taken_from_the_own_matrix_if_it_is_right():
-    for off, expected in ((0.94, Status.RIGHT), (1.4, Status.WRONG)):
+    for off, expected in ((0.95, Status.RIGHT), (1.4, Status.WRONG)):
         A, _ = model(off * BENCH.K_s)
         assert status(MODEL, A_PART, A, A=A) is expected
         assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(off * BENCH.K_s)[0]), A=A) is expected
