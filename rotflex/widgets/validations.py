@@ -18,10 +18,10 @@ from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.widgets.overlay import alt_text_of, fit_percent, overlay
 
-_FREE = ("K_s", "B_eq", "B_l", "servo_friction", "link_friction")
-_RANGES = {"K_s": (0.5, 2.5, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}
+_RANGES = {"K_s": (0.5, 4.0, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}
 _ANGLES = ("theta", "alpha")
 _UNITS = {"K_s": "N·m/rad", "B_eq": "N·m·s/rad", "B_l": "N·m·s/rad"}
+_TOLD = {"K_s": "N·m/rad", "B_l": "N·m·s/rad", "torque_per_volt": "N·m/V", "braking": "N·m·s/rad"}
 _FRICTION = {"none": "left out (linear model)", "typical": "typical", "fitted": "as fitted"}
 _TYPICAL: dict[str, Any] = {name: (greybox.TYPICAL[name],) * 2 for name in ("servo_friction", "link_friction")}
 _NONE: dict[str, Any] = {"servo_friction": (0.0, 0.0), "link_friction": (0.0, 0.0)}
@@ -73,7 +73,7 @@ class ValidationExplorer(Explorer):
             self.friction = "none"
         elif not self.busy:
             self.busy = True
-            self.notice = "Fitting: the plant is simulated about fifty times, which takes some seconds."
+            self.notice = "Fitting: the plant is simulated about seventy times, which takes some seconds."
             self.in_background(self.fit, self._fitted)
 
     def fit(self) -> FitResult:
@@ -86,7 +86,7 @@ class ValidationExplorer(Explorer):
         """
         rubs = any(self.parameters.servo_friction + self.parameters.link_friction)
         begin = self.parameters if rubs else replace(self.parameters, **_TYPICAL)
-        return greybox.fit(self._recording, self._servo, self._joint, _FREE, begin, progress=False)
+        return greybox.fit(self._recording, self._servo, self._joint, initial=begin, progress=False)
 
     def _fitted(self, found: FitResult | Exception) -> None:
         try:
@@ -96,8 +96,11 @@ class ValidationExplorer(Explorer):
             self.fitted, self.friction = found, "fitted"
         finally:
             self.busy = False
-        values = ", ".join(f"{name} = {found.estimates[name]} {_UNITS[name]}" for name in _RANGES)
-        self.notice = f"Fitted, with dry friction in both joints: {values}."
+        values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
+        self.notice = (
+            f"Fitted, with dry friction in both joints: {values}. The braking is that of B_eq and of the back-EMF "
+            "together: which part is whose, nothing tells."
+        )
 
     def _with_friction(self, parameters: PlantParameters, choice: str) -> PlantParameters:
         if choice == "fitted":
