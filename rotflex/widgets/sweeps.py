@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rotflex.lab import Lab
 
 _DRIVE = {"position": "position loop", "voltage": "motor voltage"}
-_AMPLITUDE = {"position": (3.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}
+_AMPLITUDE = {"position": (4.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}
 _RANGES = {"f_start": (0.5, 3.0, 0.1), "f_stop": (2.0, 8.0, 0.1), "duration": (5.0, 30.0, 1.0)}  # Hz, Hz, s
 _LOOK = {"spectrum": "spectrum of α", "ratio": "ratio |α/θ|"}
 _STEP = 0.01  # Hz, of the cursor

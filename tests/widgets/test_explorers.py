@@ -17,6 +17,7 @@ from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.results import as_csv, as_html
 from rotflex.courseware.scene.scene import MOST_POINTS, Column, Panel, Scene, thinned
 from rotflex.errors import BenchError, DesignError, IdentificationError, RotflexError
+from rotflex.hil.student_benches import student_bench
 from rotflex.instructor.model import state_space
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
@@ -273,6 +274,14 @@ def test_the_spectrum_and_the_ratio_of_a_known_link():
     assert found.ratio[near] == pytest.approx(4.0, rel=1e-6)
 
 
+def test_the_explorers_own_sweep_is_the_laboratorys(lab):
+    with lab.bench() as bench:
+        recorded = experiments.sweep(bench, progress=False)
+    again = SweepExplorer(lab).recording
+    np.testing.assert_allclose(again["theta_ref"], recorded["theta_ref"], rtol=1e-12)
+    np.testing.assert_array_equal(again["alpha"], recorded["alpha"])
+
+
 def test_the_stiffness_under_the_cursor_and_its_uncertainty(lab):
     explorer = SweepExplorer(lab)
     explorer.receive({"kind": "moved", "name": "cursor", "x": 3.0, "y": 9.9})
@@ -328,6 +337,13 @@ def test_a_recording_of_another_bench_is_looked_at_and_not_run_again(lab):
 def validated(lab, model):
     with lab.bench() as bench:
         return experiments.validation(bench, *model, duration=4.0, progress=False)
+
+
+def test_the_sliders_begin_at_the_students_own_stiffness_on_every_bench(lab, validated):
+    stiffest = max(student_bench(seed).parameters.K_s for seed in range(1000))
+    assert stiffest > 3
+    explorer = ValidationExplorer(validated, lab.servo, lab.joint, K_s=stiffest)
+    assert control(explorer, "K_s")["value"] == explorer.parameters.K_s == stiffest
 
 
 def test_the_overlay_without_friction_is_the_linear_model(lab, validated):
