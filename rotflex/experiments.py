@@ -48,13 +48,14 @@ def sweep(
 ) -> Recording:
     """Sine sweep for the natural frequency of the link (Section 2.3.1).
 
-    The servo follows the sweep in a stiff position loop, so that the link is shaken by a base that moves as commanded:
+    The servo follows the sweep in a position loop, so that the link is shaken by a base that moves nearly as commanded:
     then its deflection is largest near sqrt(K_s/J_l). With ``drive="voltage"`` the sweep is the motor voltage; the
     servo then gives way to the link, and the deflection is largest elsewhere.
 
-    The loop's gains are few: a stiff one is unstable on a board whose output comes some milliseconds late, and shakes
+    The loop's gains are small: a stiff one is unstable on a board whose output comes some milliseconds late, and shakes
     the motor at frequencies that are not good for it. It brakes more than it pulls (K_d ω against K_p), which keeps
-    the peak of alpha within 3 % of sqrt(K_s/J_l) where a loop that pulls would shift it down.
+    the peak of alpha within 3 % of sqrt(K_s/J_l) on most benches (6 % above 4 Hz, where the sweep soon ends) where a
+    loop that pulls would shift it down.
 
     Parameters
     ----------
@@ -83,13 +84,15 @@ def sweep(
 def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0, progress: bool = True) -> Recording:
     """The link swings freely after the servo has jumped and is held where it is (Section 2.1.5).
 
-    The servo is held by a position loop, which gives way by a little: the link swings about 2 % slower, and its swing
-    dies down sooner, than if the servo were clamped.
+    The servo is held by a position loop, which gives way by a little. Wide swings are therefore slower than with a
+    clamped servo, by 3 to 10 %, and die down sooner. Small ones cannot move the servo, whose friction holds it: they
+    come within 1 or 2 % of sqrt(K_s/J_l), and ring on. See :func:`rotflex.identification.logarithmic_decrement`, which
+    allows for the servo's part.
 
     Parameters
     ----------
     bench : an open bench
-    amplitude : of the servo's jump, rad; the link swings by about as much
+    amplitude : of the servo's jump, rad; the link swings by about two thirds of it
     duration : s
     progress : show a progress bar when it takes longer than a second
 
