@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import pytest
 from checkout import ROOT
@@ -218,6 +219,16 @@ def test_a_solution_outside_of_an_answer_cell_and_a_missing_tag_are_told(copy):
 def test_follow_through_that_feedback_cannot_name_is_told():
     course = with_key("2.11", omega_n=Number("it", lambda bench: bench.omega_n, 0.05, follow=lambda own: 1.0))
     assert found(course) == ["the key, 2.11 omega_n: it has follow, and no follow_what: what feedback says of it."]
+
+
+@pytest.mark.parametrize(("words", "told"), [("your own poles", 0), ("", 1)])
+def test_where_an_answer_may_follow_from_several_each_needs_its_words(words, told):
+    @dataclass(frozen=True)
+    class Several(Number):
+        follow: Any = (("your own model", lambda own: 1.0), (words, lambda own: 1.0))
+
+    course = with_key("2.11", omega_n=Several("it", lambda bench: bench.omega_n, 0.05))
+    assert sum("no follow_what" in line for line in found(course)) == told
 
 
 # --- numbers in texts -------------------------------------------------------------------------------------------------

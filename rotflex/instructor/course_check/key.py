@@ -21,7 +21,7 @@ def check(course: Course) -> Iterator[Finding]:
             for_a_person = isinstance(one, ForAPerson)
             if isinstance(one, ForAPerson) and not one.rubric.strip():
                 yield Finding(in_key(question, part), _("it says nothing of what to look for in the text."))
-            if getattr(one, "follow", None) is not None and not getattr(one, "follow_what", ""):
+            if _follows_unnamed(one):
                 yield Finding(in_key(question, part), _("it has follow, and no follow_what: what feedback says of it."))
             if for_a_person != (part.marked == "person"):
                 yield Finding(
@@ -30,3 +30,11 @@ def check(course: Course) -> Iterator[Finding]:
                         marked=part.marked
                     ),
                 )
+
+
+def _follows_unnamed(one: object) -> bool:
+    """Whether a check takes what follows from own answers, and has no words for it: one, or several with their words."""
+    follow = getattr(one, "follow", None)
+    if isinstance(follow, tuple):
+        return not all(words for words, _from_own in follow)
+    return follow is not None and not getattr(one, "follow_what", "")

@@ -7,7 +7,7 @@ from typing import Any
 
 from rotflex.courseware.parts import Part
 
-_FACTOR, _OFFSET = 1.37, 0.11  # nobody's unit, and no rounding
+_FACTOR, _OFFSET = 1.37, 1.1  # nobody's unit, and no rounding, even of what is nearly zero
 
 
 def wrong_answer(part: Part, value: Any) -> Any:
