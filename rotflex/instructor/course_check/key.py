@@ -33,7 +33,7 @@ def check(course: Course) -> Iterator[Finding]:
 
 
 def _follows_unnamed(one: object) -> bool:
-    """Whether a check takes what follows from own answers, and has no words for it: one, or several with their words."""
+    """Whether a check takes what follows from own answers without words for it (one, or several with words)."""
     follow = getattr(one, "follow", None)
     if isinstance(follow, tuple):
         return not all(words for words, _from_own in follow)

@@ -169,6 +169,7 @@ def test_the_own_recording_plotted_rightly_has_full_marks_too(how):
 
 SWEEP_PART = CATALOGUE.find("2.9").part("sweep")
 OTHER = another()
+OTHERS_DEGREES = OTHER.sweep().degrees("alpha")
 HALF, NOTHING = 0.5, 0.0
 
 WRONGLY = {
@@ -193,7 +194,7 @@ WRONGLY = {
     "the first 4 s": (lambda: plotted(T, DEGREES, xlim=(0, 4)), NOTHING, "over too short a time"),
     "a strip about 0": (lambda: plotted(T, DEGREES, ylim=(-0.2, 0.2)), NOTHING, "hardly anything happens"),
     "the angle against the other": (lambda: plotted(SWEEP.degrees("theta"), DEGREES), NOTHING, "No curve"),
-    "another bench's": (lambda: plotted(T, OTHER.sweep().degrees("alpha")), NOTHING, "Plot the recording of your bench"),
+    "another bench's": (lambda: plotted(T, OTHERS_DEGREES), NOTHING, "Plot the recording of your bench"),
     "its derivative": (lambda: plotted(T, np.gradient(DEGREES, T)), NOTHING, "No curve"),
     "10 points": (lambda: plotted(T[::750], DEGREES[::750]), NOTHING, "No curve"),
 }  # fmt: skip
@@ -259,7 +260,7 @@ SPECTRUM_WRONGLY = {
     "rad/s said, Hz drawn": (lambda: shown(xlabel="ω (rad/s)"), NOTHING, "says rad/s, and the curve is in Hz"),
     "stretched": (lambda: shown(lambda f: 1.2 * f), NOTHING, "No curve in the figure has its peak where"),
     "of the command": (lambda: shown(y=SWEEP.degrees("theta_ref")), NOTHING, "No curve"),
-    "another bench's": (lambda: shown(y=OTHER.sweep().degrees("alpha")), NOTHING, "No curve"),
+    "another bench's": (lambda: shown(y=OTHERS_DEGREES), NOTHING, "No curve"),
     "the peak out of sight": (lambda: shown(most=250, xlim=(BENCH.omega_n / 5.5, 20)), NOTHING, "its peak in sight"),
     "the recording": (lambda: plotted(T, DEGREES, "f (Hz)"), NOTHING, "No curve"),
     "flat": (lambda: shown(to_y=lambda a: 0 * a), NOTHING, "No curve"),
