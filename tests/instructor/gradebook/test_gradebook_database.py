@@ -1,0 +1,80 @@
+"""What a gradebook's database is told before anything is read or written, and with which values."""
+
+from __future__ import annotations
+
+import stat
+
+import pytest
+from gradebooks import graded, record
+from sqlalchemy import text
+
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.gradebook.database import Database
+from rotflex.instructor.gradebook.schema import _SECRET_BYTES
+
+
+@pytest.fixture
+def database(tmp_path):
+    made = Database(tmp_path / "book.sqlite")
+    yield made
+    made.close()
+
+
+def test_another_writer_is_waited_for_half_a_minute(database):
+    with database.reading() as connection:
+        assert connection.execute(text("PRAGMA busy_timeout")).scalar() == 30_000
+
+
+def test_a_server_is_told_how_long_to_wait_and_which_lock_writers_take():
+    server = Database("postgresql://prof:secret@host/book")
+    begin, lock = server._start_writing
+    assert begin == "SET LOCAL lock_timeout = 30000" and lock.startswith("SELECT pg_advisory_xact_lock(")
+    assert server._start_reading == ["SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY"]
+    assert "secret" not in server.where and "host/book" in server.where
+    server.close()
+
+
+def test_foreign_keys_are_held_to(database):
+    with database.reading() as connection:
+        assert connection.execute(text("PRAGMA foreign_keys")).scalar() == 1
+
+
+def test_who_writes_keeps_other_writers_out_and_no_reader(tmp_path, database, monkeypatch):
+    monkeypatch.setattr("rotflex.instructor.gradebook.database.PATIENCE", 0.05)
+    other = Database(tmp_path / "book.sqlite")
+    with database.writing():
+        with other.reading():
+            pass
+        with pytest.raises(GradebookError, match=r"writing to it for 0\.05 s"), other.writing():
+            pytest.fail("two write at a time")
+    with other.writing():
+        pass
+    other.close()
+
+
+def test_after_an_error_nothing_is_written(database):
+    with database.writing() as connection:
+        connection.execute(text("CREATE TABLE one (x INTEGER)"))
+    with pytest.raises(ZeroDivisionError), database.writing() as connection:
+        connection.execute(text("INSERT INTO one VALUES (1)"))
+        raise ZeroDivisionError
+    with database.reading() as connection:
+        assert connection.execute(text("SELECT count(*) FROM one")).scalar() == 0
+
+
+def test_a_gradebook_is_for_its_owner_only_and_has_a_secret_of_256_bits(tmp_path):
+    path = tmp_path / "book.sqlite"
+    with Gradebook(path) as book:
+        record(book, graded("ada"))
+        secret = book.secret()
+        assert len(secret) == _SECRET_BYTES == 32 and book.secret() == secret
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    with Gradebook(tmp_path / "other.sqlite") as other:
+        assert other.secret() != secret
+
+
+@pytest.mark.parametrize("url", ["sqlite://", "sqlite:///:memory:", "mysql://root@host/x", "postgresql://host:port/x"])
+def test_an_address_that_is_no_gradebooks_is_refused(url):
+    with pytest.raises(GradebookError, match=r"needs a file|none of these|cannot be read"):
+        Database(url)
