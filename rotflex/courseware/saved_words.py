@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -64,7 +63,7 @@ class SavedWords:
                 _("{name} could not be read for answers in words: {error}").format(name=path.name, error=error)
             )
             return {}
-        masters = words.own_masters(json.loads(data)["cells"])
+        masters = words.own_masters(handed_in.document(data)["cells"])
         written = words.written(masters, cells, with_pictures=False)
         self.notices.extend(f"{path.name}: {problem}" for problem in written.problems)
         return {where: found.text for where, found in written.words.items()}

@@ -17,12 +17,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl
 
-from rotflex.config import joint, one_of, srv02
+from rotflex.config import Joint, joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
@@ -111,15 +111,21 @@ def _replay(uri: str, rest: str) -> Bench:
     position = about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
         raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
-    seed, draw = about.get("seed"), about.get("draw")
-    drawn = isinstance(seed, int) and seed >= 0 and draw in DRAWS
     servo = srv02(encoder=encoder)
     return Bench(
         connect=lambda: VirtualBoard(RecordedPlant(recording), servo, clock=_CLOCKS[clock]()),
         servo=servo,
-        joint=student_bench(seed, position, draw).joint if drawn else joint(position),
+        joint=_arm(about, position),
         identity={"uri": uri, "recording": Path(path).name, "clock": clock},
     )
+
+
+def _arm(about: Mapping[str, Any], position: int) -> Joint:
+    """The arm of the bench that a recording says it is of: the drawn one, where it names a draw."""
+    seed, draw = about.get("seed"), about.get("draw")
+    if isinstance(seed, int) and seed >= 0 and isinstance(draw, int) and draw in DRAWS:
+        return student_bench(seed, position, draw).joint
+    return joint(position)
 
 
 def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[str, str]:

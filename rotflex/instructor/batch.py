@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass, field, replace
@@ -218,13 +218,7 @@ class Batch:
         hand_in, said = newest(delivered, self._bundles.names)
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
-        current = self._gradebook.current(submission.student)
-        supplied = together(
-            submission.student,
-            current.run.supplied if current else {},
-            self._settings.supplied,
-            self._course.catalogue,
-        )
+        supplied = self._supplied(submission.student)
         prepared = prepare(
             hand_in,
             chosen.bundle,
@@ -323,6 +317,12 @@ class Batch:
         marked = marker.mark(to_be_marked(record))
         return Graded(with_messages(record, marked), mark_records(marked.marks), self._key_digest)
 
+    def _supplied(self, student: str) -> Sequence[Supplied]:
+        """What stands in place of a student's missing answers: given before, and not taken back, or given now."""
+        current = self._gradebook.current(student)
+        before = current.run.supplied if current else {}
+        return together(student, before, self._settings.supplied, self._course.catalogue)
+
     def _failed(self, student: str, error: Exception) -> Graded:
         """What stays where grading fails for a reason that is not the student's: what was there, or nothing marked yet.
 
@@ -331,10 +331,11 @@ class Batch:
         fault = _("Grading failed, which is not the student's fault: {error_type}: {error}").format(
             error_type=type(error).__name__, error=error
         )
+        supplied = {one.name: one.value for one in self._supplied(student)}  # is not lost
         current = self._gradebook.current(student)
         if current is not None:
             problems = dict.fromkeys((*facts_of(current.run).problems, fault))
-            return Graded(replace(current.run, problems=tuple(problems)), current.marks, "")
+            return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         record = RunRecord(
             key=f"failed: {student}",
             student=student,
@@ -344,6 +345,7 @@ class Batch:
             probe_seed=0,
             isolation=ISOLATED if self._settings.isolated else NOT_ISOLATED,
             problems=(fault,),
+            supplied=supplied,
         )
         return Graded(
             record, mark_records(tuple(marking.nothing_earned(self._course, _OUR_FAULT, Status.NOT_MARKED))), ""

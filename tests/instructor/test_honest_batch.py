@@ -82,6 +82,19 @@ def test_where_grading_fails_at_first_nothing_is_marked_yet(fake_class):
         assert {one.status for one in book.current("ada").marks} == {"not marked: key fault"}
 
 
+@pytest.mark.parametrize("graded_before", [False, True])
+def test_where_grading_fails_what_was_supplied_is_not_lost(fake_class, graded_before):
+    fake_class.hand_in("ada", source="omega_n = omgea")
+    if graded_before:
+        fake_class.grade()
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    fake_class.grade(supplied=supply(fake_class, "ada:2.11.omega_n=19.5"))
+    del fake_class.leaves["ada"]
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
+
+
 # --- what comes in ----------------------------------------------------------------------------------------------------
 
 

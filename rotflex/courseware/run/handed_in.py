@@ -82,6 +82,17 @@ def cells_of(data: bytes) -> tuple[Cell, ...]:
     NotebookError
         If it is not a notebook with cells.
     """
+    return _cells(document(data)["cells"])
+
+
+def document(data: bytes) -> dict[str, Any]:
+    """A notebook's file as it is, with a list of cells whatever its format: in format 3 they stand elsewhere.
+
+    Raises
+    ------
+    NotebookError
+        If it is not a notebook with cells.
+    """
     try:
         notebook = json.loads(data)
     except (ValueError, RecursionError) as error:
@@ -91,7 +102,8 @@ def cells_of(data: bytes) -> tuple[Cell, ...]:
         raise NotebookError(_("it is JSON, but not a notebook with cells."))
     if len(cells) > MAX_CELLS:
         raise NotebookError(_("it has more than {max_cells} cells.").format(max_cells=MAX_CELLS))
-    return _cells(cells)
+    kept = {name: value for name, value in notebook.items() if name != "worksheets"}
+    return {**(notebook if "cells" in notebook else kept), "cells": cells}
 
 
 def _listed(notebook: dict[str, Any]) -> Any:

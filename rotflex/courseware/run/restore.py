@@ -20,7 +20,7 @@ from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, own_files
 from rotflex.courseware.run.alignment import Change, Happened, Placed, Role
-from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of
+from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
 from rotflex.errors import CheckError
 
 _VERSION = (4, 5)  # of the format of notebooks: the first whose cells have ids
@@ -136,7 +136,7 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
         If the file is no notebook.
     """
     changes = alignment.align(master["cells"], cells_of(data)).changes
-    notebook: dict[str, Any] = json.loads(data)
+    notebook = document(data)
     notebook["cells"] = [cell for cell in notebook["cells"] if isinstance(cell, dict)]
     version = (notebook.get("nbformat"), notebook.get("nbformat_minor"))
     if not all(isinstance(number, int) for number in version) or version < _VERSION:

@@ -19,6 +19,7 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.run import own_files, student_folder
 from rotflex.courseware.run.check import Checked
 from rotflex.courseware.run.check_words import brief
+from rotflex.courseware.run.handed_in import document
 from rotflex.courseware.run.own_files import RECEIPT_FILE
 from rotflex.courseware.session import DEMO
 from rotflex.errors import CheckError, StudentIDError
@@ -167,7 +168,7 @@ def slim(data: bytes) -> tuple[bytes, int]:
 
     Sources, and pictures in text, stay as they are; so does all that cells have shown up to :data:`MAX_OUTPUT`.
     """
-    notebook = json.loads(data)
+    notebook = document(data)
     dropped = 0
     for cell in notebook["cells"]:
         outputs = cell.get("outputs") if isinstance(cell, dict) else None

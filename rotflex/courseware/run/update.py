@@ -20,7 +20,7 @@ from rotflex.courseware import answers, files, words
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, restore
 from rotflex.courseware.run.alignment import Happened, Role
-from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of
+from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
 from rotflex.courseware.run.words_in_code import words_in_code
 from rotflex.courseware.words import Where
 from rotflex.errors import AnswerError, ConfigurationError
@@ -171,8 +171,7 @@ def updated(
     NotebookError
         If the file is no notebook.
     """
-    cells_of(data)  # or it is told
-    notebook = json.loads(data)
+    notebook = document(data)
     preparing = _Preparing(master["cells"], [cell for cell in notebook["cells"] if isinstance(cell, dict)], recorded)
     notebook["cells"] = preparing.cells()
     prepared = json.dumps(notebook).encode()
