@@ -9,6 +9,7 @@ from rotflex.instructor.marking import expression_checks
 from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
 from rotflex.instructor.marking.expression_checks import ExpressionIs, at
 from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpectrum
+from rotflex.instructor.verdicts import OwnBench
 from rotflex.units import DEG, HZ
 
 from . import tolerances
@@ -240,7 +241,8 @@ STIFFNESS = {
         "figure": FigureOfSpectrum(sweep, own=("2.9", "sweep"), channel="alpha", band=(1.0, 5.0)),
     },
     "2.11": {
-        "omega_n": NaturalFrequency(),
+        # Many benches have their peak in the same bin: an equal omega_n says nothing by itself.
+        "omega_n": NaturalFrequency(own_bench=OwnBench(lambda b: b.omega_n, tolerances.ALIKE["omega_n"], tells=False)),
         "explanation": ForAPerson(
             "The spectrum of alpha is |alpha/theta| times that of theta, which is not flat when the motor is driven by "
             "a voltage: near its natural frequency the link holds the servo still (a vibration absorber). The peak "
@@ -254,8 +256,9 @@ STIFFNESS = {
             rtol=tolerances.J_L,
             slips=inertia_slips,
             fewest_digits=tolerances.FEWEST_DIGITS,
+            own_bench=OwnBench(lambda b: b.J_l, tolerances.ALIKE["J_l"]),
         ),
-        "K_s": Stiffness(),
+        "K_s": Stiffness(own_bench=OwnBench(lambda b: b.K_s, tolerances.ALIKE["K_s"])),
     },
 }
 

@@ -14,7 +14,7 @@ from typing import Any
 from rotflex.config import Joint, joint
 from rotflex.courseware.parts import Part
 from rotflex.hil.student_benches import FIRST_RUN
-from rotflex.instructor.verdicts import Case, Verdict, follow_through, right, wrong
+from rotflex.instructor.verdicts import Case, OwnBench, Verdict, follow_through, right, wrong
 from rotflex.units import HZ
 
 from . import readings, tolerances
@@ -32,9 +32,11 @@ class NaturalFrequency:
     Parameters
     ----------
     carried : (question, part) of an answer that this one only carries over
+    own_bench : by what it is known again on another bench
     """
 
     carried: tuple[str, str] | None = None
+    own_bench: OwnBench | None = None
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -62,9 +64,11 @@ class Stiffness:
     Parameters
     ----------
     carried : (question, part) of an answer that this one only carries over
+    own_bench : by what it is known again on another bench
     """
 
     carried: tuple[str, str] | None = None
+    own_bench: OwnBench | None = None
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:

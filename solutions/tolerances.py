@@ -19,6 +19,10 @@ J_L = 0.01  #: of the arm's masses, in whole grams, and lengths
 J_L_SLIP = 0.003  #: of an inertia that is put down to a slip: three digits
 CARRIED = 0.02  #: of an own answer that a table repeats: rounding
 
+#: How near what a student measured is to a bench that it is of, for hints: most sweeps have their peak so near to the
+#: true omega_n; J_l to three digits; K_s with the square.
+ALIKE = {"omega_n": 0.035, "J_l": 0.002, "K_s": 0.07}
+
 #: The virtual bench repeats itself exactly; what ran before in the same session moves the point of rest, and with it
 #: the recording by up to 0.6 %. Other students' benches differ by 1.6 % at the least.
 RECORDING = 0.01

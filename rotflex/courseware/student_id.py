@@ -17,8 +17,14 @@ LONGEST = 80  #: characters of an ID
 LONGEST_IN_BYTES = 240  #: of UTF-8; file systems take 255, and ".zip" is put behind it
 GRADES_FILE = "grades.csv"  #: in the folder of results, beside the students' folders
 GRADEBOOK_FILE = "gradebook.sqlite"  #: beside it
+HINTS_FILE = "hints.md"  #: beside it
 #: Names that grading itself gives in the folder of results; the last three are SQLite's.
-RESERVED = (GRADES_FILE, GRADEBOOK_FILE, *(f"{GRADEBOOK_FILE}-{part}" for part in ("journal", "wal", "shm")))
+RESERVED = (
+    GRADES_FILE,
+    HINTS_FILE,
+    GRADEBOOK_FILE,
+    *(f"{GRADEBOOK_FILE}-{part}" for part in ("journal", "wal", "shm")),
+)
 _NOWHERE = '/\\:*?"<>|'  # these cannot stand in a folder's name on one system or another
 _DEVICES = {
     *("con", "prn", "aux", "nul", "conin$", "conout$"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
@@ -65,6 +65,24 @@ class Verdict:
     status: Status
     share: float
     reason: str
+
+
+@dataclass(frozen=True)
+class OwnBench:
+    """What makes a number that is measured on a student's own bench known again where it fits another's.
+
+    A check that has this as its ``own_bench`` is looked at by :mod:`rotflex.instructor.reports.similar`.
+
+    Attributes
+    ----------
+    expected : of a bench
+    rtol : how near to it, relative, a number of that bench is
+    tells : whether an equal number says something by itself; not where everybody reads off the same scale
+    """
+
+    expected: Callable[[Any], float]
+    rtol: float
+    tells: bool = True
 
 
 class Check(Protocol):

@@ -222,5 +222,6 @@ def test_errors_are_those_that_callers_expect():
 def test_names_that_grading_gives_itself_stand_in_one_place():
     assert set(student_id.RESERVED) == {
         "grades.csv",
+        "hints.md",
         *("gradebook.sqlite", "gradebook.sqlite-journal", "gradebook.sqlite-wal", "gradebook.sqlite-shm"),
     }

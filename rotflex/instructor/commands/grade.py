@@ -128,8 +128,8 @@ def grade(
             with Reports(out, found, book, batch.students) as reports, progress:
                 for step in batch.grade():
                     progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
-        if reports.closed:
-            typer.echo(reports.closed, err=True)
+        for line in filter(None, (reports.closed, reports.hints)):
+            typer.echo(line, err=True)
     except IsolationError as error:
         isolation_report.refuse(error)
         raise typer.Exit(NOT_ISOLATED) from None

@@ -43,7 +43,7 @@ def regrade(
 
     Exit code: 0 all marked, 1 some could not be marked (their marks stay as they were), 2 nothing marked.
     """
-    from contextlib import nullcontext
+    from contextlib import ExitStack
 
     from rotflex.instructor.regrade import key_faults
     from rotflex.instructor.regrade import regrade as mark_again
@@ -53,7 +53,8 @@ def regrade(
     found = courses.find(course)
     changed = failed = 0
     faults: dict[str, None] = {}
-    with open_existing(gradebook) as book, nullcontext() if out is None else Reports(out, found, book):
+    with open_existing(gradebook) as book, ExitStack() as stack:
+        reports = None if out is None else stack.enter_context(Reports(out, found, book))
         for done in mark_again(book, found, question or (), jobs):
             told = changes(done.before, done.after)
             changed += bool(told.parts)
@@ -69,8 +70,8 @@ def regrade(
                 )
             if told.parts:
                 _say(str(told))
-    for fault in faults:
-        _say(fault, err=True)
+    for line in (*faults, *([reports.hints] if reports and reports.hints else ())):
+        _say(line, err=True)
     if not as_json:
         typer.echo(
             _("{changes} of the students have other marks now.").format(changes=changed)
@@ -97,8 +98,8 @@ def report(
         reports = Reports(out, found, book)
         count = reports.write_all()
     typer.echo(_("{count} students: {out}").format(count=count, out=out))
-    if reports.closed:
-        typer.echo(reports.closed)
+    for line in filter(None, (reports.closed, reports.hints)):
+        typer.echo(line)
 
 
 def mark(

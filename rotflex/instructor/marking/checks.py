@@ -20,7 +20,7 @@ from rotflex.courseware.kinds.recordings import Sampled
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import RotflexError
-from rotflex.instructor.verdicts import Case, Own, Verdict, follow_through, for_a_person, right, wrong
+from rotflex.instructor.verdicts import Case, Own, OwnBench, Verdict, follow_through, for_a_person, right, wrong
 
 MOST_RUNS = 1000  #: of an experiment: a bench repeats none beyond
 _FIRST_RUN = 1
@@ -61,6 +61,7 @@ class Number:
     follow_rtol : tolerance for it, relative
     slips : usual mistakes: what was done → the number that it leads to
     fewest_digits : the expected number, rounded to so many significant digits, is right as well; 0 for none of that
+    own_bench : for what differs from bench to bench: by what it is known again; None where that is not looked for
     """
 
     what: str
@@ -71,6 +72,7 @@ class Number:
     follow_rtol: float = 0.02
     slips: Callable[[Any], Mapping[str, float]] = field(default=lambda bench: {})
     fewest_digits: int = 0
+    own_bench: OwnBench | None = None
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:

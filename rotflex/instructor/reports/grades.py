@@ -1,7 +1,7 @@
 """Marks for people, all of them from the gradebook and its roster, whatever was graded just now.
 
 ``grades.csv`` has a row for everybody; each student of whom something was graded has ``marks.json`` and
-``feedback.html`` in a folder of their own.
+``feedback.html`` in a folder of their own. ``hints.md`` is there if there are any (:mod:`.similar`).
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Any
 import rotflex
 from rotflex.courseware import files
 from rotflex.courseware.messages import _
-from rotflex.courseware.student_id import GRADES_FILE, caseless
+from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRecord
-from rotflex.instructor.reports import feedback, grades_table
+from rotflex.instructor.reports import feedback, grades_table, similar
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
 from rotflex.instructor.reports.result import Result, lapse, result_of
 
@@ -74,6 +74,7 @@ class Reports:
         make_folder(out)
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, str] = {}
+        self._hints: list[similar.Hint] = []
 
     def __enter__(self) -> Reports:
         return self
@@ -96,8 +97,17 @@ class Reports:
             "Feedback pages say that they open at {when:%Y-%m-%d %H:%M %Z} (course.toml); then say rotflex report."
         ).format(when=seen.opens)
 
+    @property
+    def hints(self) -> str:
+        """A line on answers that fit a class-mate's bench; "" where there are none. After :meth:`write_all`."""
+        if not self._hints:
+            return ""
+        return _(
+            "Answers that fit a class-mate's bench, as a hint and never a verdict: {count}, listed in {file}."
+        ).format(count=len(self._hints), file=self._out / HINTS_FILE)
+
     def write_all(self) -> int:
-        """Write everybody's pages, and ``grades.csv``.
+        """Write everybody's pages, ``grades.csv``, and ``hints.md``.
 
         Returns
         -------
@@ -113,17 +123,32 @@ class Reports:
         waiting = {caseless(one): StudentRecord(one) for one in (*self._handed_in, *self._book.handed_in())}
         everybody = waiting | {caseless(one.student): one for one in self._book.students()}
         rows: list[Result | Unmarked] = []
+        measured: list[similar.Student] = []
         for known_as, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
                 rows.append(Unmarked(about, NOT_GRADED_YET if known_as in waiting else NOTHING_HANDED_IN))
             else:
                 rows.append(self._pages(graded, about))
+                measured += filter(None, [similar.student(graded, self._course)])
+        self._write_hints(measured)
         if rows:
             self._write(self._out / GRADES_FILE, grades_table.text(rows, self._course.key))
         if self._failures:
             raise _not_written(self._failures)
         return len(rows)
+
+    def _write_hints(self, measured: list[similar.Student]) -> None:
+        """The file of hints; none where there are none, nor one of before."""
+        self._hints = similar.hints(measured, similar.measured_parts(self._course.key))
+        path = self._out / HINTS_FILE
+        if self._hints:
+            self._write(path, similar.text(self._hints))
+            return
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            self._failures[path] = error.strerror or str(error)
 
     def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
         result = result_of(graded, about, self._book.comments(graded.run.student))

@@ -7,11 +7,12 @@ import json
 import pytest
 from checkout import ROOT
 from gradebooks import enrol, graded, mark, prose, record, rows
+from made_courses import OURS
 from typer.testing import CliRunner
 
 from rotflex import cli
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.gradebook import Gradebook, MarkRecord
 from rotflex.instructor.regrade import Regraded
 
 
@@ -180,3 +181,28 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
     done = rotflex("regrade", "--gradebook", book, "--course", ROOT, "--out", tmp_path / "out")
     assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]
+
+
+# --- hints ------------------------------------------------------------------------------------------------------------
+
+
+def measured(student, of, status):
+    """A run whose stiffness is that of a student's bench."""
+    content = {"kind": "number", "value": OURS.true_bench(of).K_s}
+    about = {"format": 1, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    answers = json.dumps({**about, "answers": {"2.12": {"K_s": content}}}).encode()
+    return graded(student, MarkRecord("2.12", "K_s", status, 0.0, 2.0, "Well.", ""), answers=answers)
+
+
+@pytest.mark.parametrize("command", ["report", "regrade"])
+def test_answers_that_fit_a_class_mates_bench_are_told_in_one_line(tmp_path, command):
+    with Gradebook(tmp_path / "book.sqlite") as opened:
+        record(
+            opened, measured("ada", "ada", "right"), measured("bob", "ada", "wrong"), measured("eve", "eve", "right")
+        )
+    done = rotflex(command, "--gradebook", tmp_path / "book.sqlite", "--out", tmp_path / "out", "--course", OURS.folder)
+    assert done.exit_code == 0, done.output
+    told = "Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in"
+    assert told in said(done) and "hints.md" in said(done)
+    text = (tmp_path / "out" / "hints.md").read_text(encoding="utf-8")
+    assert "* bob: 2.12 K_s = " in text and "the right answer of ada" in text and "eve:" not in text
