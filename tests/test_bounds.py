@@ -85,6 +85,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.run.submit:_SHOWN": (16, "hexadecimal digits: 64 bits, which nobody hits by chance"),
     "instructor.commands.marks:_SHOWN": (60, "characters, within a line"),
     "instructor.marking.decoding:_MOST_NOTES": (20, "lines"),
+    "instructor.marking.checks:_LONGEST_SHOWN": (40, "characters, within a line"),
     "instructor.marking.decoding:_SHOWN": (40, "characters, within a line"),
     "instructor.marking.marking:_LONGEST_SHOWN": (300, "characters: three lines"),
     "instructor.marking.marking_processes:_LONGEST_BENCH": (200, "characters: two lines"),
@@ -167,6 +168,8 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "instructor.settings:_LONGEST": (120, "characters of a title: a line"),
     # --- marking ---
     "courseware.run.alike:CLOSE": (1e-4, "two digits more lenient than the six that are kept"),
+    "instructor.marking.checks:MOST_RUNS": (1000, "recordings of one bench, far more than anybody makes"),
+    "instructor.marking.checks:_FIRST_RUN": (1, "counted as people count"),
     "instructor.marking.expression_checks:_POINTS": (6, "random points; two would do"),
     "instructor.marking.expression_checks:_RTOL": (1e-7, "half the digits of a float"),
     "instructor.marking.expression_checks:_FLOAT_RTOL": (2e-3, "0.333 for a third is 1e-3 away"),

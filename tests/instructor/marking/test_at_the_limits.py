@@ -11,6 +11,7 @@ import pytest
 import sympy
 from made_courses import OURS
 
+from rotflex.courseware import answers
 from rotflex.courseware.parts import recording
 from rotflex.errors import GradebookError
 from rotflex.instructor import settings
@@ -172,6 +173,14 @@ def test_integers_of_answers(fits, sign):
     data = file({}, probe_seed=sign * (10**20 + (not fits)))
     problems = decoding.decode(data, 7, CATALOGUE).problems
     assert any("an integer is too large" in problem for problem in problems) != fits
+
+
+@pytest.mark.parametrize("spare", [0, 1])
+def test_a_file_of_just_the_largest_size_is_read_as_strictly_as_any(spare):
+    data = file({}).replace(b'"probe_seed"', b'"student": "bob", "probe_seed"')
+    data += b" " * (answers.MAX_BYTES - len(data) - spare)
+    (problem,) = decoding.decode(data, 7, CATALOGUE).problems
+    assert "a name is there twice" in problem
 
 
 def test_digits_are_counted_before_they_are_read():
