@@ -136,6 +136,32 @@ def test_a_recordings_settings_are_looked_at_before_its_samples():
     assert judged(of_a_run(WANTED), virtual=False).status is Status.FOR_A_PERSON
 
 
+@pytest.mark.parametrize(
+    ("bench", "run"),
+    [
+        ({"run": 1}, 1),
+        ({"run": 1000}, 1000),
+        ({}, 1),
+        (None, 1),
+        ("virtual", 1),
+        ({"run": 0}, None),
+        ({"run": 1001}, None),
+        ({"run": -1}, None),
+        ({"run": True}, None),
+        ({"run": 2.0}, None),
+        ({"run": "2"}, None),
+        ({"run": None}, None),
+    ],
+)
+def test_runs_have_whole_numbers_from_1_to_1000(bench, run):
+    if run is not None:
+        assert checks.said_run({"bench": bench}) == run
+        return
+    with pytest.raises(ValueError, match=r"whole numbers from 1 to 1000: record it again"):
+        checks.said_run({"bench": bench})
+    assert judged(of_a_run(WANTED, bench=bench)).status is WRONG
+
+
 def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
     assert misfit(1.5 * WANTED + 3, WANTED) == pytest.approx(0.5)
     assert misfit(WANTED, 2 * WANTED) == pytest.approx(0.5)
