@@ -175,7 +175,8 @@ def test_the_file_names_both_question_value_and_that_it_is_no_verdict(book, tmp_
     assert "A hint, never a verdict." in text
     assert "* bob: 2.11 omega_n = 1.003 is wrong on their own bench, and the right answer of ada." in text
     assert reports.hints == (
-        f"Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in {tmp_path / 'out' / 'hints.md'}."
+        "Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in "
+        f"{tmp_path / 'out' / 'hints.md'}."
     )
 
 
