@@ -243,8 +243,8 @@ CLASS = {
     ),
     # A slip in multiplying out costs 2; the companion form and its gain follow from it, and what is made of that gain.
     "polynomial-slip": Student(
-        mistakes={("3.2", "polynomial"): lambda p: p * [1, 1, 1.1, 1, 1]},
-        loses={("3.2", "polynomial"): (2, "a coefficient is 10 % off")},
+        mistakes={("3.2", "polynomial"): lambda p: p * [1, 1, 1.2, 1, 1]},
+        loses={("3.2", "polynomial"): (2, "a coefficient is 20 % off")},
         follows=(("3.3", "A_c"), ("3.5", "K_c"), ("3.8", "K"), ("3.9", "poles"), ("Table 3", "K_fsf")),
     ),
     # The deflection in radians, three times; Table 3 carries over what was measured, and the specification on it seems

@@ -101,7 +101,7 @@ SLIPS: dict[tuple[Where, str], Slip] = {
     (("3.12", "PO"), "a fraction"): lambda v, own: v / 100,
     (("3.12", "alpha_max_deg"), "in radians"): lambda v, own: np.deg2rad(v),
     (("3.12", "V_max"), "the amplifier's limit doubled"): lambda v, own: 20.0,
-    (("3.12", "satisfied"), "not what the numbers say"): lambda v, own: "no" if v == "yes" else "yes",
+    (("3.16", "satisfied"), "not what the numbers say"): lambda v, own: "no" if v == "yes" else "yes",
     (("3.14", "t_s"), "in milliseconds"): lambda v, own: 1000 * v,
     (("3.14", "alpha_max_deg"), "in radians"): lambda v, own: np.deg2rad(v),
     (("3.16", "t_s"), "of full state feedback"): lambda v, own: 0.5 * v,
