@@ -132,10 +132,9 @@ def inertia_slips(bench: TrueBench) -> Mapping[str, float]:
 
 
 def _by_itself(K_s: float, case: Case) -> bool:
-    """Whether a stiffness is right without another answer: by the true frequency, or the sweep's peak to half a bin."""
-    below, above = tolerances.NEAR_TRUE
+    """Whether a stiffness is right by itself: from the true frequency or the sweep's peak, to half a bin."""
     bench, room = case.bench, readings.half_a_digit(K_s)
-    true = readings.Span((1 - below) * bench.omega_n, (1 + above) * bench.omega_n, "")
+    true = readings.around(bench.omega_n, tolerances.BIN)
     return any(
         bench.J_l * span.low**2 - room <= K_s <= bench.J_l * span.high**2 + room
         for span in (true, *readings.of_sweep(bench, _run(case), tolerances.BIN))

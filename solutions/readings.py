@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ from .true_bench import TrueBench
 Vector = NDArray[np.float64]
 _STANDS_WITHIN, _GIVES_WAY = 0.05, 0.1  # of its travel, of alpha: a servo so near to where it ends stands
 _COUNTED = (5, 10)  # swings, from the first on
+_ZEROS = (0, 1, 2, 16)  # appended: see _peaks
+_KEPT = 32  # benches, for the next answer that is held against the same
 
 
 class Span(NamedTuple):
@@ -51,22 +54,20 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
     below, above = tolerances.NEAR_TRUE
     yield Span((1 - below) * bench.omega_n, (1 + above) * bench.omega_n, "the natural frequency of your bench", True)
     yield from of_sweep(bench, run, tolerances.BY_PROGRAM)
-    plotted = HZ * _peak(bench.sweep(run), np.ones, 1)
-    yield _around(plotted, tolerances.BY_EYE, "where the sweep of your bench has its peak")
+    plotted = _peaks(bench, run, np.ones)[1]
+    yield around(plotted, tolerances.BY_EYE, "where the sweep of your bench has its peak")
     for window in (np.hanning, np.hamming):
-        for zeros in (0, 1, 2, 16):
-            peak = HZ * _peak(bench.sweep(run), window, zeros)
-            yield _around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
-    swings = list(_swings(bench.decay))
-    low, high = _around(min(swings), tolerances.BY_PROGRAM), _around(max(swings), tolerances.BY_PROGRAM)
+        for peak in _peaks(bench, run, window):
+            yield around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
+    swings = _swings(bench)
+    low, high = around(min(swings), tolerances.BY_PROGRAM), around(max(swings), tolerances.BY_PROGRAM)
     yield Span(low.low, high.high, "how the link of your bench swings freely, with the servo held")
 
 
 def of_sweep(bench: TrueBench, run: int, rtol: float) -> Iterator[Span]:
     """Where the spectrum of the sweep is highest, with no zeros appended, some, or many."""
-    for zeros in (0, 1, 2, 16):
-        peak = HZ * _peak(bench.sweep(run), np.ones, zeros)
-        yield _around(peak, rtol, "where the sweep of your bench has its peak", rounds=True)
+    for peak in _peaks(bench, run, np.ones):
+        yield around(peak, rtol, "where the sweep of your bench has its peak", rounds=True)
 
 
 def place(omega: float, among: Iterable[Span]) -> Span | None:
@@ -84,21 +85,25 @@ def half_a_digit(value: float) -> float:
     if not (math.isfinite(value) and value):
         return 0.0
     step = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - tolerances.FEWEST_DIGITS)
-    return step / 2 if math.isclose(round(value / step) * step, value, rel_tol=1e-9) else 0.0
+    return step / 2 if step and math.isclose(round(value / step) * step, value, rel_tol=1e-9) else 0.0
 
 
-def _around(value: float, rtol: float, what: str = "", rounds: bool = False) -> Span:
+def around(value: float, rtol: float, what: str = "", rounds: bool = False) -> Span:
+    """The stretch that is so near to a frequency."""
     return Span((1 - rtol) * value, (1 + rtol) * value, what, rounds)
 
 
-def _peak(sweep: Recording, window: Callable[[int], Vector], zeros: int) -> float:
-    """Hz: where the amplitude spectrum of the deflection is highest within the sweep.
+@lru_cache(maxsize=3 * _KEPT)
+def _peaks(bench: TrueBench, run: int, window: Callable[[int], Vector]) -> tuple[float, ...]:
+    """rad/s: where the amplitude spectrum of the deflection is highest within the sweep.
 
-    ``zeros`` 0 appends none, 1 fills up to a power of two, 2 and more make the spectrum so many times as fine.
+    Zeros: none, up to a power of two, and to twice and 16 times that.
     """
+    sweep = bench.sweep(run)
     x = sweep["alpha"]
-    length = zeros * 2 ** math.ceil(math.log2(x.size)) if zeros else x.size
-    return _highest(window(x.size) * (x - x.mean()), sweep.sample_time, length)
+    power = 2 ** math.ceil(math.log2(x.size))
+    windowed = window(x.size) * (x - x.mean())
+    return tuple(HZ * _highest(windowed, sweep.sample_time, zeros * power or x.size) for zeros in _ZEROS)
 
 
 def _highest(x: Vector, dt: float, length: int) -> float:
@@ -108,8 +113,13 @@ def _highest(x: Vector, dt: float, length: int) -> float:
     return float(f[swept][np.argmax(amplitude[swept])])
 
 
-def _swings(decay: Recording) -> Iterator[float]:
+@lru_cache(maxsize=_KEPT)
+def _swings(bench: TrueBench) -> tuple[float, ...]:
     """rad/s: the free swing, once the servo stands: by its spectrum, and by counting swings from the first on."""
+    return tuple(_read_swings(bench.decay))
+
+
+def _read_swings(decay: Recording) -> Iterator[float]:
     theta, alpha, dt = decay["theta"], decay["alpha"], decay.sample_time
     standing = max(_STANDS_WITHIN * np.ptp(theta), _GIVES_WAY * np.abs(alpha).max())
     x = alpha[int(np.flatnonzero(np.abs(theta - theta[-1]) > standing)[-1]) + 1 :]

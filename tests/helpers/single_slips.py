@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import sympy
-from whole_class import friction_drives
+from whole_class import at_another_anchor, friction_drives
 from working_through import (
     L_1,
     L_2,
@@ -217,8 +217,8 @@ SLIPS: tuple[Slip, ...] = (
     # --- on the bench -------------------------------------------------------------------------------------------------
     Slip(("2.10", "spectrum"), "half as high", lambda v, own: half_as_high, "half as high", costs=0.5),
     Slip(("2.11", "omega_n"), "in Hz", times(1 / (2 * np.pi)), "Hz"),
-    Slip(("2.11", "omega_n"), "another peak", times(1.3), "off the natural frequency"),
-    Slip(("2.12", "J_l"), "another anchor", times(1.1018), "anchor|inertia of the link on your bench"),
+    Slip(("2.11", "omega_n"), "another peak", times(1.3), "Nothing on your bench has its peak at this frequency"),
+    Slip(("2.12", "J_l"), "another anchor", lambda v, own: at_another_anchor(STUDENT), "anchor"),
     Slip(("2.12", "J_l"), "twice too large", times(2), "inertia of the link"),
     Slip(("2.12", "K_s"), "with the frequency in Hz", times((2 * np.pi) ** -2), "Hz"),
     Slip(("2.12", "K_s"), "omega_n not squared", lambda v, own: v / own["2.11"]["omega_n"], "J_l·omega_n²"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rotflex import identification
+from rotflex import experiments, hil, identification
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 from solutions.true_bench import TrueBench
@@ -32,3 +32,44 @@ def test_a_preset_has_the_natural_frequency_that_a_sweep_of_it_shows(name):
     assert bench.omega_n == pytest.approx(np.sqrt(true.K_s / true.J_l))
     seen = identification.resonance(identification.frequency_response(bench.sweep()))
     assert seen.value == pytest.approx(bench.omega_n, rel=0.05)
+
+
+@pytest.fixture(scope="module")
+def ada():
+    return TrueBench("ada")
+
+
+def test_a_run_is_what_the_students_bench_does_with_its_number(ada):
+    seed = student_seed("ada")
+    with hil.open("virtual", seed=seed, run=2) as opened:
+        recorded = experiments.sweep(opened, progress=False)
+    np.testing.assert_array_equal(ada.sweep(2)["alpha"], recorded["alpha"])
+    assert not np.array_equal(ada.sweep()["alpha"], recorded["alpha"])
+    assert ada.sweep(2) is ada.sweep(2)  # run once
+
+
+def test_tracking_and_validation_have_runs_as_well(ada):
+    K, A = (18.0, -17.0, 1.6, 0.6), np.diag([0.0, 0.0, -10.0, -10.0])
+    A[:2, 2:] = np.eye(2)
+    B = np.array([0.0, 0.0, 60.0, -60.0])
+    first, second = ada.tracking(K, "full"), ada.tracking(K, "full", run=2)
+    assert not np.array_equal(first["theta"], second["theta"])
+    assert ada.tracking(K, "full", run=2) is second and ada.tracking(K, "full", 1) is first
+    runs = [ada.validation(A, B, "square", run=run)["theta"] for run in (1, 2, 1)]
+    assert not np.array_equal(runs[0], runs[1])
+    np.testing.assert_array_equal(runs[0], runs[2])
+
+
+def test_what_answers_say_of_their_bench_holds_whatever_their_run_is(ada):
+    """An address may name a run: answers from it are from the same bench."""
+    said = hil.open("virtual:?run=5", seed=student_seed("ada")).identity
+    assert ada.identity.items() <= {**said, "uri": "virtual"}.items()
+    assert "run" not in ada.identity and ada.identity["draw"] == DRAW
+
+
+def test_an_older_draw_is_that_of_its_own_version():
+    policy = BenchPolicy(draw=1)
+    old = TrueBench("ada", policy)
+    drawn = student_bench(student_seed("ada"), draw=1)
+    assert (old.K_s, old.joint, old.identity["draw"]) == (drawn.parameters.K_s, drawn.joint, 1)
+    assert not np.array_equal(old.sweep()["alpha"], TrueBench("ada").sweep()["alpha"])

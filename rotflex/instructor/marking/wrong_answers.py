@@ -7,7 +7,8 @@ from typing import Any
 
 from rotflex.courseware.parts import Part
 
-_FACTOR, _OFFSET = 1.37, 1.1  # nobody's unit, and no rounding, even of what is nearly zero
+_FACTOR, _OFFSET = 1.37, 0.11  # nobody's unit, and no rounding
+_OF_RANGE = 0.05  # of what is plausible for a number: what is nearly zero is not wrong by a factor
 
 
 def wrong_answer(part: Part, value: Any) -> Any:
@@ -22,7 +23,8 @@ def wrong_answer(part: Part, value: Any) -> Any:
 
 
 def _number(part: Part, value: Any) -> Any:
-    return value * _FACTOR + _OFFSET
+    low, high = part.plausible or (0.0, 0.0)
+    return value * _FACTOR + max(_OFFSET, _OF_RANGE * (high - low))
 
 
 def _poles(part: Part, value: Any) -> Any:
