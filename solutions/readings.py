@@ -27,6 +27,7 @@ Vector = NDArray[np.float64]
 _STANDS_WITHIN, _GIVES_WAY = 0.05, 0.1  # of its travel, of alpha: a servo so near to where it ends stands
 _COUNTED = (5, 10)  # swings, from the first on
 _ZEROS = (0, 1, 2, 16)  # appended: see _peaks
+_WINDOWS: dict[str, Callable[[int], Vector]] = {"": np.ones, "Hann": np.hanning, "Hamming": np.hamming}
 _KEPT = 32  # benches, for the next answer that is held against the same
 
 
@@ -54,9 +55,9 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
     below, above = tolerances.NEAR_TRUE
     yield Span((1 - below) * bench.omega_n, (1 + above) * bench.omega_n, "the natural frequency of your bench", True)
     yield from of_sweep(bench, run, tolerances.BY_PROGRAM)
-    plotted = _peaks(bench, run, np.ones)[1]
+    plotted = _peaks(bench, run)[1]
     yield around(plotted, tolerances.BY_EYE, "where the sweep of your bench has its peak")
-    for window in (np.hanning, np.hamming):
+    for window in filter(None, _WINDOWS):
         for peak in _peaks(bench, run, window):
             yield around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
     swings = _swings(bench)
@@ -66,7 +67,7 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
 
 def of_sweep(bench: TrueBench, run: int, rtol: float) -> Iterator[Span]:
     """Where the spectrum of the sweep is highest, with no zeros appended, some, or many."""
-    for peak in _peaks(bench, run, np.ones):
+    for peak in _peaks(bench, run):
         yield around(peak, rtol, "where the sweep of your bench has its peak", rounds=True)
 
 
@@ -93,8 +94,8 @@ def around(value: float, rtol: float, what: str = "", rounds: bool = False) -> S
     return Span((1 - rtol) * value, (1 + rtol) * value, what, rounds)
 
 
-@lru_cache(maxsize=3 * _KEPT)
-def _peaks(bench: TrueBench, run: int, window: Callable[[int], Vector]) -> tuple[float, ...]:
+@lru_cache(maxsize=len(_WINDOWS) * _KEPT)
+def _peaks(bench: TrueBench, run: int, window: str = "") -> tuple[float, ...]:
     """rad/s: where the amplitude spectrum of the deflection is highest within the sweep.
 
     Zeros: none, up to a power of two, and to twice and 16 times that.
@@ -102,7 +103,7 @@ def _peaks(bench: TrueBench, run: int, window: Callable[[int], Vector]) -> tuple
     sweep = bench.sweep(run)
     x = sweep["alpha"]
     power = 2 ** math.ceil(math.log2(x.size))
-    windowed = window(x.size) * (x - x.mean())
+    windowed = _WINDOWS[window](x.size) * (x - x.mean())
     return tuple(HZ * _highest(windowed, sweep.sample_time, zeros * power or x.size) for zeros in _ZEROS)
 
 
