@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ProcessPoolExecutor
 
 import psutil
 import pytest
 from made_courses import loaded
 
 from rotflex.errors import GradingError
-from rotflex.instructor.marking import marking, time_limit
+from rotflex.instructor.marking import marking, marking_processes, time_limit
 from rotflex.instructor.marking.marking_processes import Asked, Marker
 from solutions.true_bench import TrueBench
 
@@ -119,3 +121,12 @@ def test_a_bound_on_time_cannot_be_caught_by_what_it_bounds():
 
     with pytest.raises(time_limit.TooSlow), time_limit.within(0.02):
         swallow()
+
+
+def test_a_process_that_is_started_leaves_ctrl_c_to_this_program():
+    """It is blocked while the process starts, and heard again afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    with ProcessPoolExecutor(1) as pool:
+        heard = marking_processes._submit(pool, signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+    assert signal.SIGINT in heard
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before and signal.SIGINT not in before
