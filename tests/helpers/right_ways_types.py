@@ -22,14 +22,12 @@ class Way:
     group, what : in words
     written : how some answers are given in place of the usual ones; nothing else changes
     carried : from a session, what is done otherwise, and carried on into all that builds on it
-    pending : why it does not have its full marks yet; "" where it has
     """
 
     group: str
     what: str
     written: Mapping[Where, Written] = field(default_factory=dict)
     carried: Callable[[Any], Mapping[Where, Change]] | None = None
-    pending: str = ""
 
     def __str__(self) -> str:
         return f"{self.group}: {self.what}"
@@ -42,17 +40,17 @@ class Ways(list[Way]):
         super().__init__()
         self.group = group
 
-    def add(self, what: str, written: Mapping[Where, Written], pending: str = "") -> None:
-        self.append(Way(self.group, what, written, pending=pending))
+    def add(self, what: str, written: Mapping[Where, Written]) -> None:
+        self.append(Way(self.group, what, written))
 
-    def each_of(self, wheres: Iterable[Where], changes: Mapping[str, Change], pending: str = "") -> None:
+    def each_of(self, wheres: Iterable[Where], changes: Mapping[str, Change]) -> None:
         """For each change, a way in which all of these answers are changed."""
         wheres = tuple(wheres)
         for what, change in changes.items():
-            self.add(what, dict.fromkeys(wheres, lambda value, own, change=change: change(value)), pending)
+            self.add(what, dict.fromkeys(wheres, lambda value, own, change=change: change(value)))
 
-    def carry(self, what: str, carried: Callable[[Any], Mapping[Where, Change]], pending: str = "") -> None:
-        self.append(Way(self.group, what, carried=carried, pending=pending))
+    def carry(self, what: str, carried: Callable[[Any], Mapping[Where, Change]]) -> None:
+        self.append(Way(self.group, what, carried=carried))
 
 
 class Frame:
