@@ -30,7 +30,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from itertools import cycle
 from pathlib import Path
@@ -233,7 +233,7 @@ def _write(path: Path, source: str) -> None:
 
 
 def outcomes(wanted: Sequence[tuple[Fault, str]], folder: Path | None, processes: int) -> Iterator[Outcome]:
-    """What becomes of each fault."""
+    """What becomes of each fault, as soon as it is known."""
     with tempfile.TemporaryDirectory(prefix="rotflex-faults-") as name:
         scratch = Path(name)
         folder = folder or scratch / "map"
@@ -254,8 +254,8 @@ def outcomes(wanted: Sequence[tuple[Fault, str]], folder: Path | None, processes
                 trees.put(tree)
 
         with ThreadPoolExecutor(processes) as pool:
-            for coming in [pool.submit(one_of, *one) for one in wanted]:
-                yield coming.result()
+            for done in as_completed([pool.submit(one_of, *one) for one in wanted]):
+                yield done.result()
 
 
 def main() -> int:

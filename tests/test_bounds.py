@@ -206,6 +206,7 @@ NO_BOUNDS = {
     "instructor.running.runner:_GIB": "a unit",
     "hil.bench:_FOREVER": "the maker's word for no end; tests/hil/test_bench_values.py",
     "hil.controllers:DERIVATIVE_CUTOFF": "tests/hil/test_controllers.py",
+    "hil.terminals": "how finely time is cut; tests/hil/test_terminals.py",
     "hil.virtual": "channels, as they are wired; tests/hil/test_virtual.py",
     "hil.student_benches": "the draw; tests/hil/test_student_benches.py",
 }

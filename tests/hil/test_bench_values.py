@@ -50,8 +50,9 @@ class WatchedBoard:
         return [plain for told, plain in self.told if told == verb]
 
 
-def bench_of(board: WatchedBoard, identity: Any = None, **choices: Any) -> Bench:
-    return Bench(lambda: board, srv02(), joint(1), identity or {"clock": "simulated"}, **choices)
+def bench_of(board: WatchedBoard, identity: Any = None, cable_gain: int = 1, **choices: Any) -> Bench:
+    servo = srv02(cable_gain=cable_gain)
+    return Bench(lambda: board, servo, joint(1), identity or {"clock": "simulated"}, **choices)
 
 
 def test_a_bench_is_opened_at_exactly_0_V_whatever_was_on_the_output():
@@ -108,15 +109,19 @@ def test_a_board_that_returns_no_sample_or_not_one_is_told_and_the_motor_is_at_0
     assert board.voltage == 0.0 and not board.inner.is_valid()
 
 
-def test_each_voltage_reaches_the_board_with_its_value_and_a_stop_writes_0_V():
+@pytest.mark.parametrize("gain", [1, 3, 5])
+def test_each_voltage_reaches_the_board_with_its_value_and_a_stop_writes_0_V(gain):
+    """What is asked for is the motor's; the cable's gain stands between it and the board."""
     board = WatchedBoard()
-    with bench_of(board, wiring=Wiring(motor=1)) as bench:
+    with bench_of(board, cable_gain=gain, wiring=Wiring(motor=1)) as bench:
         bench.start(SAMPLE_TIME)
         for volts in (1.25, -4.0):
             bench.write(volts)
         bench.stop()
-        gain = bench.servo.cable_gain
-        assert board.values("write_analog") == [[[1], 1, [volts]] for volts in (0, 0, 1.25 / gain, -4.0 / gain, 0)]
+        written = board.values("write_analog")
+        assert [[channels, number] for channels, number, _buffer in written] == [[[1], 1]] * 5
+        volts = [buffer for _channels, _number, (buffer,) in written]
+        assert volts == pytest.approx([0.0, 0.0, 1.25 / gain, -4.0 / gain, 0.0], abs=0, rel=1e-12)
 
 
 @pytest.mark.parametrize(
