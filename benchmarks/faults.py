@@ -9,7 +9,7 @@ touched. First the tests are run once, to see which execute which line; that tak
 the folder `--map` for the next time (delete it when tests or code have changed much). Then, for each fault, the tests
 that execute its line are run, the quickest first, until one fails; if none does, those of the folder that mirrors the
 file's own, but for those that take the longest. A test that does not end in time has noticed, too. `--report` names
-the file with all that came out.
+the file with all that came out; where it is there already, what is in it is not tried again.
 
 Faults are drawn from all that the operators of ``fault_operators.py`` make of the chosen places: for each fault in
 turn the next place, then an operator, then one of its faults there, each as likely as the others. A file of picked
@@ -149,13 +149,19 @@ def picked(path: Path) -> list[tuple[Fault, str]]:
 def unnoticed(path: Path) -> list[tuple[Fault, str]]:
     """Those that a report calls unnoticed, where the code is now."""
     found = []
-    for one in json.loads(path.read_text(encoding="utf-8")):
-        if not one["noticed"]:
-            before = Fault(**one["fault"])
+    for one in reported(path):
+        if not one.noticed:
+            before = one.fault
             now = faults((ROOT / before.file).read_text(encoding="utf-8"), before.file)
             same = [new for new in now if (new.operator, new.old, new.new) == (before.operator, before.old, before.new)]
-            found += [(new, one["why"]) for new in sorted(same, key=lambda new: abs(new.line - before.line))[:1]]
+            found += [(new, one.why) for new in sorted(same, key=lambda new: abs(new.line - before.line))[:1]]
     return found
+
+
+def reported(path: Path) -> list[Outcome]:
+    """What came out until now."""
+    found = json.loads(path.read_text(encoding="utf-8"))
+    return [Outcome(Fault(**one.pop("fault")), **one) for one in found]
 
 
 # --- what the tests say -----------------------------------------------------------------------------------------------
@@ -263,9 +269,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--faults", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument(
-        "--passed-over", type=int, default=0, help="so many of the drawn faults, which were tried before"
-    )
     parser.add_argument("--place", action="append", choices=PLACES)
     parser.add_argument("--picked", type=Path)
     parser.add_argument("--again", type=Path)
@@ -277,8 +280,9 @@ def main() -> int:
         wanted = picked(options.picked) if options.picked else unnoticed(options.again)
     else:
         wanted = [(one, "") for one in drawn(options.faults, options.seed, options.place or list(PLACES))]
-        wanted = wanted[options.passed_over :]
-    done: list[Outcome] = []
+    done = reported(options.report) if options.report and options.report.exists() else []
+    tried_before = {one.fault for one in done}
+    wanted = [one for one in wanted if one[0] not in tried_before]
     for one in outcomes(wanted, options.map and options.map.resolve(), options.processes):
         done.append(one)
         print(one, flush=True)

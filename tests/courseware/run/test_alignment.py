@@ -111,6 +111,20 @@ def test_a_copy_elsewhere_is_no_piece_and_does_not_take_the_recorder_along():
     assert run_order(cells) == [*WHOLE, "x = 7  # scratch"]
 
 
+@pytest.mark.parametrize("place", ["title", "setup", "q1-text", "q2-text", "end"])
+@pytest.mark.parametrize("lower", [0, 1])
+def test_a_copy_beyond_a_cell_of_the_courses_is_no_piece_above_or_below(place, lower):
+    cells = handed_in()
+    copy = replace(cells[at("q1")], id="new", source="x = 7  # scratch")
+    here = at(place) + lower
+    cells.insert(here, copy)
+    found = align(MASTER, cells).placed
+    between = NAMES[here : at("q1")] or NAMES[at("q1") + 1 : here]
+    assert [one.role for one in found if one.student == here] == [Role.ADDED if between else Role.ANSWER]
+    sources = run_order(cells)
+    assert sorted(sources) == sorted([*WHOLE, copy.source]) and [one for one in sources if one != copy.source] == WHOLE
+
+
 @pytest.mark.parametrize("lost", ["id", "both"])
 def test_names_that_an_editor_lost(lost):
     cells = [replace(cell, id="", grade_id="" if lost == "both" else cell.grade_id) for cell in handed_in()]

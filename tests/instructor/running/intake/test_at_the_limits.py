@@ -327,3 +327,17 @@ def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
             else:
                 with pytest.raises(Unreadable, match="more than 4 bytes"):
                     store.read("a.csv", 4)
+
+
+def test_a_folder_or_a_file_that_is_gone_or_another_thing_is_told(tmp_path):
+    folder = lay(tmp_path / "ada", work("ada"))
+    store = stores.FolderStore(folder)
+    assert len(store.listing(10).files) == len(work("ada"))
+    for name in ("gone.csv", "course.json/x"):
+        with pytest.raises(Unreadable, match=r"No such file|Not a directory"):
+            store.read(name, 10)
+    for gone in (stores.FolderStore(tmp_path / "nowhere"), stores.FolderStore(folder / "course.json")):
+        with pytest.raises(Unreadable, match=r"No such file|Not a directory"):
+            gone.listing(10)
+    with pytest.raises(Unreadable, match="No such file"), stores.opened(Where(tmp_path / "nowhere.zip")):
+        pass
