@@ -78,3 +78,11 @@ def test_a_gradebook_is_for_its_owner_only_and_has_a_secret_of_256_bits(tmp_path
 def test_an_address_that_is_no_gradebooks_is_refused(url):
     with pytest.raises(GradebookError, match=r"needs a file|none of these|cannot be read"):
         Database(url)
+
+
+def test_a_gradebook_that_is_left_lets_go_of_its_database(tmp_path, monkeypatch):
+    closed = []
+    monkeypatch.setattr(Database, "close", lambda self: closed.append(self.where))
+    with Gradebook(tmp_path / "book.sqlite"):
+        assert closed == []
+    assert closed == [str(tmp_path / "book.sqlite")]
