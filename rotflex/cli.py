@@ -143,7 +143,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     at_home = folder.resolve() == (course / "notebooks").resolve()
     lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
     if student is not None:
-        _write_course(folder, {**_begun(folder), course_file.STUDENT: student})
+        _write_course(folder, {**(_begun(folder) or _as_of_now(course)), course_file.STUDENT: student})
         lines.append(_("Student: {student}").format(student=student))
     return lines
 
@@ -195,6 +195,18 @@ def _begun(folder: Path) -> dict[str, Any]:
         return course_file.read(folder) or {}
     except ConfigurationError:
         return {}
+
+
+def _as_of_now(course: Path) -> dict[str, Any]:
+    """What ``course.json`` says of work that begins in a checkout, which is no release: benches as they are drawn now.
+
+    Without it, the file would be one of those that name the student alone, whose benches are the first draw's.
+    """
+    if course_file.RELEASE in (course_file.read(course / "notebooks") or {}):
+        return {}
+    from rotflex.hil.student_benches import DRAW
+
+    return {"draw": DRAW}
 
 
 def _write_course(folder: Path, course: dict[str, Any]) -> None:

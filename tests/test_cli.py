@@ -106,8 +106,28 @@ def test_lab_fills_a_new_folder_and_opens_it(course, opened):
     assert done.exit_code == 0
     assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "01_next.ipynb", "course.json", "data"}
     assert Path("work/data/log.mat").read_text() == "data"
-    assert json.loads(Path("work/course.json").read_text()) == {"student": "Ada"}
+    assert json.loads(Path("work/course.json").read_text()) == {"student": "Ada", "draw": DRAW}
     assert opened == [(Path("work"), [])]
+
+
+def test_work_that_begins_in_a_checkout_has_the_bench_of_now_with_and_without_an_id(course, opened, monkeypatch):
+    """`rotflex lab` first, the ID later, and the other way round; the marker has the same bench."""
+    from rotflex.lab import Lab
+    from solutions.true_bench import TrueBench
+
+    for folder, *more in (("early", "--student", "ada"), ("late",)):
+        assert rotflex("lab", folder, *more).exit_code == 0
+        begun = Lab("ada", "virtual", Path(folder), quiet=True)
+        assert rotflex("lab", folder, "--student", "ada").exit_code == 0
+        now = Lab("ada", "virtual", Path(folder), quiet=True)
+        assert begun.joint == now.joint == TrueBench("ada").joint
+
+
+def test_work_that_was_begun_under_the_first_draw_stays_there(course, opened):
+    Path("work").mkdir()
+    Path("work/course.json").write_text('{"student": "ada"}')
+    assert rotflex("lab", "work", "--student", "eve").exit_code == 0
+    assert json.loads(Path("work/course.json").read_text()) == {"student": "eve"}
 
 
 @pytest.mark.parametrize("student", ["", "a/b", "x" * 81, "nul", "a\nb"])
@@ -119,7 +139,7 @@ def test_lab_refuses_what_cannot_be_an_id_before_it_does_anything(course, opened
 
 def test_lab_writes_the_id_as_it_is_kept(course, opened):
     assert rotflex("lab", "work", "--student", " ju\u0308rgen").exit_code == 0
-    assert json.loads(Path("work/course.json").read_text(encoding="utf-8")) == {"student": "j\u00fcrgen"}
+    assert json.loads(Path("work/course.json").read_text(encoding="utf-8")) == {"student": "j\u00fcrgen", "draw": DRAW}
 
 
 def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):

@@ -121,12 +121,12 @@ def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
 
     handle = page.locator('.handle[data-name="pair"]')
     pair = complex(float(handle.get_attribute("data-x")), float(handle.get_attribute("data-y")))
-    from rotflex.config import joint, srv02  # the same by the plain function
+    from rotflex.config import srv02  # the same by the plain function
     from rotflex.hil.student_benches import student_bench, student_seed
     from rotflex.instructor.model import state_space
 
-    position = student_bench(student_seed("ada")).arm_position
-    system = state_space(srv02(), joint(position), joint(position).J_l * 20.7**2, input="voltage")
+    arms = student_bench(student_seed("ada")).joint
+    system = state_space(srv02(), arms, arms.J_l * 20.7**2, input="voltage")
     expected = design(system.A, system.B, [pair, pair.conjugate(), -30, -40])
     assert gain(page) == pytest.approx(expected.K.ravel().tolist(), rel=2e-3)
     assert [
