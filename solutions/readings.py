@@ -9,14 +9,14 @@ numbers as well. So each way is gone on the student's own bench, and has a narro
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.identification import SWEEP_BAND
+from rotflex.identification import SWEEP_BAND, frequency_response
 from rotflex.recording import Recording
 from rotflex.units import HZ
 
@@ -25,7 +25,8 @@ from .true_bench import TrueBench
 
 Vector = NDArray[np.float64]
 _STANDS_WITHIN, _GIVES_WAY = 0.05, 0.1  # of its travel, of alpha: a servo so near to where it ends stands
-_COUNTED = (5, 10)  # swings, from the first on
+_COUNTED = (4, 10)  # swings, from the first on
+_JUMPED = 0.2  # s, after which the servo's jump is over: whoever counts from here on has its give in the widest swings
 _ZEROS = (0, 1, 2, 16)  # appended: see _peaks
 _WINDOWS: dict[str, Callable[[int], Vector]] = {"": np.ones, "Hann": np.hanning, "Hamming": np.hamming}
 _KEPT = 32  # benches, for the next answer that is held against the same
@@ -52,9 +53,10 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
     bench : the student's own
     run : of the sweep
     """
-    below, above = tolerances.NEAR_TRUE
-    yield Span((1 - below) * bench.omega_n, (1 + above) * bench.omega_n, "the natural frequency of your bench", True)
+    yield around(bench.omega_n, tolerances.NEAR_TRUE, "the natural frequency of your bench", rounds=True)
     yield from of_sweep(bench, run, tolerances.BY_PROGRAM)
+    for peak in (*_peaks(bench, run, over="theta"), _response_peak(bench, run)):
+        yield around(peak, tolerances.BY_PROGRAM, "where the ratio of your bench has its peak", rounds=True)
     plotted = _peaks(bench, run)[1]
     yield around(plotted, tolerances.BY_EYE, "where the sweep of your bench has its peak")
     for window in filter(None, _WINDOWS):
@@ -94,41 +96,62 @@ def around(value: float, rtol: float, what: str = "", rounds: bool = False) -> S
     return Span((1 - rtol) * value, (1 + rtol) * value, what, rounds)
 
 
-@lru_cache(maxsize=len(_WINDOWS) * _KEPT)
-def _peaks(bench: TrueBench, run: int, window: str = "") -> tuple[float, ...]:
-    """rad/s: where the amplitude spectrum of the deflection is highest within the sweep.
+@lru_cache(maxsize=(len(_WINDOWS) + 1) * _KEPT)
+def _peaks(bench: TrueBench, run: int, window: str = "", over: str = "") -> tuple[float, ...]:
+    """rad/s: where the amplitude spectrum of the deflection, over another's or by itself, is highest within the sweep.
 
     Zeros: none, up to a power of two, and to twice and 16 times that.
     """
     sweep = bench.sweep(run)
-    x = sweep["alpha"]
-    power = 2 ** math.ceil(math.log2(x.size))
-    windowed = _WINDOWS[window](x.size) * (x - x.mean())
-    return tuple(HZ * _highest(windowed, sweep.sample_time, zeros * power or x.size) for zeros in _ZEROS)
+    length = sweep["alpha"].size
+    power = 2 ** math.ceil(math.log2(length))
+    channels = [_WINDOWS[window](length) * (sweep[name] - sweep[name].mean()) for name in ("alpha", over) if name]
+    return tuple(HZ * _highest(channels, sweep.sample_time, zeros * power or length) for zeros in _ZEROS)
 
 
-def _highest(x: Vector, dt: float, length: int) -> float:
-    f, amplitude = np.fft.rfftfreq(length, dt), np.abs(np.fft.rfft(x, length))
+def _highest(channels: Sequence[Vector], dt: float, length: int) -> float:
+    """Hz: where the amplitude spectrum of the first, over that of a second if there is one, is highest."""
+    f = np.fft.rfftfreq(length, dt)[1:]
+    amplitude, *over = (np.abs(np.fft.rfft(x, length))[1:] for x in channels)
+    return _highest_of(f, amplitude / over[0] if over else amplitude)
+
+
+def _highest_of(f: NDArray[np.floating[Any]], amplitude: NDArray[np.floating[Any]]) -> float:
     low, high = SWEEP_BAND
     swept = (f >= low) & (f <= high)
     return float(f[swept][np.argmax(amplitude[swept])])
 
 
 @lru_cache(maxsize=_KEPT)
+def _response_peak(bench: TrueBench, run: int) -> float:
+    """rad/s: where the ratio is highest as ``identification.frequency_response`` has it."""
+    response = frequency_response(bench.sweep(run))
+    return HZ * _highest_of(response.f_hz, np.abs(response.ratio))
+
+
+@lru_cache(maxsize=_KEPT)
 def _swings(bench: TrueBench) -> tuple[float, ...]:
-    """rad/s: the free swing, once the servo stands: by its spectrum, and by counting swings from the first on."""
+    """rad/s: the free swing by its spectrum, once the servo stands, and by counting swings from then on or at once."""
     return tuple(_read_swings(bench.decay))
 
 
 def _read_swings(decay: Recording) -> Iterator[float]:
     theta, alpha, dt = decay["theta"], decay["alpha"], decay.sample_time
     standing = max(_STANDS_WITHIN * np.ptp(theta), _GIVES_WAY * np.abs(alpha).max())
-    x = alpha[int(np.flatnonzero(np.abs(theta - theta[-1]) > standing)[-1]) + 1 :]
-    x = x - np.median(x[-round(1 / dt) :])
+    stands = int(np.flatnonzero(np.abs(theta - theta[-1]) > standing)[-1]) + 1
+    rest = np.median(alpha[-round(1 / dt) :])
+    x = alpha[stands:] - rest
     for zeros in (2, 16):
-        yield HZ * _highest(x - x.mean(), dt, zeros * 2 ** math.ceil(math.log2(x.size)))
+        length = zeros * 2 ** math.ceil(math.log2(x.size))
+        yield HZ * _highest([x - x.mean()], dt, length)
+    for start in (round(_JUMPED / dt), stands):
+        upwards = _upwards(alpha[start:] - rest)
+        for count in _COUNTED:
+            if upwards.size > count:
+                yield HZ * count / ((upwards[count] - upwards[0]) * dt)
+
+
+def _upwards(x: Vector) -> NDArray[np.int_]:
+    """The samples at which it passes zero upwards."""
     sides = np.flatnonzero(np.sign(x))
-    upwards = sides[1:][np.diff(np.sign(x[sides])) > 0]
-    for count in _COUNTED:
-        if upwards.size > count:
-            yield HZ * count / ((upwards[count] - upwards[0]) * dt)
+    return sides[1:][np.diff(np.sign(x[sides])) > 0]

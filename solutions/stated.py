@@ -125,8 +125,7 @@ _POLES = (
 _TOLERANCES = (
     *_stated("how near omega_n is read by eye, in %", 100 * tolerances.BY_EYE, r"within # % of where the spectrum"),
     *_stated("how near a program reads omega_n, in %", 100 * tolerances.BY_PROGRAM, r"within # % of where a program"),
-    *_stated("how far below the true omega_n the ratio is, in %", 100 * tolerances.NEAR_TRUE[0], r"from # % below to"),
-    *_stated("how far above the true omega_n the ratio is, in %", 100 * tolerances.NEAR_TRUE[1], r"below to # % above"),
+    *_stated("how near the true omega_n is right, in %", 100 * tolerances.NEAR_TRUE, r"within # % of the true one"),
     *_stated("the tolerance of J_l, in %", 100 * tolerances.J_L, r"\$J_l\$ within # %"),
     *_stated("half a bin of the sweep, in %", 100 * tolerances.BIN, r"the peak of the sweep to # %"),
     *_stated("how near K_s follows, in %", 100 * tolerances.K_S_FROM_OWN, r"\$\\omega_n\$, within # %"),

@@ -12,9 +12,7 @@ RESOLUTION = 0.01  #: of the encoder: it is exact, and rounded by the student
 BY_EYE = 0.03  #: off the plotted spectrum of a sweep: 0.1 Hz, which is a mark or half of one on its axis
 #: Three digits, from 18 on: what a program reads off the same recording in the same way is the same to the last bit.
 BY_PROGRAM = 0.003
-#: Below and above the true one: where the ratio |alpha/theta| of a sweep has its peak (1.9 % below to 2.2 % above),
-#: with zeros appended or not; ``resonance`` and ``logarithmic_decrement`` are nearer.
-NEAR_TRUE = (0.02, 0.023)
+NEAR_TRUE = 0.0125  #: of the true one: what ``resonance`` (up to 1.2 % above) and ``logarithmic_decrement`` (0.9) make
 #: For the stiffness by itself, in omega_n, true or of the sweep's peak: half a bin of the sweep (0.031 Hz, of 2.9 to
 #: 4.4), and three digits.
 BIN = 0.012

@@ -201,6 +201,7 @@ NO_BOUNDS = {
     "instructor.model:_EPS": "a float's",
     "instructor.release.student_notebooks:_WIDTH": "characters of a comment",
     "instructor.reports.drawn_figure": "measures of a drawing; tests/instructor/reports/test_drawn_figure.py",
+    "instructor.reports.similar": "of hints, which the test of a class sees; tests/instructor/reports/test_similar.py",
     "instructor.running.inside": "exit codes; tests/instructor/running/test_inside.py",
     "instructor.running.inside.watch:_FINISHED": "an exit code",
     "instructor.running.intake.stores:_UTF8_NAME": "a flag of the zip format",

@@ -117,11 +117,11 @@ f_hz, figure_spectrum = None, plt.figure()
 ENDLESS = {"q2-10": "while True:\n    pass"}
 DIES = {"q2-10": "import os\nos._exit(1)"}
 
-#: The friend is the student "right", whose arm swings at 21.8 rad/s, where the borrower's does at 18.3 rad/s.
+#: The friend's arm swings at 18.7 rad/s, where the borrower's does at 21.5 rad/s.
 BORROWED = {
     "q2-9": """
 from rotflex.hil.student_benches import student_seed
-with hil.open("virtual", seed=student_seed("right")) as b:
+with hil.open("virtual", seed=student_seed("friend")) as b:
     sweep = experiments.sweep(b, progress=False)
 figure_sweep, ax = plt.subplots()
 ax.plot(sweep.time, sweep.degrees("alpha"))
@@ -242,7 +242,7 @@ CLASS = {
     # 2.9 was recorded before the kernel died; nothing after it.
     "dies": Student(DIES, {"2.9": 2, "2.10": 0, "2.11": 0, "2.12": 0}, {("2.12", "J_l"): "missing"}, trouble="died"),
     # The recording is another bench's, 0 of 1; both figures show it as they should, 2 of 2; the function is right,
-    # 2 of 2. The frequency is the friend's, 0 of 2; K_s = 0.003994·21.8² = 1.9, where the bench has 1.34: follows, 2.
+    # 2 of 2. The frequency is the friend's, 0 of 2; K_s = 0.003317·18.7² = 1.16, where the bench has 1.53: follows, 2.
     "borrower": Student(
         BORROWED,
         {"2.9": 1, "2.10": 3, "2.11": 0, "2.12": 3},

@@ -108,6 +108,25 @@ def by_counting(count: int) -> Any:
     return read
 
 
+def by_counting_at_once(count: int) -> Any:
+    """From the first whole swing on, while the servo still gives way."""
+
+    def read(bench: TrueBench) -> float:
+        x = bench.decay.degrees("alpha")[bench.decay.time > 0.3]
+        up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+        return float(HZ * count / ((up[count] - up[0]) * 0.002))
+
+    return read
+
+
+def by_ratio_of_spectra(length: int) -> Any:
+    def read(bench: TrueBench) -> float:
+        alpha, theta = (np.abs(np.fft.fft(bench.sweep().degrees(name), length)) for name in ("alpha", "theta"))
+        return highest(np.arange(length) / (length * 0.002), alpha / theta)
+
+    return read
+
+
 def by_spectrum_of_swing(bench: TrueBench) -> float:
     return highest(np.fft.rfftfreq(2**15, 0.002), np.abs(np.fft.rfft(swing(bench) - swing(bench).mean(), 2**15)))
 
@@ -125,6 +144,10 @@ WAYS = {
     "the ratio": by_ratio,
     "resonance": by_resonance,
     "logarithmic decrement": by_decrement,
+    "the ratio of two spectra": by_ratio_of_spectra(8192),
+    "the same, no zeros": by_ratio_of_spectra(7501),
+    "four swings, at once": by_counting_at_once(4),
+    "eight swings, at once": by_counting_at_once(8),
     "five swings": by_counting(5),
     "ten swings": by_counting(10),
     "the swing's spectrum": by_spectrum_of_swing,

@@ -102,6 +102,23 @@ def test_a_number_in_two_digits_is_nobodys(everybody):
     copier = answering(one, {Z}, z=float(f"{friend.given[Z]:.2g}"))
     assert lines(friend, copier, *others) == []
 
+    assert lines(friend, copier) == []
+
+
+@pytest.mark.parametrize(("away", "told"), [(9, 0), (11, 1)])
+def test_a_rounded_number_says_nothing_where_several_are_within_ten_times_its_rounding(everybody, away, told):
+    first, second, third, one, *_ = everybody
+    near = [answering(other, set(), z=1.23 + away * 0.005) for other in (second, third)]
+    assert len(lines(answering(first, set(), z=1.23), *near, answering(one, {Z}, z=1.23))) == told
+
+
+def test_two_wrong_numbers_that_fit_another_bench_are_told_together_and_one_is_not(everybody):
+    friend, one, *_ = everybody
+    x, z = (float(f"{friend.given[where]:.2g}") for where in (X, Z))
+    both = replace(one, given={X: x, Z: z}, right=frozenset(), wrong=frozenset({X, Z}))
+    assert lines(friend, both) == [(one.name, friend.name, [X, Z], False)]
+    assert lines(friend, replace(both, given={X: x}, wrong=frozenset({X}))) == []
+
 
 def test_what_many_have_says_nothing_of_any_of_them(everybody):
     first, second, third, one, *_ = everybody
