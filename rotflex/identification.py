@@ -157,9 +157,8 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
     Returns
     -------
     Estimate
-        rad/s. The uncertainty is that of the fit, for as many independent values as the resolution leaves. For a 15 s
-        sweep and a resonance in its middle half the error is below half a per cent; on virtual benches it is mostly
-        below 0.15 %.
+        rad/s. The uncertainty is that of the fit, for as many independent values as the resolution leaves. It reads a
+        little high: on 3000 virtual benches, with a 15 s sweep, by 0.16 % in the median and by 1.2 % at most.
 
     Raises
     ------
