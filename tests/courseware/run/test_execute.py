@@ -120,7 +120,8 @@ def alive(process):
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are looked for in /proc")
 def test_no_process_is_left_behind(tmp_path, ending):
     program = f"""
-import pathlib, sys
+import pathlib, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background ignore it
 sys.path[:0] = [{str(ROOT)!r}, {str(ROOT / "tests/helpers")!r}]
 from made_notebooks import code, notebook
 from rotflex.courseware.run import execute
