@@ -160,7 +160,7 @@ def _is_open_loop(value: Any, own: Own) -> bool:
 def _is_companion(value: Any, own: Own) -> bool:
     """Whether a companion matrix leaves the feedback something to do."""
     last = np.asarray(value, dtype=float)[3]
-    return _ranked(value, own) and _count(last) > 0 and _is_open_loop([1.0, *-last[::-1]], own)
+    return _ranked(value, own) and _is_open_loop([1.0, *-last[::-1]], own)
 
 
 def _alike(one: Any, other: Any) -> bool:

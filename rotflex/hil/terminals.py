@@ -9,7 +9,6 @@ import math
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import repeat
 
 import numpy as np
 
@@ -60,8 +59,6 @@ class Timing:
 
     def ticks(self) -> Iterator[int]:
         """How long one output after the other takes, in ticks: the same for the same seed."""
-        if self.longest == 0:
-            yield from repeat(0)
         draw = np.random.default_rng(self.seed)
         while True:
             spread = self.delay + self.jitter * draw.uniform(-1, 1, _AT_ONCE)

@@ -113,6 +113,12 @@ def test_a_later_answer_replaces_an_earlier_one_and_leaves_the_others(path):
     assert again.get("2.13", "state_space") is None
 
 
+def test_what_is_right_is_kept_on_disk_beside_what_is_refused(path):
+    replies = book_at(path).answer(CATALOGUE.find("2.12"), {"J_l": 0.0035, "K_s": "stiff"})
+    assert [reply.recorded for reply in replies] == [True, False]
+    assert parse(path.read_bytes())["answers"] == {"2.12": {"J_l": {"kind": "number", "value": 0.0035}}}
+
+
 def test_an_unknown_part_is_an_error_and_nothing_is_recorded(path):
     with pytest.raises(AnswerError, match=r"no part 'omega'; it has omega_n, explanation"):
         book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9, "omega": 3})

@@ -164,6 +164,14 @@ def test_another_run_changes_friction_and_the_boards_jitter_alone_and_is_the_sam
     assert run.joint == bench.joint
 
 
+def test_a_number_does_not_change_everybodys_bench_alike():
+    def factor(seed):
+        bench = student_bench(seed)
+        return bench.run(2).parameters.servo_friction[0] / bench.parameters.servo_friction[0]
+
+    assert len({round(factor(seed), 6) for seed in range(50)}) == 50
+
+
 def test_runs_spread_over_their_range_without_leaning():
     factors = [student_bench(5).run(n).parameters.servo_friction[0] for n in range(2, 402)]
     factors = np.array(factors) / student_bench(5).parameters.servo_friction[0]

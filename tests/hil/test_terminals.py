@@ -55,6 +55,16 @@ def test_a_voltage_takes_effect_after_the_delay_and_the_one_before_holds_until_t
     assert ours.plant.held == [(0.0, 0.75e-3), (3.0, 2e-3), (-3.0, 1.25e-3)]
 
 
+def test_a_delay_of_several_samples_shifts_each_voltage_by_as_much():
+    ours, time = terminals(Timing(delay=5e-3)), 0.0
+    for n in range(1, 21):
+        ours.send({0: float(n)})
+        time += 0.002
+        ours.move(time)
+    assert [voltage for voltage, _ in ours.plant.held] == [float(n) for n in range(19)]
+    assert [round(duration, 9) for _, duration in ours.plant.held] == [5e-3, *[2e-3] * 17, 1e-3]
+
+
 def test_what_was_commanded_last_is_known_before_it_arrives():
     ours = terminals(Timing(delay=1e-3))
     ours.send({0: 1.0})

@@ -15,7 +15,7 @@ from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import batch
 from rotflex.instructor.batch import Batch, Settings
 from rotflex.instructor.marking import decoding
-from rotflex.instructor.regrade import regrade
+from rotflex.instructor.regrade import _marked, regrade
 from rotflex.instructor.reports.grades import GRADES_FILE, Reports
 from rotflex.instructor.running import runner
 
@@ -216,6 +216,18 @@ def test_regrade_keeps_what_a_person_gave(fake_class):
         (one,) = regrade(book, fake_class.course)
         (mark,) = [mark for mark in one.after.marks if mark.part == "explanation"]
         assert (mark.status, mark.points) == ("given by a person", 1.0)
+
+
+def test_words_that_were_handed_in_are_marked_again_though_the_run_left_no_answers(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book:
+        graded = book.current("ada")
+        words = {"2.11": {"explanation": {"text": "The ratio contains the link alone.", "pictures": {}}}}
+        for changed, counted in (({}, 0), (words, 1)):
+            stopped = replace(graded, run=replace(graded.run, answers=None, words=changed), marks=())
+            again = _marked(stopped, InlineMarker(fake_class.course, 1), (), "another").after
+            assert sum(one.status == "for a person" for one in again.marks) == counted
 
 
 @pytest.mark.parametrize(("question", "words"), [("9.9", "no question .9.9."), ("2.12", "key has no question 2.12")])

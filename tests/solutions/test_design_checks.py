@@ -185,3 +185,15 @@ def outputs(change):
 def test_a_function_for_the_model_earns_by_matrices(change, share):
     verdict = StateSpaceFunction().verdict(FUNCTION_PART, outputs(change), Case(BENCH, _nothing, 7))
     assert verdict.share == share
+
+
+def test_a_function_that_is_right_for_one_joint_only_is_wrong():
+    """As with a stiffness that is written into it."""
+    places = iter(range(100))
+
+    def one_joint(matrices):
+        if next(places):
+            matrices["A"][3, 1] *= 1.4
+
+    verdict = StateSpaceFunction().verdict(FUNCTION_PART, outputs(one_joint), Case(BENCH, _nothing, 7))
+    assert verdict.share == 0.0 and "Look at row 4 of A" in verdict.reason

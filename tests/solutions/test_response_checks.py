@@ -14,7 +14,7 @@ from rotflex.workbook import spare_design
 from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.figure_shows import FigureShows
-from solutions.repeated import run_again, simulated_again, validated_again
+from solutions.repeated import own_gain, run_again, simulated_again, validated_again
 from solutions.response_checks import Measured, ResponseOf, Satisfied
 from solutions.true_bench import TrueBench
 
@@ -235,6 +235,23 @@ def test_a_simulation_with_the_spare_gain_counts_where_the_own_loop_runs_away_an
     away, holding = case(bench, K=-np.array([K])), case(bench, K=1.1 * np.array([K]))
     assert check.verdict(SIMULATED, value, away).status is Status.RIGHT
     assert check.verdict(SIMULATED, value, holding).status is Status.WRONG
+
+
+def test_the_right_designs_simulation_counts_where_the_own_loop_runs_away_and_only_there(bench, K):
+    """A student who saw it run away and took another's gain, or the one that the notebook offers."""
+    value = simulation_with(*Design(bench.servo, bench.joint, bench.K_s).voltage_model, np.array([K]))
+    check = ResponseOf(simulated_again, CHANNELS)
+    away, holding = case(bench, K=-np.array([K])), case(bench, K=1.3 * np.array([K]))
+    assert check.verdict(SIMULATED, value, away).status is Status.RIGHT
+    assert check.verdict(SIMULATED, value, holding).status is Status.WRONG
+
+
+def test_the_gain_of_3_8_is_the_students_own_before_that_of_3_10(bench, K):
+    known = {("3.8", "K"): np.array([K]), ("3.10", "K"): 2 * np.array([K])}
+    judged = Case(bench, lambda question, part: known[question, part], 7)
+    assert own_gain(judged) == pytest.approx(K)
+    del known["3.8", "K"]
+    assert own_gain(judged) == pytest.approx(2 * np.array(K))
 
 
 def test_on_a_model_that_runs_away_what_the_notebook_goes_on_with_counts(bench):

@@ -66,11 +66,12 @@ def test_a_new_module_counts_though_nobody_has_named_it(tree):
     assert of(tree) != before
 
 
-def test_a_table_that_the_key_reads_counts(tree):
+@pytest.mark.parametrize("name", ["expected.csv", "expected.json", "expected.toml"])
+def test_a_table_that_the_key_reads_counts(tree, name):
     before = of(tree)
-    (tree / "solutions" / "expected.csv").write_text("1.4\n")
+    (tree / "solutions" / name).write_text("1.4\n")
     with_table = of(tree)
-    (tree / "solutions" / "expected.csv").write_text("1.5\n")
+    (tree / "solutions" / name).write_text("1.5\n")
     assert len({before, with_table, of(tree)}) == 3
 
 

@@ -110,6 +110,11 @@ def test_what_is_no_png_is_not_shown():
     assert "<img" not in as_html("![a](attachment:a)", {"attachment:a": b"<svg onload='alert(1)'/>"})
 
 
+def test_the_address_of_a_link_is_shown_and_is_no_markup():
+    page = as_html("[see](https://example.org/%3Cimg%20src=x%20onerror=alert(1)%3E)")
+    assert "<img" not in page and "see (https://example.org/&lt;img" in page
+
+
 def test_links_are_words_with_their_address():
     page = as_html("[see](https://example.org/x) <https://example.org/y>")
     assert "see (https://example.org/x)" in page and page.count("https://example.org/y") == 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 
 import packings
 import pytest
@@ -279,6 +279,22 @@ def test_archives_of_one_time_are_taken_by_the_number_of_the_attempt(tmp_path, n
     lay(tmp_path, {first: zipped(work(answer="old = 1")), second: zipped(work(answer="new = 1"))})
     found = intake.find(tmp_path, roster)
     assert students(found) == ["ada"] and first_answer(found, "ada") == "new = 1"
+
+
+def test_of_loose_files_of_one_name_the_newer_counts_and_it_is_told(tmp_path):
+    """Who hands the same notebook in again has a higher number there."""
+    lay(tmp_path, packings.canvas("lovelaceada", 12345, work(answer="old = 1")))
+    lay(tmp_path, packings.canvas("lovelaceada", 12345, work(answer="new = 1", names=WANTED[:1]), first=700000))
+    found = intake.find(tmp_path, ROSTER)
+    assert [first_answer(found, "ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]
+    (told,) = [line for line in found.ignored if "there is a newer one of the same name" in line]
+    assert "_678901_" in told
+
+
+def test_a_time_without_a_zone_is_of_the_one_where_it_is_read():
+    east = timezone(timedelta(hours=5, minutes=30))
+    assert times.in_utc(datetime(2026, 11, 21, 13, 5), east) == datetime(2026, 11, 21, 7, 35, tzinfo=UTC)
+    assert times.in_utc(datetime(2026, 11, 21, 13, 5, tzinfo=UTC), east) == datetime(2026, 11, 21, 13, 5, tzinfo=UTC)
 
 
 def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
