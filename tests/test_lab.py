@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 import rotflex.lab
-from rotflex.errors import AnswerError, BenchError, ConfigurationError
+from rotflex.errors import AnswerError, BenchError, ConfigurationError, StudentIDError
 from rotflex.hil.student_benches import DRAW, student_bench, student_seed
 from rotflex.workbook.probes import COMPOUND_SINES
 from rotflex.workbook.questions import CATALOGUE
@@ -66,6 +66,12 @@ def test_a_broken_course_file_is_told(folder):
 def test_an_unusable_id_is_told(student, said):
     with pytest.raises(ConfigurationError, match=said):
         rotflex.lab.start(student)
+
+
+def test_an_unusable_id_that_was_typed_is_not_put_down_to_the_course_file(folder):
+    (folder / "course.json").write_text('{"student": "ada"}')
+    with pytest.raises(StudentIDError, match=r"^'a/b' cannot be a student's ID"):
+        rotflex.lab.start("a/b")
 
 
 def test_of_an_unusable_id_in_the_course_file_the_file_is_told(folder):

@@ -131,6 +131,26 @@ def test_closing_does_not_move_anything():
     assert board.plant.state == (0.2, 0.1, 0.0, 0.0)
 
 
+# --- wiring ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("use", "last"),
+    [
+        (lambda board, channel: board.read_encoder(channel, 1, np.zeros(1, dtype=np.int32)), 1),
+        (lambda board, channel: board.read_analog(channel, 1, np.zeros(1)), 1),
+        (lambda board, channel: board.write_analog(channel, 1, np.zeros(1)), 1),
+        (lambda board, channel: board.write_digital(channel, 1, np.zeros(1, dtype=np.int8)), 7),
+    ],
+    ids=["encoders", "analog inputs", "analog outputs", "digital lines"],
+)
+def test_there_are_so_many_channels_and_the_next_number_is_refused(use, last):
+    board = VirtualBoard(WORKBOOK)
+    use(board, np.array([last], dtype=np.uint32))
+    with pytest.raises(HILError, match=rf"There are {last + 1} .* channels, from 0; asked for: \[{last + 1}\]"):
+        use(board, np.array([last + 1], dtype=np.uint32))
+
+
 # --- sensors ---------------------------------------------------------------------------------------------------------
 
 

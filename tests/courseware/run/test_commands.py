@@ -175,6 +175,26 @@ def test_the_exit_codes_are_in_the_help():
     assert "0 all is recorded, 1 there is something to look at, 2 it cannot be checked" in said
 
 
+@pytest.mark.parametrize("first", [signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)])
+def test_who_ends_a_run_is_heard_once_so_that_it_ends_in_order(folder, monkeypatch, first):
+    endings = {signal.SIGTERM, first}
+    ended = []
+
+    def check(*_arguments, **_named):
+        try:
+            signal.raise_signal(first)
+        finally:
+            for again in endings:
+                signal.raise_signal(again)
+            ended.append("in order")
+
+    monkeypatch.setattr(checking, "check", check)
+    before = {number: signal.getsignal(number) for number in endings}
+    done = rotflex("check")
+    assert (done.exit_code, ended) == (130, ["in order"]) and done.output.endswith("Stopped.\n")
+    assert {number: signal.getsignal(number) for number in endings} == before
+
+
 @pytest.mark.slow
 def test_a_check_that_is_stopped_ends_in_order_and_leaves_nothing(tmp_path):
     """By the real command, on the course's own notebooks, as they were handed out."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
 import pytest
 import sympy
 from hypothesis import given, settings
@@ -96,6 +97,13 @@ def test_an_equation_times_a_motion_or_times_nothing_is_another_one(factor):
     assert status(EquationIs(rule(LINK)), MOTION, equation) is Status.WRONG
 
 
+@pytest.mark.parametrize("factor", [sympy.Rational(1, 10**9), sympy.Integer(10**9)])
+def test_an_equation_is_compared_as_exactly_whatever_it_was_multiplied_by(factor):
+    check, changed = EquationIs(rule(LINK)), LINK + sympy.Rational(1, 1000) * K_s * alpha
+    assert status(check, MOTION, sympy.Eq(factor * LINK, 0, evaluate=False)) is Status.RIGHT
+    assert status(check, MOTION, sympy.Eq(factor * changed, 0, evaluate=False)) is Status.WRONG
+
+
 def test_an_equation_with_another_put_into_it_is_as_good():
     alone = SERVO - LINK  # the servo cut free
     check = EquationIs(rule(SERVO), others=(rule(alone),))
@@ -137,6 +145,25 @@ def test_a_matrix_is_compared_by_its_entries_and_one_wrong_row_costs_its_share()
     verdict = check.verdict(MATRIX, changed, case())
     assert (verdict.status, verdict.share) == (Status.PARTLY, 0.75)
     assert status(check, MATRIX, A.T) is Status.WRONG
+
+
+def test_a_matrix_that_agrees_with_own_answers_follows():
+    own = sympy.diag(K_s, J_l, B_eq, tau)
+    check = SymbolicMatrixIs(
+        lambda point: np.eye(4),
+        follow=lambda own, point: [[at(entry, point) for entry in row] for row in own("2.5", "A").tolist()],
+        follow_what="your own equations",
+    )
+    verdict = check.verdict(MATRIX, own, case(q2_5_A=own))
+    assert verdict.status is Status.FOLLOW_THROUGH and "agrees with your own equations" in verdict.reason
+    assert status(check, MATRIX, 2 * own, q2_5_A=own) is status(check, MATRIX, own) is Status.WRONG
+
+
+def test_an_equation_that_agrees_with_own_answers_follows():
+    check = EquationIs(rule(LINK), follow=lambda own, p: at(own("2.4", "own"), p), follow_what="your own energy")
+    verdict = check.verdict(MOTION, sympy.Eq(2 * SERVO, 0, evaluate=False), case(q2_4_own=SERVO))
+    assert verdict.status is Status.FOLLOW_THROUGH and "agrees with your own energy" in verdict.reason
+    assert status(check, MOTION, sympy.Eq(SERVO + tau, 0, evaluate=False), q2_4_own=SERVO) is Status.WRONG
 
 
 # --- differences, against sympy's own derivatives ---------------------------------------------------------------------

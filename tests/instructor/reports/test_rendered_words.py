@@ -78,6 +78,13 @@ def test_formulas_become_mathml_in_a_line_and_on_lines_of_their_own():
     assert "<mtable>" in matrix and "<p>" in matrix
 
 
+@pytest.mark.parametrize("text", ["$$ab$$", "$$ab\n$$", "$$\nab$$", "$$\nab\n$$", "so\n\n$$ab$$\n\nand"])
+def test_a_formula_on_lines_of_its_own_is_whole_wherever_its_signs_stand(text):
+    page = as_html(text)
+    assert page.count("<math") == 1 and "$" not in page
+    assert re.findall(r"<mi>(\w+)</mi>", page) == ["a", "b"]
+
+
 @pytest.mark.parametrize("text", ["It costs $5.", "`$x$` is typed so", "5 \\$ and 6 \\$", "$ $", "$$"])
 def test_what_is_no_formula_stays(text):
     page = as_html(text)
