@@ -27,7 +27,6 @@ from rotflex.instructor.release.identity import DATA, NOTEBOOKS
 DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
 _COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
 _NEVER = ("__pycache__", "*.pyc", ".*")
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold; every file bears it, so that bytes repeat
 
 _README = """\
 # {title}
@@ -301,7 +300,7 @@ def _project_file(course: Course, about: importlib.metadata.Distribution, with_d
 def _write_archive(folder: Path, archive: Path) -> None:
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for path in _files(folder):
-            entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", _EPOCH)
+            entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}")  # no time: bytes repeat
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3  # whatever made it: attributes are Unix's
             entry.external_attr = 0o644 << 16

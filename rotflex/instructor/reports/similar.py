@@ -13,6 +13,7 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 from rotflex.courseware import answers
@@ -178,7 +179,7 @@ def _fits(one: Student, mate: Student, parts: Mapping[Where, OwnBench]) -> bool:
 
 def _digits(value: float) -> int:
     """To how many significant digits a number is given."""
-    return next((digits for digits in range(1, 17) if float(f"{value:.{digits}g}") == value), 17)
+    return len(Decimal(str(value)).normalize().as_tuple().digits)
 
 
 def _half_of_the_last(value: float, digits: int) -> float:

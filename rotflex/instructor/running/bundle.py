@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
 _REPORTS = Path(cell_reports.__file__)  # goes along with them: the packages of an early release do not have it
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # every file bears it, so that the same course gives the same bytes
 
 
 @dataclass(frozen=True)
@@ -145,14 +144,17 @@ def _asked(notebooks: Mapping[str, NotebookNode], catalogue: Catalogue) -> Itera
 
 
 def _pack(folders: Iterable[Path], more: Mapping[str, Path]) -> bytes:
-    """A zip of some folders, side by side, and of more files: name → where it is."""
+    """A zip of some folders, side by side, and of more files: name → where it is.
+
+    No file bears the time that it was made at, so that the same course gives the same bytes.
+    """
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, path in more.items():
-            archive.writestr(zipfile.ZipInfo(name, _EPOCH), path.read_bytes(), zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED)
         for folder in folders:
             for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
-                entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", _EPOCH)
+                entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}")
                 archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
 

@@ -155,7 +155,7 @@ class FolderStore:
         waiting = [""]
         while waiting:
             folder = waiting.pop(0)
-            entries = self._scan(folder, most - seen)
+            entries = self._scan(folder, most)
             seen += len(entries)
             if seen > most:
                 raise Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=most))
@@ -176,10 +176,10 @@ class FolderStore:
                     others[path] = _("it is a link, or another thing than a file")
         return Listing(found, others)
 
-    def _scan(self, folder: str, left: int) -> list[os.DirEntry[str]]:
+    def _scan(self, folder: str, most: int) -> list[os.DirEntry[str]]:
         try:
             with os.scandir(self._root / folder) as found:
-                return sorted(islice(found, left + 1), key=lambda entry: entry.name)
+                return sorted(islice(found, most + 1), key=lambda entry: entry.name)
         except OSError as error:
             raise Unreadable(f"{error.strerror}.") from None
 
