@@ -334,6 +334,25 @@ def test_at_the_very_border_of_break_away_nothing_moves(link_way, servo_way, lin
     np.testing.assert_allclose(plant.state, [0.0, alpha, 0.0, 0.0], atol=1e-10)
 
 
+def test_a_servo_that_stops_stands_exactly_while_the_link_swings_on():
+    """Slower than 1 mrad/s, and pushed with less than half of what friction holds, it has stopped a sample later."""
+    rough = replace(ROUGH, link_friction=(0.001, 0.001))
+    _, alpha, theta_dot, alpha_dot = drive(rough, [0.0], 1.0, State(0.0, 0.25, 0.0, 0.0)).T
+    pushed = np.abs(rough.K_s * alpha + rough.B_l * alpha_dot) + max(rough.link_friction)
+    weak = pushed < 0.5 * min(rough.servo_friction)
+    held = weak[:-1] & weak[1:] & (np.abs(theta_dot[:-1]) < 1e-3)
+    assert held.sum() > 50 and np.abs(alpha_dot[1:][held]).max() > 0.1
+    assert not theta_dot[1:][held].any()
+
+
+def test_a_link_that_stops_stands_exactly_while_the_servo_turns_on():
+    rough = replace(ROUGH, servo_friction=(0.001, 0.001))
+    _, alpha, theta_dot, alpha_dot = drive(rough, [3.0], 2.0, State(0.0, 0.1, 0.0, 0.0)).T
+    late = slice(500, None)  # after 1 s
+    assert theta_dot[late].min() > 1.0
+    assert not alpha_dot[late].any() and np.ptp(alpha[late]) == 0.0
+
+
 def test_everything_stops_in_the_end_and_stays():
     plant = Plant(ROUGH, State(0.0, 0.25, 3.0, -2.0))
     plant.advance(0.0, 5.0)

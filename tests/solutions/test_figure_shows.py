@@ -230,6 +230,12 @@ def test_a_response_plotted_wrongly_earns_what_it_shows_and_the_reason_is_told(h
     assert reason in verdict.reason
 
 
+@pytest.mark.parametrize(("how", "told"), [("no voltage", 1), ("the deflection upside down", 1), ("rad said", 0)])
+def test_who_lacks_a_curve_is_told_once_how_long_each_should_follow(how, told):
+    reason = CHECK.verdict(PART, stored(PART, WRONGLY[how][0]()), case()).reason
+    assert reason.count("each curve should follow over a turn of the command or more") == told
+
+
 # --- a validation: the model beside the bench -------------------------------------------------------------------------
 
 COMPARED = CATALOGUE.find("2.15").part("figure")
@@ -305,6 +311,13 @@ def test_a_turn_of_the_command_is_enough(turns, share, start):
     for zero in (0, start):
         figure = window(start, start + turns * TURN, zero=zero)
         assert CHECK.verdict(PART, stored(PART, figure), case()).share == share
+
+
+@pytest.mark.parametrize(("zero", "found"), [(0.0, True), (2.0, False)])
+def test_a_window_shorter_than_a_turn_is_found_where_its_time_says_and_looked_for_nowhere_else(zero, found):
+    """So short a piece may follow somewhere by chance."""
+    verdict = CHECK.verdict(PART, stored(PART, window(2.0, 2.0 + 0.9 * TURN, zero=zero)), case())
+    assert verdict.share == 0 and ("follows it, but over too short a time" in verdict.reason) == found
 
 
 # --- figures made to break the check ----------------------------------------------------------------------------------

@@ -184,6 +184,20 @@ def test_two_digits_will_do_where_the_course_teaches_to_read(bench, way):
     assert stiffness(K_s, case(bench, omega_n=read, J_l=bench.J_l)).status is RIGHT
 
 
+@pytest.mark.parametrize(
+    ("student", "rounded", "beside"),
+    [("eve", 23.0, "Hann"), ("s4", 18.0, "five swings"), ("linus", 25.0, None)],
+)
+def test_two_digits_will_not_do_beside_a_window_a_free_swing_or_the_eyes_three_per_cent(student, rounded, beside):
+    """Each is within half a digit of its reading, and of none that the course teaches."""
+    bench = BENCHES[student]
+    if beside is not None:
+        assert abs(WAYS[beside](bench) - rounded) < 0.5
+    taught = [bench.omega_n] + [WAYS[way](bench) for way in ("no zeros", "a power of two", "very fine", "the ratio")]
+    assert all(abs(reading - rounded) > 0.5 for reading in taught)
+    assert omega(rounded, case(bench)).status is WRONG
+
+
 def test_the_ends_of_all_places_together_are_sharp(bench):
     places = list(readings.spans(bench, 1))
     low, high = min(place.low for place in places), max(place.high for place in places)

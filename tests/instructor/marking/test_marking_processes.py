@@ -66,6 +66,15 @@ def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
     assert all("could not be marked" in results[n] for n in (1, 4))
 
 
+def test_a_marker_that_has_ended_starts_no_process_any_more(course):
+    """As when a batch is stopped while one of its threads has yet to warm it up."""
+    with Marker(course, 1) as marker:
+        pass
+    before = psutil.Process().children()
+    marker.warm_up()
+    assert psutil.Process().children() == before
+
+
 def test_no_marking_process_outlives_a_program_that_was_killed(course):
     code = f"""
 import sys, time
