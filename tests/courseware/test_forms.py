@@ -290,6 +290,11 @@ def test_multiple_poles_of_sympys_eigenvalues_count_as_often_as_they_occur():
     assert sorted(back.real) == [-2, -1, -1, -1]
 
 
+def test_a_row_of_zeros_is_shown_without_signs():
+    for value in ([-0.0, 0.0, -0.0, 0.0], [-1e-20, 0.0, -1e-20, 3.0]):
+        assert show(K, encode(K, np.array([value]), SEED).content) == f"K = [0, 0, 0, {value[3]:g}]"
+
+
 def test_shown_poles_have_no_noise_from_rounding():
     noisy = [1.2e-14, -18.9, -8.09 + 27j, -8.09 - 27j]
     assert show(POLES, encode(POLES, noisy, SEED).content) == "poles = -18.9, -8.09 - 27j, -8.09 + 27j, 0"

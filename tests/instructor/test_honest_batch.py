@@ -161,6 +161,14 @@ def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fak
         assert book.current("ada").run.claim == {"2.11": {"omega_n": cell}}
 
 
+def test_what_was_recorded_at_home_and_is_here_is_no_trouble(fake_class):
+    fake_class.hand_in("ada")
+    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n="q1-answer"))
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == ()
+
+
 def test_answers_of_another_student_are_no_claim(fake_class):
     fake_class.hand_in("ada")
     (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("bob", omega_n=""))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
+import subprocess
+import sys
 import zipfile
 
 import pytest
@@ -10,6 +13,7 @@ import two_releases
 from two_releases import FIRST, NOTEBOOK, SECOND, SEED, TwoReleases
 
 from rotflex.courseware.benches import BenchPolicy
+from rotflex.courseware.run.cell_reports import REPORTS_FILE
 from rotflex.courseware.run.handed_in import HandIn
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
@@ -102,6 +106,16 @@ def test_under_the_other_release_the_same_work_would_lose_points(sandbox, two, c
     hand_in = two.hand_in(two.second, solved(1))
     earned = marks(course, bundles.current, hand_in)
     assert earned[("1.2", "k")] == 0
+
+
+def test_packages_that_cannot_note_what_stopped_a_cell_are_run_with_what_can(bundles, tmp_path):
+    """As an early release's, which were made before it."""
+    with zipfile.ZipFile(io.BytesIO(bundles.current.packed)) as archive:
+        archive.extractall(tmp_path)
+    (tmp_path / "rotflex" / "courseware" / "run" / "cell_reports.py").unlink()
+    code = f"from {bundle.INSIDE} import cell_reports; print(cell_reports.REPORTS_FILE)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == REPORTS_FILE, done.stderr
 
 
 def test_an_older_release_is_told(two, bundles):
