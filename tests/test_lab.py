@@ -331,3 +331,29 @@ def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
         "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+
+
+# --- what a cell waits for --------------------------------------------------------------------------------------------
+
+
+def test_a_cell_that_has_what_it_needs_is_told_nothing(capsys):
+    assert quiet().given("2.14", np.eye(4), 0.0)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("questions", "said"),
+    [
+        ("2.14", "question 2.14"),
+        ("2.12,2.15", "questions 2.12 and 2.15"),
+        ("3.5, 3.7, 3.8", "questions 3.5, 3.7 and 3.8"),
+    ],
+)
+def test_a_cell_that_waits_says_for_which_questions(capsys, questions, said):
+    assert not quiet().given(questions, np.eye(4), None)
+    assert capsys.readouterr().out == f"Answer {said} first; then run this cell again.\n"
+
+
+def test_a_cell_cannot_wait_for_a_question_that_there_is_not():
+    with pytest.raises(AnswerError, match="no question"):
+        quiet().given("2.91", None)

@@ -181,6 +181,29 @@ class Session:
         self.refresh()
         return self.content(question, part) is not None
 
+    def given(self, questions: str, *values: Any) -> bool:
+        """Whether a cell has what it needs; where it has not, a line says which questions give it.
+
+        Parameters
+        ----------
+        questions : their numbers, as in ``lab.given("1.2, 1.3", speed, K)``
+        values : what the cell needs of them; None is what is not there yet
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question.
+        """
+        asked = [self.catalogue.find(number.strip()).number for number in questions.split(",")]
+        if not any(value is None for value in values):
+            return True
+        if len(asked) == 1:
+            print(_("Answer question {number} first; then run this cell again.").format(number=asked[0]))
+        else:
+            listed = _("{numbers} and {last}").format(numbers=", ".join(asked[:-1]), last=asked[-1])
+            print(_("Answer questions {numbers} first; then run this cell again.").format(numbers=listed))
+        return False
+
     def content(self, question: str, part: str) -> dict[str, Any] | None:
         """An answer as plain data, or None: words as the saved notebook has them, else what was recorded."""
         return self.saved_words.get(question, part) or self.book.get(question, part)
