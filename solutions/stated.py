@@ -72,7 +72,7 @@ _SPECIFICATIONS = (
         100 * SETTLING_BAND,
         r"to within # % of its final value",
         r"to within # % of the final angle",
-        r"\. # % of the \*final\*",
+        r"degrees: # % of the \*final\*",
         r"The band is ±# %",
         r"±0\.8 deg \(# %\)",
         r"another band, # % of its own final angle",
