@@ -6,6 +6,7 @@ What is found is told in words that name the place; nothing is changed.
 ``key``      questions without an entry in the key, and entries that are not complete
 ``cells``    notebooks that do not record what the catalogue asks, or not as they should
 ``texts``    numbers of the course that a text has otherwise
+``times``    how long a notebook takes, where it says so otherwise than one formula for all has it
 ``solved``   what the key makes of the solutions, and of wrong answers made of them
 ===========  ===========================================================================
 """
@@ -15,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rotflex.instructor.course import Course
-from rotflex.instructor.course_check import cells, key, solved, texts
+from rotflex.instructor.course_check import cells, key, solved, texts, times
 from rotflex.instructor.course_check.finding import Finding
 
 __all__ = ["Finding", "check"]
@@ -33,5 +34,6 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     yield from cells.check(course)
     yield from cells.check_derived(course)
     yield from texts.check(course)
+    yield from times.check(course)
     if run:
         yield from solved.check(course)
