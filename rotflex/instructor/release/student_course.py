@@ -21,7 +21,8 @@ from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
-from rotflex.instructor.release import identity, student_notebooks
+from rotflex.instructor.release import dates, identity, student_notebooks
+from rotflex.instructor.release.dates import ZipTime
 from rotflex.instructor.release.identity import DATA, NOTEBOOKS
 
 DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
@@ -201,7 +202,8 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         built = Path(scratch) / course.name
         names = build(course, built, with_data)
         about = course_file.read(built / NOTEBOOKS) or {}
-        _write_archive(built, Path(scratch) / archive.name)
+        sources = [course.folder, *(package_folder(name) for name in course.packages)]
+        _write_archive(built, Path(scratch) / archive.name, dates.of_sources(sources))
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
@@ -297,10 +299,10 @@ def _project_file(course: Course, about: importlib.metadata.Distribution, with_d
     )
 
 
-def _write_archive(folder: Path, archive: Path) -> None:
+def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for path in _files(folder):
-            entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}")  # no time: bytes repeat
+            entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", date)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3  # whatever made it: attributes are Unix's
             entry.external_attr = 0o644 << 16
