@@ -19,9 +19,37 @@ RotflexError
 
 from __future__ import annotations
 
+import linecache
+from collections.abc import Iterator
+from types import TracebackType
+
+_RED, _PLAIN = "\x1b[31m", "\x1b[39m"
+
 
 class RotflexError(Exception):
     """Anything that rotflex raises on purpose."""
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows below a cell in place of its traceback: the message, and the lines that led to it.
+
+        These are the notebook's; what our own code did in between is of no use to who reads it there. In plain Python,
+        the whole traceback is printed, as ever.
+        """
+        return [f"{_RED}{type(self).__name__}{_PLAIN}: {self}", *_lines_of_cells(self.__traceback__)]
+
+
+def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
+    """The lines of a notebook's cells that were being run, the outermost first."""
+    this = ""
+    while trace is not None:
+        frame, number = trace.tb_frame, trace.tb_lineno
+        trace = trace.tb_next
+        if frame.f_globals.get("__name__") != "__main__":
+            continue
+        name = frame.f_code.co_filename
+        this = this or name
+        where = f"line {number}" if name == this else f"line {number} of a cell that was run before"
+        yield f"  {where}:  {linecache.getline(name, number, frame.f_globals).strip()}".rstrip(" :")
 
 
 class ConfigurationError(RotflexError, ValueError):

@@ -28,6 +28,24 @@ from rotflex.errors import AnswerError
 
 
 @dataclass(frozen=True)
+class Usual:
+    """What an answer usually is. Any other is recorded as well, and draws a hint.
+
+    Attributes
+    ----------
+    largest : the range of the size of a matrix's largest entry, in ``unit``
+    unit : in which entries of a matrix are to be given
+    digits : significant digits that at least one entry of a matrix has
+    settings : (name, value) pairs of a recording's metadata
+    """
+
+    largest: tuple[float, float] | None = None
+    unit: str = ""
+    digits: int = 0
+    settings: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class Part:
     """One thing asked for. ``lab.answer`` takes it by its name.
 
@@ -46,6 +64,7 @@ class Part:
     channels : the channels that a recording must have
     units : of all channels that are kept of a recording: name → unit
     settings : (name, value) pairs that are expected in a recording's metadata
+    usual : what draws a hint where it is otherwise, and no more
     shows : for the entry of a results table, the (question, part) that it carries over
     """
 
@@ -65,6 +84,7 @@ class Part:
     channels: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     settings: tuple[tuple[str, str], ...] = ()
+    usual: Usual = Usual()
     shows: tuple[str, str] | None = None
 
 
@@ -157,9 +177,11 @@ def number(
     return Part(name, "number", points, prompt, outcome, unit=unit, plausible=plausible)
 
 
-def matrix(name: str, shape: tuple[int, ...], outcome: str, prompt: str, points: float = 1) -> Part:
+def matrix(
+    name: str, shape: tuple[int, ...], outcome: str, prompt: str, points: float = 1, usual: Usual = Usual()
+) -> Part:
     """A matrix or vector of numbers."""
-    return Part(name, "matrix", points, prompt, outcome, shape=shape)
+    return Part(name, "matrix", points, prompt, outcome, shape=shape, usual=usual)
 
 
 def poles(name: str, count: int, outcome: str, prompt: str, points: float = 1) -> Part:
@@ -191,10 +213,13 @@ def recording(
     points: float = 1,
     *,
     units: Mapping[str, str],
+    usual: Usual = Usual(),
 ) -> Part:
     """A recording of an experiment."""
-    checked_settings = tuple(settings.items())
-    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=checked_settings, units=units)
+    checked = tuple(settings.items())
+    return Part(
+        name, "recording", points, prompt, outcome, channels=channels, settings=checked, units=units, usual=usual
+    )
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:

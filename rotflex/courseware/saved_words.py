@@ -26,7 +26,7 @@ class SavedWords:
 
     Attributes
     ----------
-    notices : what could not be read, or not as it is, that the student should know
+    notices : what could not be read, or not as it is, that the student should know; and what is asked about
     """
 
     def __init__(self, folder: Path, catalogue: Catalogue) -> None:
@@ -35,6 +35,7 @@ class SavedWords:
         self._paths = [folder / f"{name}.ipynb" for name in catalogue.notebooks]
         self._known: dict[Path, tuple[int, ...] | None] = {}
         self._found: dict[Path, dict[Where, str]] = {}
+        self._asked: set[str] = set()  # each question once, and not at each saving
 
     def refresh(self) -> None:
         """Read the notebooks that have been saved since."""
@@ -66,6 +67,9 @@ class SavedWords:
         masters = words.own_masters(handed_in.document(data)["cells"])
         written = words.written(masters, cells, with_pictures=False)
         self.notices.extend(f"{path.name}: {problem}" for problem in written.problems)
+        asked = [f"{path.name}: {question}" for question in written.asked]
+        self.notices.extend(question for question in asked if question not in self._asked)
+        self._asked.update(asked)
         return {where: found.text for where, found in written.words.items()}
 
 

@@ -117,6 +117,9 @@ class Session:
             If there is no such question or part; the message names those that there are.
         """
         print(*self.record(question, **parts), sep="\n")
+        if not by_program():  # what is to be asked of words is asked while they are still in mind
+            self.saved_words.refresh()
+            self.print_notices()
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
         """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""

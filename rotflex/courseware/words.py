@@ -18,7 +18,7 @@ from typing import Any
 from rotflex.courseware import attached_pictures
 from rotflex.courseware.attached_pictures import Budget, Pictures
 from rotflex.courseware.json_values import clean
-from rotflex.courseware.kinds.values import LONGEST_PROSE, STUBS
+from rotflex.courseware.kinds.values import LONGEST_PROSE, STUBS, of_few_words
 from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import CODE, TEXT, Cell
 
@@ -82,11 +82,13 @@ class Written:
     words : (question, part) → words; what is not there was not written
     notes : what a person may want to know, such as words that were found in another place
     problems : what is not read as the student left it
+    asked : what is read as it is, and asked about
     """
 
     words: dict[Where, Words] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
 
 
 def where_of(cell: Mapping[str, Any]) -> Where | None:
@@ -145,6 +147,8 @@ def written(
                     label=label, count=len(shown.text), most=LONGEST_PROSE
                 )
             )
+        if question := of_few_words(text):
+            found.asked.append(f"{label}: {question}.")
         found.words[where] = Words(shown.text[:LONGEST_PROSE], shown.kept)
     return found
 

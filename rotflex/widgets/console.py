@@ -250,7 +250,7 @@ class BenchConsole(Explorer):
         words = [about.get("experiment", "recording"), about.get("feedback", "")]
         name = "_".join(["console", *(str(word).replace(" ", "_") for word in words if word)]) + ".mat"
         path = self.recording.save(Path.cwd() / name)
-        self.notice = f'Saved as {path.name}: Recording.load("{path.name}") reads it again.'
+        self.notice = f'Saved as {path.name}: rotflex.recording.Recording.load("{path.name}") reads it again.'
 
     # --- what there is to see ---------------------------------------------------------------------------------------
 

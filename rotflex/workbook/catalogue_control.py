@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.parts import YES_NO, Part, Question, choice, figure, matrix, number, poles, prose
+from rotflex.courseware.parts import YES_NO, Part, Question, Usual, choice, figure, matrix, number, poles, prose
 from rotflex.specifications import SETTLING_BAND
 from rotflex.workbook.recordings import recording
 
@@ -17,6 +17,8 @@ SETTLING_TIME = (0.02, 3.0)
 OVERSHOOT = (0.0, 100.0)
 DEFLECTION = (2.0, 60.0)
 VOLTAGE = (0.5, 24.0)
+#: On the benches that are drawn, the largest entry of the right gain is 10 to 24 V/rad; per degree, it is below 0.5.
+GAIN = Usual(largest=(5.0, 60.0), unit="V/rad", digits=3)
 
 _TRACKING_CHANNELS = ("theta_ref", "theta", "alpha", "vm")
 _POLYNOMIAL = "its coefficients, highest power of s first."
@@ -94,7 +96,7 @@ CONTROL = (
         ("A-1", "A-2"),
         (
             prose("strategy", "A-1", "What does the feedback do to the last row, and how does that give the gain?"),
-            matrix("K_c", (1, 4), "A-2", "The gain that places the poles of the companion form.", points=2),
+            matrix("K_c", (1, 4), "A-2", "The gain that places the poles of the companion form.", 2, Usual(digits=3)),
         ),
     ),
     Question(
@@ -127,7 +129,7 @@ CONTROL = (
         DESIGN,
         "Control gain",
         (),
-        (matrix("K", (1, 4), "", "The gain for the original states, by way of the companion form.", points=2),),
+        (matrix("K", (1, 4), "", "The gain for the original states, by way of the companion form.", 2, GAIN),),
     ),
     Question(
         "3.9",
@@ -146,7 +148,7 @@ CONTROL = (
         DESIGN,
         "Control gain, by a library",
         ("K-1",),
-        (matrix("K", (1, 4), "K-1", "The gain that a library's pole placement gives.", points=2),),
+        (matrix("K", (1, 4), "K-1", "The gain that a library's pole placement gives.", 2, GAIN),),
     ),
     Question(
         "3.11",
@@ -249,6 +251,7 @@ def _entry(source: tuple[str, str], name: str, prompt: str = "") -> Part:
         plausible=part.plausible,
         shape=part.shape,
         count=part.count,
+        usual=part.usual,
         shows=source,
     )
 

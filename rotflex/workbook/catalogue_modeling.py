@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.parts import Part, Question, expression, figure, function, matrix, number, poles, prose
+from rotflex.courseware.parts import Part, Question, Usual, expression, figure, function, matrix, number, poles, prose
 from rotflex.workbook.probes import COMPOUND_SINES, PLANT_PARAMETERS
 from rotflex.workbook.recordings import recording
 
@@ -168,7 +168,12 @@ MODELING = (
         ("B-5", "K-2"),
         (
             recording(
-                "sweep", {"experiment": "sweep"}, ("alpha",), "B-5", "A recording of the sweep from 1 Hz to 5 Hz."
+                "sweep",
+                {"experiment": "sweep"},
+                ("alpha",),
+                "B-5",
+                "A recording of the sweep from 1 Hz to 5 Hz.",
+                usual=Usual(settings=(("drive", "position"),)),
             ),
             figure("figure", "K-2", "The deflection of the link over time."),
         ),

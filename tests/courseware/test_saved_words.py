@@ -53,6 +53,26 @@ def test_words_are_there_once_the_notebook_is_saved(lab, folder, capsys):
     assert "02_finding_stiffness        1 of 4 questions answered" in capsys.readouterr().out
 
 
+def test_an_explanation_of_one_word_is_read_and_asked_about_once_when_an_answer_is_given(lab, folder, capsys):
+    question = "02_finding_stiffness.ipynb: 2.11, explanation: it is 1 word long: is that all that you want to say?"
+    write(folder, NOTEBOOK, "q2-11-explanation", "Friction.")
+    capsys.readouterr()
+    lab.answer("2.11", omega_n=19.9)
+    assert question in capsys.readouterr().out
+    assert lab.value("2.11", "explanation") == "Friction."
+    write(folder, NOTEBOOK, "q2-11-explanation", "Friction.", metadata={**_metadata(folder), "more": 1})
+    lab.answer("2.11", omega_n=19.9)
+    assert question not in capsys.readouterr().out
+    write(folder, NOTEBOOK, "q2-11-explanation", "Friction drags the peak.")
+    lab.summary()
+    assert "is that all" not in capsys.readouterr().out
+
+
+def _metadata(folder):
+    cells = json.loads((folder / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
+    return next(cell["metadata"] for cell in cells if cell["id"] == "q2-11-explanation")
+
+
 def test_words_in_quotes_of_an_old_notebook_still_count_and_new_ones_come_first(lab, folder):
     lab.answer("2.11", explanation="In quotes.")
     assert lab.value("2.11", "explanation") == "In quotes."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from rotflex.courseware.json_values import (
     read_vector,
     show_number,
 )
-from rotflex.courseware.kinds.values import complex_number, real_number
+from rotflex.courseware.kinds.values import complex_number, of_slip, real_number
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 
@@ -92,7 +93,25 @@ def _without_unknown(value: Any) -> Any:
 
 def encode_matrix(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     table = entries(_without_unknown(value) if is_symbolic(value) else value, part.shape)
-    return {"value": [[_entry(entry, i, j) for j, entry in enumerate(row)] for i, row in enumerate(table)]}, []
+    numbers = [[_entry(entry, i, j) for j, entry in enumerate(row)] for i, row in enumerate(table)]
+    return {"value": numbers}, list(_unusual(part, [number for row in numbers for number in row if number]))
+
+
+def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
+    """Hints on a matrix, by its entries that are not zero."""
+    digits, plausible, unit = part.usual.digits, part.usual.largest, part.usual.unit
+    if digits > 1 and numbers and all(float(f"{number:.{digits - 2}e}") == number for number in numbers):
+        yield _(
+            "its entries have {fewer} digits or fewer: give what you computed, for what comes next builds on it"
+        ).format(fewer=digits - 1)
+    if plausible is None or not numbers:
+        return
+    largest = max(abs(number) for number in numbers)
+    if not plausible[0] <= largest <= plausible[1]:
+        size = _("large") if largest > plausible[1] else _("small")
+        yield of_slip(largest, plausible, unit) or _("its entries are unusually {size} for this plant: check").format(
+            size=size
+        )
 
 
 def _entry(entry: Any, i: int, j: int) -> float:

@@ -88,7 +88,7 @@ def encode_recording(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]
         _("is it the right one? Its {name} is {found!r}, where {wanted!r} is asked for").format(
             name=name, found=str(value.metadata[name])[:40], wanted=wanted
         )
-        for name, wanted in part.settings
+        for name, wanted in (*part.settings, *part.usual.settings)
         if value.metadata.get(name, wanted) != wanted
     ]
     return content, hints

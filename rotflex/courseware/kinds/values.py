@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,8 @@ LONGEST_PROSE = 5000  #: characters
 #: What a notebook may leave where a text is to be written.
 STUBS = ("", "...", "your answer here", "your text here")
 
+_FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
+_LEAST_PERCENTAGE = 0.15  # below, and above 0, a fraction is likelier: that of 15 %, as it would be given for one
 #: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
 _SLIPS = {
     "rad/s": ((REV, "in hertz"), (DEG, "in degrees per second"), (RPM, "in revolutions per minute")),
@@ -36,6 +39,7 @@ _SLIPS = {
     "N·m/rad": ((1 / DEG, "per degree"), (REV**2, "computed from a frequency in hertz")),
     "kg·m²": ((1e-3, "in grams"), (1e-4, "in square centimetres"), (1e-6, "in square millimetres")),
     "s": ((1e-3, "in milliseconds"),),
+    "V/rad": ((1 / DEG, "per degree"),),
 }
 _ANGLE_SLIPS = (
     *((factor, "off by 180/pi, as between degrees and radians") for factor in (DEG, 1 / DEG)),
@@ -109,6 +113,8 @@ def encode_number(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
 
 def _plausibility(part: Part, number: float) -> list[str]:
     """A hint where a number is outside the plausible range: a likely slip of units, or just unusual."""
+    if part.unit == "%" and 0 < number < _LEAST_PERCENTAGE:
+        return [_("it looks like it is a fraction; give {unit}, unless it is really that small").format(unit=part.unit)]
     if part.plausible is None:
         return []
     lowest, highest = part.plausible
@@ -117,11 +123,32 @@ def _plausibility(part: Part, number: float) -> list[str]:
     if lowest <= -number <= highest and number:
         return ["it is negative: check the sign"]
     angular = _ANGLE_SLIPS if "rad" in part.unit or "deg" in part.unit else ()
-    for candidates in (_SLIPS.get(part.unit, ()), angular, _THOUSAND):
+    return [
+        of_slip(number, part.plausible, part.unit, (_SLIPS.get(part.unit, ()), angular, _THOUSAND))
+        or _("unusually {size} for this plant: check").format(size=_("large") if number > highest else _("small"))
+    ]
+
+
+def of_slip(
+    number: float,
+    plausible: tuple[float, float],
+    unit: str,
+    possible: Iterable[Iterable[tuple[float, str]]] | None = None,
+) -> str:
+    """A hint at the slip of units that would explain a number out of range; "" if none would.
+
+    Parameters
+    ----------
+    number, plausible : in ``unit``
+    unit : that is asked for
+    possible : slips as (factor, name), the likeliest first; those of the unit itself unless given
+    """
+    lowest, highest = plausible
+    for candidates in (_SLIPS.get(unit, ()),) if possible is None else possible:
         slips = [name for factor, name in candidates if lowest <= number * factor <= highest]
         if slips:
-            return [_("it looks like it is {slips}; give {unit}").format(slips=_(" or ").join(slips), unit=part.unit)]
-    return [_("unusually {size} for this plant: check").format(size=_("large") if number > highest else _("small"))]
+            return _("it looks like it is {slips}; give {unit}").format(slips=_(" or ").join(slips), unit=unit)
+    return ""
 
 
 def decode_number(part: Part, content: Any) -> float:
@@ -187,7 +214,17 @@ def encode_prose(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
                 count=len(text), longest_prose=LONGEST_PROSE
             )
         )
-    return {"value": text}, []
+    return {"value": text}, [hint for hint in [of_few_words(text)] if hint]
+
+
+def of_few_words(text: str) -> str:
+    """A question about an explanation of a word or two; "" for one that is longer, or has a formula or a picture."""
+    count = len(text.split())
+    if count >= _FEWEST_WORDS or len(text) > _SHORT or re.search(r"[$=]|!\[|\\\(|\\\[", text):
+        return ""
+    return _("it is {words} long: is that all that you want to say? A person reads it").format(
+        words=plural(count, _("word"))
+    )
 
 
 def decode_prose(part: Part, content: Any) -> str:

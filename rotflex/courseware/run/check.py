@@ -174,7 +174,7 @@ def check(
         (
             *work.notes,
             *filter(None, (home.note, _other_release(work))),
-            *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes)),
+            *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes, *of.asked)),
             *_foreign(work, merged),
             *why.harmless,
         ),

@@ -1,0 +1,79 @@
+"""What draws a hint when it is handed in, and is recorded all the same (units of numbers: test_forms.py)."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from rotflex import experiments, hil
+from rotflex.courseware.forms import decode, encode
+from rotflex.workbook.questions import CATALOGUE
+
+SEED = 7
+
+
+def part(question, name):
+    return CATALOGUE.find(question).part(name)
+
+
+K = [18.24, -17.15, 1.59, 0.633]  # the workbook's
+
+
+@pytest.mark.parametrize("asked", [("3.8", "K"), ("3.10", "K"), ("Table 3", "K_fsf")])
+@pytest.mark.parametrize(
+    ("entries", "hint"),
+    [
+        (K, None),
+        ([round(entry * np.pi / 180, 5) for entry in K], "per degree; give V/rad"),
+        ([18, -17, 1.6, 0.63], "2 digits or fewer"),
+        ([18, -17, 1.59, 0.63], None),  # one may end in a zero by chance
+        ([20.0, -17.15, 1.59, 0.633], None),
+        ([1.824, -1.715, 0.159, 0.0633], "unusually small"),
+        ([1824.0, -1715.0, 159.1, 63.31], "unusually large"),
+        ([0, 0, 0, 0], None),  # marking has something to say
+    ],
+)
+def test_a_gain_per_degree_or_of_few_digits_is_kept_and_hinted_at_without_the_value(asked, entries, hint):
+    wanted = part(*asked)
+    encoded = encode(wanted, entries, SEED)
+    assert decode(wanted, encoded.content).tolist() == [entries]
+    if hint is None:
+        assert encoded.hints == ()
+    else:
+        (said,) = encoded.hints
+        assert re.search(hint, said)
+        assert {float(number) for number in re.findall(r"[\d.]*\d", said)} <= {2}
+
+
+def test_the_gain_that_partial_state_feedback_leaves_draws_no_hint():
+    assert encode(part("Table 3", "K_psf"), [18.24, 0, 1.59, 0], SEED).hints == ()
+    assert encode(part("2.14", "C"), [[1, 0, 0, 0], [0, 1, 0, 0]], SEED).hints == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "asked"),
+    [
+        ("Friction.", True),
+        ("dry friction", True),
+        ("The servo gives way.", False),
+        (r"$\alpha=0$", False),
+        ("![](attachment:drawing.png)", False),
+        ("\u4f3a\u670d\u7535\u673a" * 8, False),  # a sentence, where words are not set apart
+    ],
+)
+def test_an_explanation_of_a_word_or_two_is_kept_and_asked_about(text, asked):
+    encoded = encode(part("2.11", "explanation"), text, SEED)
+    assert encoded.content["value"] == text
+    assert [hint for hint in encoded.hints if "is that all that you want to say?" in hint] == list(encoded.hints)
+    assert bool(encoded.hints) is asked
+
+
+def test_a_voltage_sweep_in_place_of_the_position_sweep_is_kept_and_hinted_at():
+    with hil.open("virtual:?seed=7") as bench:
+        asked_for = experiments.sweep(bench, progress=False)
+        recording = experiments.sweep(bench, drive="voltage", progress=False)
+    assert encode(part("2.9", "sweep"), asked_for, SEED).hints == ()
+    (hint,) = encode(part("2.9", "sweep"), recording, SEED).hints
+    assert "Its drive is 'voltage', where 'position' is asked for" in hint

@@ -1,0 +1,70 @@
+"""What a student sees of an error of the course's, in a notebook that a real kernel runs."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from rotflex.errors import AnswerError
+
+HELPER = "def stiffness():\n    # mine\n    return lab.value('2.12', 'K_s')"
+SENTENCE = "AnswerError: 2.12  K_s  not answered yet: notebook 02_finding_stiffness asks for it. Answer it there first."
+
+
+def shown(folder, *cells):
+    """What the last cell shows of its error, without colours."""
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source) for source in cells])
+    NotebookClient(
+        notebook, timeout=120, kernel_name="python3", allow_errors=True, resources={"metadata": {"path": str(folder)}}
+    ).execute()
+    (error,) = [output for output in notebook.cells[-1].outputs if output.output_type == "error"]
+    return error, [re.sub(r"\x1b\[[\d;]*m", "", line) for line in "\n".join(error.traceback).splitlines()]
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    """An error in a cell by itself, in a function of an earlier cell's, and one that is not the course's."""
+    begin = "import rotflex.lab\nlab = rotflex.lab.start('ada', quiet=True)"
+    folder = tmp_path_factory.mktemp("folder")
+    return [
+        shown(folder, begin, HELPER, last)
+        for last in (
+            "x = 1\nK_s = lab.value('2.12', 'K_s')",
+            "# a\n# b\nK_s = stiffness()",
+            "lab.value('2.12', 'K_s' + 1)",
+        )
+    ]
+
+
+def test_an_error_of_the_courses_is_its_sentence_and_the_line_that_led_to_it(seen):
+    error, lines = seen[0]
+    assert lines == [SENTENCE, "  line 2:  K_s = lab.value('2.12', 'K_s')"]
+    assert (error.ename, error.evalue) == ("AnswerError", SENTENCE.removeprefix("AnswerError: "))
+
+
+def test_it_names_the_line_in_an_earlier_cells_function_too(seen):
+    assert seen[1][1] == [
+        SENTENCE,
+        "  line 3:  K_s = stiffness()",
+        "  line 3 of a cell that was run before:  return lab.value('2.12', 'K_s')",
+    ]
+
+
+def test_any_other_error_has_its_traceback(seen):
+    error, lines = seen[2]
+    assert error.ename == "TypeError" and any("Traceback" in line for line in lines)
+
+
+def test_one_that_no_cell_led_to_is_its_sentence():
+    assert AnswerError("No.")._render_traceback_() == ["\x1b[31mAnswerError\x1b[39m: No."]
+
+
+def test_in_plain_python_the_whole_traceback_is_printed():
+    code = "from rotflex.courseware.student_id import normalised\nnormalised('a/b')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr.startswith("Traceback") and "in normalised" in done.stderr
