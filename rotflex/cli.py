@@ -6,8 +6,6 @@ import errno
 import importlib.metadata
 import importlib.util
 import shutil
-import signal
-import subprocess
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,16 +14,13 @@ import typer
 import typer.core
 
 from rotflex import __version__
-from rotflex.courseware import benches, course_file, files, student_id
+from rotflex.courseware import benches, course_file, course_place, files, student_id
 from rotflex.courseware.files import COURSE_FILE
+from rotflex.courseware.jupyterlab import open_jupyterlab
 from rotflex.courseware.messages import _
 from rotflex.courseware.released import course_folder
 from rotflex.courseware.run import commands as students_commands
-from rotflex.errors import ConfigurationError, RotflexError
-
-_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
-_PATIENCE = 15  # s for JupyterLab to end its kernels and go
-
+from rotflex.errors import ConfigurationError, RotflexError, StudentIDError
 
 _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's commands come with
 
@@ -93,10 +88,14 @@ def lab(
     words: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[FOLDER] [-- OPTIONS OF JUPYTERLAB]", help="The folder to work in; 'notebooks' unless given."
+            metavar="[FOLDER] [-- OPTIONS OF JUPYTERLAB]",
+            help="The folder to work in. Unless given: the course around you, that of last time, or 'notebooks'.",
         ),
     ] = None,
     student: Annotated[str | None, typer.Option(help="Your student ID: it makes your own virtual bench.")] = None,
+    was: Annotated[
+        str | None, typer.Option(help="The ID under which you answered until now, if it was mistyped; with --student.")
+    ] = None,
 ) -> None:
     """Open JupyterLab on the course's notebooks.
 
@@ -104,17 +103,91 @@ def lab(
     earlier release of the course, the course's own cells become those of the installed one.
     """
     given = list(words or [])
-    folder = Path(given.pop(0) if given and not given[0].startswith("-") else "notebooks")
+    named = Path(given.pop(0)) if given and not given[0].startswith("-") else None
     if given and not given[0].startswith("-"):
         raise typer.BadParameter(
             _("One folder, please; {other!r} is another. Put JupyterLab's options after --.").format(other=given[0])
         )
-    for line in fill(folder, student):
+    if student is not None:
+        student = student_id.normalised(student)
+    folder, said = course_place.choose(named, _names())
+    for line in said:
         typer.echo(line)
+    if student is None:
+        student = _asked(folder)
+    elif was is None and _was_another(folder, student):
+        was = course_file.student(folder)
+    for line in fill(folder, student, was):
+        typer.echo(line)
+    if not _is_source(folder):
+        course_place.remember(folder)
     raise typer.Exit(open_jupyterlab(folder, given))
 
 
-def fill(folder: Path, student: str | None = None) -> list[str]:
+def _names() -> list[str]:
+    """File names of the course's notebooks."""
+    return [path.name for path in (course_folder() / "notebooks").glob("*.ipynb")]
+
+
+def _is_source(folder: Path) -> bool:
+    """Whether a folder is that of a checkout's own notebooks, where nobody works as a student."""
+    course = course_folder()
+    return _is_home(folder, course) and not _is_release(course)
+
+
+def _is_home(folder: Path, course: Path) -> bool:
+    return folder.resolve() == (course / "notebooks").resolve()
+
+
+def _is_release(course: Path) -> bool:
+    return course_file.RELEASE in _begun(course / "notebooks")
+
+
+def _asked(folder: Path) -> str | None:
+    """The ID of whoever sits at the terminal, where the folder does not know it; None if nobody gives one."""
+    try:
+        known = (course_file.read(folder) or {}).get(course_file.STUDENT)
+    except ConfigurationError:  # it may name a student: filling the folder says so
+        return None
+    if known or _is_source(folder):
+        return None
+    while _at_a_terminal():
+        prompt = _("Your student ID, by which your instructor knows you (Enter: later)")
+        given = typer.prompt(prompt, default="", show_default=False).strip()
+        if not given:
+            break
+        try:
+            return student_id.normalised(given)
+        except StudentIDError as error:
+            typer.secho(str(error), fg="red")
+    typer.echo(_("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID."))
+    return None
+
+
+def _was_another(folder: Path, student: str) -> bool:
+    """Whether whoever sits at the terminal says that the ID in the folder was theirs, and mistyped."""
+    from rotflex.courseware import brought_over
+
+    before = course_file.student(folder)
+    if student_id.caseless(before) == student_id.caseless(student) or not brought_over.any_of(folder, before):
+        return False
+    if not _at_a_terminal():
+        typer.echo(
+            _(
+                "The folder has answers of {before!r}. They are kept, and not used. If you gave them, before your ID "
+                "was put right, start with --student {student!r} --was {before!r}: that brings them over."
+            ).format(before=before, student=student)
+        )
+        return False
+    question = _("The folder has answers of {before!r}. Did you give them, before your ID was put right?")
+    return typer.confirm(question.format(before=before), default=False)
+
+
+def _at_a_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def fill(folder: Path, student: str | None = None, was: str | None = None) -> list[str]:
     """Copy into a folder what is not there yet of the course, and write down the student. No answer is overwritten.
 
     A folder that was begun under another release is brought to the installed one.
@@ -123,6 +196,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     ----------
     folder : to work in; made if needed
     student : ID for ``course.json``; None leaves the file as it is
+    was : an ID of the same person, which was mistyped: its answers become the student's
 
     Returns
     -------
@@ -132,7 +206,8 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     Raises
     ------
     ConfigurationError
-        If the ID cannot be one, there are no notebooks to copy, or ``course.json`` cannot be written.
+        If an ID cannot be one, there are no notebooks to copy, no answers to bring over, or ``course.json`` cannot be
+        written.
     """
     if student is not None:
         student = student_id.normalised(student)
@@ -140,11 +215,15 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(_("{folder} is not a folder.").format(folder=folder))
     folder.mkdir(parents=True, exist_ok=True)
-    at_home = folder.resolve() == (course / "notebooks").resolve()
+    at_home = _is_home(folder, course)
     lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
     if student is not None:
         _write_course(folder, {**(_begun(folder) or _as_of_now(course)), course_file.STUDENT: student})
         lines.append(_("Student: {student}").format(student=student))
+    if was is not None:
+        from rotflex.courseware import brought_over
+
+        lines += brought_over.bring_over(folder, was, student or course_file.student(folder))
     return lines
 
 
@@ -156,6 +235,11 @@ def _copied(folder: Path, course: Path) -> list[str]:
     for name in copied:
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copyfile(wanted[name], folder / name)
+    if copied and len(copied) == len(wanted):
+        from rotflex.courseware.json_values import plural
+
+        notebooks = plural(sum(name.endswith(".ipynb") for name in copied), _("notebook"))
+        return [_("The course was copied to {folder}: {notebooks}.").format(folder=folder, notebooks=notebooks)]
     return [_("Copied to {folder}: {copied}").format(folder=folder, copied=", ".join(copied))] if copied else []
 
 
@@ -202,7 +286,7 @@ def _as_of_now(course: Path) -> dict[str, Any]:
 
     Without it, the file would be one of those that name the student alone, whose benches are the first draw's.
     """
-    if course_file.RELEASE in (course_file.read(course / "notebooks") or {}):
+    if _is_release(course):
         return {}
     from rotflex.hil.student_benches import DRAW
 
@@ -216,49 +300,6 @@ def _write_course(folder: Path, course: dict[str, Any]) -> None:
         raise ConfigurationError(
             _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
         ) from None
-
-
-_CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
-
-
-def open_jupyterlab(folder: Path, options: list[str]) -> int:
-    """Run JupyterLab until it ends or is interrupted, and return its exit code."""
-    command = [sys.executable, "-m", "jupyterlab", f"--ServerApp.root_dir={folder.resolve()}"]
-    command += [f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}", *options]
-    # In a session of its own, JupyterLab hears Ctrl-C from us only: it would ask, and be ended before it has ended its
-    # kernels. Whatever ends this program, then, has to end JupyterLab, too: a closed terminal as well.
-    previous = {number: signal.signal(number, _interrupt) for number in _ENDINGS}
-    child = subprocess.Popen(command, start_new_session=True)
-    try:
-        return child.wait()
-    except KeyboardInterrupt:
-        typer.echo(_("Stopping JupyterLab."))
-        return 0
-    finally:
-        _stop(child)
-        for number, handler in previous.items():
-            signal.signal(number, handler)
-
-
-def _interrupt(*_: Any) -> None:
-    raise KeyboardInterrupt
-
-
-def _stop(child: subprocess.Popen[bytes]) -> None:
-    """End a child that is still running, kindly first: it has kernels to end."""
-    if child.poll() is not None:
-        return
-    # Another Ctrl-C while it is going is for nobody.
-    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        child.terminate()
-        try:
-            child.wait(timeout=_PATIENCE)
-        except subprocess.TimeoutExpired:
-            child.kill()
-            child.wait()
-    finally:
-        signal.signal(signal.SIGINT, previous)
 
 
 students_commands.register(app)

@@ -3,8 +3,8 @@
 Each runs on an open bench, real or virtual, waits until the arm hangs still, counts the angles from where it stands,
 and leaves the motor at 0 V::
 
-    with lab.bench() as bench_in_use:
-        recording = experiments.sweep(bench_in_use)
+    with lab.bench() as on_the_bench:
+        recording = experiments.sweep(on_the_bench)
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 import rotflex.lab
 
 lab = rotflex.lab.start(student="ada", bench="virtual")
-with lab.bench() as bench_in_use:
-    recording = experiments.sweep(bench_in_use)
+with lab.bench() as on_the_bench:
+    recording = experiments.sweep(on_the_bench)
 lab.answer("2.11", omega_n=omega_n)
 K_s = lab.value("2.12", "K_s")
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import marks
 import pytest
 from hypothesis import settings
 
+from rotflex.courseware import course_place
 from rotflex.recording import Recording
 
 #: Courses made for tests have notebooks; it is for the tests to run them.
@@ -18,6 +20,9 @@ collect_ignore_glob = ["*.ipynb"]
 # How long an example takes says nothing about whether it is right.
 settings.register_profile("rotflex", deadline=None)
 settings.load_profile("rotflex")
+
+# What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
+os.environ[course_place.SETTINGS] = tempfile.mkdtemp(prefix="rotflex-settings-")
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 

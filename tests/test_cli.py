@@ -17,7 +17,9 @@ from made_notebooks import answer, code, notebook, saved, text
 from typer.testing import CliRunner
 
 from rotflex import cli
+from rotflex.courseware import course_place
 from rotflex.hil.student_benches import DRAW
+from rotflex.lab import Lab
 
 
 def rotflex(*arguments):
@@ -34,6 +36,7 @@ def course(tmp_path, monkeypatch):
     (tmp_path / "course" / "data" / "log.mat").write_text("data")
     (tmp_path / "desk").mkdir()
     monkeypatch.setattr(cli, "course_folder", lambda: tmp_path / "course")
+    monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
     monkeypatch.chdir(tmp_path / "desk")
     return tmp_path / "course"
 
@@ -112,7 +115,6 @@ def test_lab_fills_a_new_folder_and_opens_it(course, opened):
 
 def test_work_that_begins_in_a_checkout_has_the_bench_of_now_with_and_without_an_id(course, opened, monkeypatch):
     """`rotflex lab` first, the ID later, and the other way round; the marker has the same bench."""
-    from rotflex.lab import Lab
     from solutions.true_bench import TrueBench
 
     for folder, *more in (("early", "--student", "ada"), ("late",)):
@@ -162,6 +164,7 @@ def test_lab_never_overwrites_a_students_work(course, opened):
     assert "01_next.ipynb" in done.output and "00_start.ipynb" not in done.output
 
 
+NOBODY_YET = "There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.\n"
 RELEASED = {"student": "", "release": "2026-x", "draw": 1, "title": "T", "term": "2026", "bench": {"which": "own"}}
 
 
@@ -202,7 +205,7 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
     ) | {"release": "2026-x"}
     assert Path("work/answers.json").read_text() == "{}"
     before = {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")}
-    assert rotflex("lab", "work").output == ""
+    assert rotflex("lab", "work").output == ("" if about else NOBODY_YET)
     assert {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")} == before
 
 
@@ -232,6 +235,113 @@ def test_lab_leaves_a_broken_course_file_and_tells_unless_it_is_given_the_studen
     assert Path("work/course.json").read_text() == '{"student": "ada"'
     assert rotflex("lab", "work", "--student", "ada").exit_code == 0
     assert json.loads(Path("work/course.json").read_text()) == {**RELEASED, "student": "ada"}
+
+
+# --- whose folder it is -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def at_a_terminal(monkeypatch):
+    monkeypatch.setattr(cli, "_at_a_terminal", lambda: True)
+
+
+def named():
+    return json.loads(Path("work/course.json").read_text())["student"]
+
+
+def test_lab_asks_for_the_id_where_there_is_none_and_once_only(course, opened, at_a_terminal):
+    done = CliRunner().invoke(cli.app, ["lab", "work"], input="a/b\nAda\n")
+    assert done.output.count("Your student ID, by which your instructor knows you") == 2
+    assert "'a/b' cannot be a student's ID" in done.output and "Student: Ada" in done.output
+    assert named() == "Ada" and len(opened) == 1
+    assert "Your student ID" not in rotflex("lab", "work").output
+
+
+def test_who_gives_no_id_can_work_and_is_told(course, opened, at_a_terminal):
+    done = CliRunner().invoke(cli.app, ["lab", "work"], input="\n")
+    assert done.exit_code == 0 and NOBODY_YET in done.output and len(opened) == 1
+    assert not Path("work/course.json").exists()
+
+
+def test_lab_asks_nobody_where_there_is_no_terminal(course, opened):
+    assert NOBODY_YET in rotflex("lab", "work").output and len(opened) == 1
+
+
+def test_lab_asks_nothing_of_who_opens_the_courses_own_notebooks(course, opened, at_a_terminal, monkeypatch):
+    monkeypatch.chdir(course)
+    assert rotflex("lab").output == ""
+    assert opened == [(Path("notebooks"), [])] and course_place.remembered() is None
+
+
+@pytest.fixture
+def mistyped(course, opened):
+    """A folder that was begun under a mistyped ID, with an answer in it."""
+    rotflex("lab", "work", "--student", "adda")
+    Lab("adda", "virtual", Path("work"), quiet=True).answer("0.1", resolution=0.00153)
+    opened.clear()
+
+
+def answered(student):
+    return Lab(student, "virtual", Path("work"), quiet=True).value("0.1", "resolution", default=None)
+
+
+@pytest.mark.parametrize(("reply", "value"), [("y", 0.00153), ("n", None), ("", None)])
+def test_answers_under_a_mistyped_id_are_brought_over_where_they_were_the_students(
+    mistyped, at_a_terminal, reply, value
+):
+    done = CliRunner().invoke(cli.app, ["lab", "work", "--student", "ada"], input=f"{reply}\n")
+    assert "The folder has answers of 'adda'. Did you give them, before your ID was put right?" in done.output
+    assert ("Brought over to 'ada': 1 answer that 'adda' had given." in done.output) is (reply == "y")
+    assert (named(), answered("ada")) == ("ada", value)
+
+
+def test_without_a_terminal_it_is_told_how_and_done_on_demand(mistyped):
+    done = rotflex("lab", "work", "--student", "ada")
+    assert "start with --student 'ada' --was 'adda'" in " ".join(done.output.split())
+    assert answered("ada") is None
+    assert rotflex("lab", "work", "--student", "ada", "--was", "adda").exit_code == 0
+    assert answered("ada") == 0.00153
+    refused = rotflex("lab", "work", "--student", "ada", "--was", "eve")
+    assert refused.exit_code == 2 and "has no answers of 'eve'" in refused.output
+
+
+def test_the_same_id_in_other_letters_is_nobody_else(mistyped, at_a_terminal):
+    assert "Did you give them" not in rotflex("lab", "work", "--student", "ADDA").output
+    assert answered("ADDA") == 0.00153
+
+
+# --- which folder it is -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("inside", "words"), [(".", ()), ("data", ()), (".", ("work",)), ("data", (".",))])
+def test_no_second_course_is_begun_inside_a_course(course, opened, monkeypatch, inside, words):
+    rotflex("lab", "work", "--student", "ada")
+    opened.clear()
+    work = Path("work").resolve()
+    monkeypatch.chdir(work / inside)
+    done = rotflex("lab", *words)
+    assert opened == [(work, [])]
+    assert f"he course in {work}" in done.output
+    assert not list(work.glob("*/*.ipynb"))
+
+
+def test_lab_comes_back_to_the_folder_of_last_time_from_anywhere(course, opened, tmp_path, monkeypatch):
+    rotflex("lab", "work", "--student", "ada")
+    work = Path("work").resolve()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    done = rotflex("lab")
+    assert opened[-1] == (work, []) and "as last time" in done.output and not list(Path().iterdir())
+    done = rotflex("lab", "new", "--student", "bob")
+    assert "A new course is begun in new. The one of last time is in" in done.output
+    assert opened[-1] == (Path("new"), [])
+
+
+def test_python_dash_m_is_the_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "rotflex", "lab", "--help"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0 and "Usage: rotflex lab" in done.stdout
 
 
 def test_lab_works_in_the_folder_notebooks_unless_told_otherwise(course, opened):

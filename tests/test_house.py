@@ -18,7 +18,7 @@ CONTRACTS = {
     for contract in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
 }
 #: What every course needs; all else of the package is of this laboratory, or the instructor's.
-GENERAL = {"cli", "courseware", "errors", "instructor", "progress", "units"}
+GENERAL = {"__main__", "cli", "courseware", "errors", "instructor", "progress", "units"}
 
 
 def rooms(contract: str) -> set[str]:

@@ -12,14 +12,13 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware import files, forms
+from rotflex.courseware import files, forms, set_aside
 from rotflex.courseware.forms import FormError, NotAnswered
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
@@ -30,7 +29,7 @@ FORMAT = 2
 MAX_BYTES = 1_000_000  #: of the whole file
 _KEYS_1 = {"format", "student", "bench", "software", "probe_seed", "answers"}
 _KEYS = {1: _KEYS_1, FORMAT: {*_KEYS_1, "cells"}}
-_WHEN = "when"  # of format 2, too, where a person ran the notebooks
+WHEN = "when"  # of format 2, too, where a person ran the notebooks
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def parse(data: bytes) -> dict[str, Any]:
                 found=repr(number)[:20], format=FORMAT
             )
         )
-    if not isinstance(content, dict) or content.keys() - {_WHEN} != _KEYS[number or FORMAT]:
+    if not isinstance(content, dict) or content.keys() - {WHEN} != _KEYS[number or FORMAT]:
         raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS[FORMAT]))))
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
@@ -94,7 +93,7 @@ def parse(data: bytes) -> dict[str, Any]:
         isinstance(parts, dict) and all(isinstance(cell, str) for cell in parts.values()) for parts in cells.values()
     ):
         raise AnswerError(_("Its cells should be ids by question and part."))
-    times = content.get(_WHEN, {})
+    times = content.get(WHEN, {})
     if not isinstance(times, dict) or not all(
         isinstance(parts, dict) and all(type(time) is int and time >= 0 for time in parts.values())
         for parts in times.values()
@@ -121,7 +120,7 @@ class AnswerBook:
     student : whose answers these are
     bench : identity of the bench, plain data
     probe_seed : from which the inputs of functions are drawn
-    clock : tells when an answer is recorded, s since 1970; None where that is not to be kept
+    clock : tells when an answer is recorded, s since 1970; None where a program runs the notebooks
 
     Attributes
     ----------
@@ -156,7 +155,7 @@ class AnswerBook:
             content = self._load()
             self._answers: dict[str, dict[str, Any]] = content.get("answers", {})
             self._cells: dict[str, dict[str, str]] = content.get("cells", {})
-            self._when: dict[str, dict[str, int]] = content.get(_WHEN, {})
+            self._when: dict[str, dict[str, int]] = content.get(WHEN, {})
             self._known = found
 
     def cell(self, question: str, part: str) -> str:
@@ -243,7 +242,7 @@ class AnswerBook:
             "probe_seed": self.probe_seed,
             "answers": answers,
             "cells": cells,
-            **({_WHEN: times} if times else {}),
+            **({WHEN: times} if times else {}),
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
@@ -269,7 +268,7 @@ class AnswerBook:
         try:
             data = self.path.read_bytes()
         except FileNotFoundError:
-            return {}
+            return self._back()
         except OSError as error:
             raise AnswerError(
                 _("{name} cannot be read: {why}.").format(name=self.path.name, why=error.strerror)
@@ -278,7 +277,7 @@ class AnswerBook:
             content = parse(data)
             self._most_bytes += len(data)
         except AnswerError as error:
-            aside = self._put_aside("broken")
+            aside = set_aside.set_aside(self.path, "broken")
             self.notices.append(
                 _(
                     "{name} could not be read, and was put aside as {aside}. {error} A new one is begun: run the "
@@ -287,13 +286,14 @@ class AnswerBook:
             )
             return {}
         if caseless(content["student"]) != caseless(self.student):
-            aside = self._put_aside(re.sub(r"[^\w.-]+", "_", content["student"])[:40] or "nobody")
+            aside = set_aside.set_aside(self.path, set_aside.label(content["student"]))
             self.notices.append(
-                _("The answers of {student!r} were put aside as {aside}.").format(
-                    student=content["student"][:40], aside=aside
-                )
+                _(
+                    "The answers of {student!r} were put aside as {aside}. If you gave them, before your ID was put "
+                    "right: rotflex lab --student {now!r} --was {student!r} brings them over."
+                ).format(student=content["student"][:40], aside=aside, now=self.student)
             )
-            return {}
+            return self._back()
         if content["probe_seed"] != self.probe_seed:
             # Outputs of functions belong to the inputs that another seed gave.
             content["answers"] = {
@@ -302,13 +302,20 @@ class AnswerBook:
             }
         return content
 
-    def _put_aside(self, why: str) -> str:
-        """Rename the file to a name that is not taken, and return that name."""
-        count = 1
-        while True:
-            suffix = f"-{count}" if count > 1 else ""
-            aside = self.path.with_name(f"{self.path.stem}.{why}{suffix}{self.path.suffix}")
-            if not aside.exists():
-                os.replace(self.path, aside)
-                return aside.name
-            count += 1
+    def _back(self) -> dict[str, Any]:
+        """This student's answers that were set aside while another ID worked here, now that there are no others.
+
+        Where a program runs the notebooks, all is answered anew, and nothing is brought back.
+        """
+        for aside in set_aside.of_student(self.path, self.student) if self._clock is not None else ():
+            try:
+                whose = parse(aside.read_bytes())["student"]
+            except (OSError, AnswerError):
+                continue
+            if caseless(whose) == caseless(self.student):
+                os.replace(aside, self.path)
+                self.notices.append(
+                    _("Your answers are back, which had been put aside as {aside}.").format(aside=aside.name)
+                )
+                return self._load()
+        return {}

@@ -19,6 +19,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 STUDENT, RELEASE = "student", "release"
+NOBODY = "demo"  #: the student of whoever gives no name
 #: In the students' package, where an installed one has the notebooks and the course file as they were released.
 RELEASED = Path("_course", "notebooks")
 
@@ -45,6 +46,15 @@ def read(folder: Path) -> dict[str, Any] | None:
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise _unreadable(error) from None
     return course
+
+
+def student(folder: Path) -> str:
+    """The ID of whoever works in a folder, as its ``course.json`` has it; :data:`NOBODY` where it names none."""
+    try:
+        named = (read(folder) or {}).get(STUDENT)
+    except ConfigurationError:
+        named = None
+    return named if isinstance(named, str) and named else NOBODY
 
 
 def _unreadable(error: Exception) -> ConfigurationError:

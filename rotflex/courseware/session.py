@@ -26,7 +26,7 @@ from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
-DEMO = "demo"  #: the student of whoever gives no name
+DEMO = course_file.NOBODY  #: the student of whoever gives no name
 _RAISE = object()
 _LONGEST_ID = 64  # characters of a cell's
 

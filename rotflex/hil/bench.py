@@ -120,7 +120,7 @@ class Bench:
             If the bench is not open.
         """
         if self._board is None:
-            raise BenchError("The bench is not open. Use it as `with lab.bench() as bench_in_use:`.")
+            raise BenchError("The bench is not open. Use it as `with lab.bench() as on_the_bench:`.")
         return self._board
 
     # --- open and close -------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex import experiments
+from rotflex.config import one_of
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
@@ -40,6 +41,7 @@ _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
 _FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
+VALIDATION = "validation"
 _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
     "free decay": experiments.free_decay,
     "sweep": experiments.sweep,
@@ -56,18 +58,29 @@ class BenchConsole(Explorer):
     lab : the student's session
     K : (1, 4) gain for the tracking experiments; the student's answer to 3.8 unless given
     addresses : benches besides the student's own, as :func:`rotflex.hil.open` takes them
+    experiment : the one that is chosen to begin with; the first unless given
+    model : (4, 4) and (4, 1) A and B for voltage input, of the model that a "validation" runs beside the bench
 
     Attributes
     ----------
     recording : what was recorded last, or None
     """
 
-    def __init__(self, lab: Lab, K: ArrayLike | None = None, addresses: Sequence[str] = ()) -> None:
-        self._lab, self._gain = lab, K
+    def __init__(
+        self,
+        lab: Lab,
+        K: ArrayLike | None = None,
+        addresses: Sequence[str] = (),
+        experiment: str = "",
+        model: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> None:
+        self._lab, self._gain, self._model = lab, K, model
         self._addresses = list(dict.fromkeys([_in_real_time(lab.address), lab.address, *addresses]))
-        self._choose(self._addresses[0], _replayed(self._addresses[0]))
         self._bench: Bench | None = None
         self._run: Running | None = None
+        self._choose(self._addresses[0], _replayed(self._addresses[0]))
+        if experiment:
+            self.choice = one_of("experiment", experiment, self._names())
         self._settled = True  # whether what came of it has been taken in
         self._state, self._message = "not connected", ""
         self.recording: Recording | None = None
@@ -153,18 +166,20 @@ class BenchConsole(Explorer):
             self._state, self._message = "not connected", ""
 
     def start(self) -> None:
-        """Run the chosen experiment.
+        """Run the chosen experiment. A bench that is only computed is connected for it; a real one, on purpose, before.
 
         Raises
         ------
         BenchError
             If the bench is not connected, or runs already.
         """
-        if self._bench is None:
-            raise BenchError("Connect the bench first.")
         if self.running:
             raise BenchError("An experiment is running already.")
         experiment = self._experiment()
+        if self._connects_itself():
+            self.connect()
+        if self._bench is None:
+            raise BenchError("Connect the bench first.")
         if self._replayed is not None:  # from its beginning
             self._bench.__exit__(None, None, None)
             self._bench.__enter__()
@@ -222,15 +237,23 @@ class BenchConsole(Explorer):
             bench, self._bench = self._bench, None
             bench.__exit__(None, None, None)
 
+    def _connects_itself(self) -> bool:
+        return self.address.partition(":")[0] in ("virtual", "replay")
+
     def _names(self) -> tuple[str, ...]:
         """What can be run on this bench."""
-        return ("watch",) if self._replayed is not None else tuple(_EXPERIMENTS)
+        if self._replayed is not None:
+            return ("watch",)
+        return tuple(_EXPERIMENTS) if self._model is None else (*_EXPERIMENTS, VALIDATION)
 
     def _experiment(self) -> Experiment:
         """What is to be run now."""
         if self._replayed is not None:
             duration = float(self._replayed.time[-1] - self._replayed.time[0])
             return lambda bench: experiments.watch(bench, duration, progress=False)
+        if self.choice == VALIDATION and self._model is not None:
+            A, B = self._model
+            return lambda bench: experiments.validation(bench, A, B, progress=False)
         feedback = _FEEDBACK.get(self.choice)
         if feedback is None:
             run = _EXPERIMENTS[self.choice]
@@ -265,7 +288,7 @@ class BenchConsole(Explorer):
             alt=alt_text_of(samples, self._state, self._message),
             columns=[
                 Column([mechanism(float(latest[1]), float(latest[2]))], 0.7),
-                Column(scope(samples, self.running), 1.3),
+                Column(scope(samples, self.running, self._modelled()), 1.3),
             ],
             controls=self._controls(),
             readouts=[self._status(), reported(self._bench)],
@@ -287,17 +310,24 @@ class BenchConsole(Explorer):
             return np.stack([one.time, one["theta"], one["alpha"], one["vm"]])
         return np.empty((4, 0)) if self._run is None else self._run.samples(SECONDS if self.running else np.inf)
 
+    def _modelled(self) -> dict[str, Any]:
+        """The angles of the model that ran beside the bench, rad, when it is done."""
+        if self.recording is None or self.running or "theta_model" not in self.recording:
+            return {}
+        return {name: self.recording[f"{name}_model"] for name in ("theta", "alpha")}
+
     def _controls(self) -> list[list[Button | Choice | Any]]:
         connected, running = self._bench is not None, self.running
+        ready = (connected or self._connects_itself()) and not running
         return [
             [
                 Choice("address", "bench", {one: one for one in self._addresses}, self.address, running),
-                Button("connect", "Connect", disabled=connected, look="" if connected else "main"),
+                Button("connect", "Connect", disabled=connected, look="" if connected or ready else "main"),
                 Button("disconnect", "Disconnect", disabled=not connected or running),
             ],
             [
                 Choice("experiment", "experiment", {one: one for one in self._names()}, self.choice, running),
-                Button("start", "Start", "main" if connected else "", not connected or running),
+                Button("start", "Start", "main" if ready or connected else "", not ready),
                 Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key, while it runs"),
                 Button("save", "Save the recording", disabled=self.recording is None),
             ],
@@ -312,9 +342,15 @@ class BenchConsole(Explorer):
         return Readout("State", rows)
 
 
-def open_console(lab: Lab, K: ArrayLike | None = None, addresses: Sequence[str] = ()) -> BenchConsole:
+def open_console(
+    lab: Lab,
+    K: ArrayLike | None = None,
+    addresses: Sequence[str] = (),
+    experiment: str = "",
+    model: tuple[ArrayLike, ArrayLike] | None = None,
+) -> BenchConsole:
     """The bench console, as a notebook makes it; see :class:`BenchConsole`."""
-    return BenchConsole(lab, K, addresses)
+    return BenchConsole(lab, K, addresses, experiment, model)
 
 
 def _replayed(address: str) -> Recording | None:

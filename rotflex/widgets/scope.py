@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,16 +14,18 @@ from rotflex.recording import Recording
 from rotflex.units import DEG
 
 SECONDS = 5.0  #: that the scope shows of a run
+_ANGLES = {1: "theta", 2: "alpha"}  # their rows among the samples
 _SAMPLES_TO_PLAY = 60  # 1/s, of a recording that the mechanism goes through
 
 
-def scope(samples: Any, live: bool) -> list[Panel]:
+def scope(samples: Any, live: bool, model: Mapping[str, Any] | None = None) -> list[Panel]:
     """Servo angle, deflection and voltage against time.
 
     Parameters
     ----------
     samples : (4, n) time (s), theta, alpha (rad), voltage (V)
     live : whether it is still coming; else a line shows where a player is
+    model : "theta" and "alpha" (rad) of a model, at the same times
     """
     time_ = samples[0]
     span = (float(time_[0]), max(float(time_[-1]), float(time_[0]) + SECONDS)) if time_.size else (0.0, SECONDS)
@@ -37,6 +40,8 @@ def scope(samples: Any, live: bool) -> list[Panel]:
         panel = Panel(label, span, (-reach, reach), "time (s)" if index == 3 else "", 1.25 if index == 3 else 1.0)
         if values.size:
             panel.line(time_, values, role)
+            if model and index in _ANGLES:
+                panel.line(time_, np.clip(model[_ANGLES[index]] / scale, -reach, reach), "model", "your model")
             if not live:
                 panel.level(float(time_[0]), "highlight", axis="x", clock=True)
         panels.append(panel)

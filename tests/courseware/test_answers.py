@@ -172,7 +172,10 @@ def test_another_students_answers_are_put_aside_and_not_mixed_in(path):
     book_at(path, student="demo").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
     book = book_at(path, student="ada")
     assert book.get("2.11", "omega_n") is None
-    assert book.notices == ["The answers of 'demo' were put aside as answers.demo.json."]
+    assert book.notices == [
+        "The answers of 'demo' were put aside as answers.demo.json. If you gave them, before your ID was put right: "
+        "rotflex lab --student 'ada' --was 'demo' brings them over."
+    ]
     assert parse((path.parent / "answers.demo.json").read_bytes())["student"] == "demo"
 
 

@@ -13,7 +13,7 @@ import pytest
 
 import rotflex.lab
 from rotflex import experiments, hil
-from rotflex.errors import BenchError, RecordingError
+from rotflex.errors import BenchError, ConfigurationError, RecordingError
 from rotflex.hil.clock import WallClock
 from rotflex.widgets import console as console_module
 from rotflex.widgets.console import BenchConsole
@@ -337,14 +337,56 @@ def test_simulated_time_waits_and_misses_nothing(console):
 
 
 def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
-    event(console, "press", "start")
-    assert "Connect the bench first" in console.scene["notice"]["text"]
     console.connect()
     console._bench.limits = type(console._bench.limits)(theta=0.02)
     event(console, "press", "start")
     assert rows(console, "State")["state"] == ["ended"]
     assert "servo angle reached" in " ".join(map(str, rows(console, "State").values()))
     assert output(console._bench) == 0.0
+
+
+def button(console, name):
+    return next(one for row in console.scene["controls"] for one in row if one["name"] == name)
+
+
+def test_one_press_of_start_makes_a_virtual_bench_move(console):
+    assert not button(console, "start")["disabled"] and button(console, "start")["look"] == "main"
+    event(console, "press", "start")
+    assert np.ptp(console.recording["alpha"]) > 0.1
+    assert rows(console, "State")["state"] == ["finished"] and output(console._bench) == 0.0
+
+
+def test_a_real_bench_is_connected_on_purpose_before_it_moves(lab):
+    console = BenchConsole(lab, addresses=["quanser:q2_usb/0"])
+    console.set("address", "quanser:q2_usb/0")
+    console.refresh()
+    assert button(console, "start")["disabled"]
+    assert button(console, "connect")["look"] == "main"
+    event(console, "press", "start")
+    assert "Connect the bench first" in console.scene["notice"]["text"]
+
+
+def test_the_experiment_to_begin_with_can_be_named(lab):
+    assert BenchConsole(lab).choice == "free decay"
+    assert BenchConsole(lab, experiment="tracking, partial state").choice == "tracking, partial state"
+    with pytest.raises(ConfigurationError, match="'free decay', 'sweep'"):
+        BenchConsole(lab, experiment="square")
+    with pytest.raises(ConfigurationError, match="experiment is 'validation'"):
+        BenchConsole(lab, experiment="validation")
+
+
+def test_a_validation_runs_a_model_beside_the_bench_and_shows_both(lab):
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 600, -35, 0], [0, -1000, 35, 0]])
+    B = np.array([[0], [0], [60], [-60]])
+    console = BenchConsole(lab, experiment="validation", model=(A, B))
+    console.address = "virtual"  # in simulated time
+    console.start()
+    with lab.bench() as bench:
+        expected = experiments.validation(bench, A, B, progress=False)
+    assert (console.recording["alpha_model"] == expected["alpha_model"]).all()
+    lines = [item for panel in console.view().columns[1].panels for item in panel.items if item["kind"] == "line"]
+    assert [line["label"] for line in lines if line["role"] == "model"] == ["your model"] * 2
+    console.close()
 
 
 def test_tracking_needs_a_gain(lab):

@@ -29,6 +29,6 @@ def test_the_bench_that_is_opened_does_not_take_the_name_of_its_address():
     students = [path for path in (ROOT / "rotflex").rglob("*.py") if "instructor" not in path.parts]
     texts = [path.read_text("utf-8") for path in (*students, *(ROOT / "solutions").glob("*.ipynb"))]
     recommended = {name for text in texts for name in _OPENED.findall(text)}
-    assert "bench_in_use" in recommended
+    assert "on_the_bench" in recommended
     assert {"bench", "lab", "student"} <= begun_with()
     assert not recommended & begun_with()

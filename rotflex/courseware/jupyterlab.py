@@ -1,0 +1,158 @@
+"""JupyterLab as ``rotflex lab`` runs it: on a folder, at its first notebook, with its address in one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import signal
+import subprocess
+import sys
+import urllib.parse
+import webbrowser
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware.messages import _
+
+_CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
+_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
+_PATIENCE = 15  # s for JupyterLab to end its kernels and go
+_LOOK = 0.2  # s between two looks for its address
+_TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
+
+
+def open_jupyterlab(folder: Path, options: list[str]) -> int:
+    """Run JupyterLab until it ends or is interrupted, and return its exit code.
+
+    Parameters
+    ----------
+    folder : with the notebooks; the first one is shown
+    options : JupyterLab's own; they win over ours
+    """
+    first = min((path.name for path in folder.glob("*.ipynb")), default="")
+    page = f"lab/tree/{urllib.parse.quote(first)}" if first else "lab"
+    # In a session of its own, JupyterLab hears Ctrl-C from us only: it would ask, and be ended before it has ended its
+    # kernels. Whatever ends this program, then, has to end JupyterLab, too: a closed terminal as well.
+    previous = {number: signal.signal(number, _interrupt) for number in _ENDINGS}
+    before = _servers()
+    child = subprocess.Popen(_command(folder, page, options), start_new_session=True, env=_environment())
+    try:
+        return _wait(child, folder, page, before)
+    except KeyboardInterrupt:
+        print(_("Stopping JupyterLab."))
+        return 0
+    finally:
+        _stop(child)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+# --- how it is started ------------------------------------------------------------------------------------------------
+
+
+def _command(folder: Path, page: str, options: list[str]) -> list[str]:
+    command = [sys.executable, "-m", "jupyterlab", f"--ServerApp.root_dir={folder.resolve()}"]
+    command += [f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}", f"--LabApp.default_url=/{page}"]
+    # What matters of all that it would say, its address, is said by us; and nothing is asked of the network.
+    command += ["--Application.log_level=ERROR", "--LabApp.news_url="]
+    command += ["--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
+    if _is_root() and not any(_name(option) in ("ip", "ServerApp.ip") for option in options):
+        # Root in a container is usual; who lets others than this machine in decides about root, too.
+        command += ["--ServerApp.ip=localhost", "--allow-root"]
+    if not _has_browser():
+        command += ["--no-browser"]
+    return command + options
+
+
+def _name(option: str) -> str:
+    return option.lstrip("-").partition("=")[0]
+
+
+def _environment() -> dict[str, str]:
+    """With a secret that is in no log: by one of JupyterLab's own making, it would print the address in five lines."""
+    if any(os.environ.get(name) for name in _TOKENS):
+        return dict(os.environ)
+    return {**os.environ, _TOKENS[0]: secrets.token_hex(24)}
+
+
+def _is_root() -> bool:
+    return hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+def _has_browser() -> bool:
+    """Whether a browser that can show JupyterLab can be opened: one in the terminal cannot."""
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        return False
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in ("win32", "darwin", "cygwin") or any(os.environ.get(name) for name in screens)
+
+
+# --- while it runs ----------------------------------------------------------------------------------------------------
+
+
+def _wait(child: subprocess.Popen[bytes], folder: Path, page: str, before: Mapping[Path, Any]) -> int:
+    """Wait for its end, and say its address once it is known."""
+    while True:
+        try:
+            return child.wait(_LOOK)
+        except subprocess.TimeoutExpired:
+            address = _address(folder, page, before)
+        if address:
+            print(_("JupyterLab runs at {address}  (Ctrl-C ends it.)").format(address=address), flush=True)
+            return child.wait()
+
+
+def _address(folder: Path, page: str, before: Mapping[Path, Any]) -> str:
+    """Where the server that has come since shows a page of the folder; "" if there is none yet."""
+    for path, server in _servers().items():
+        if server != before.get(path) and _same(server.get("root_dir"), folder):
+            token = server.get("token")
+            return f"{server['url']}{page}" + (f"?token={urllib.parse.quote(token)}" if token else "")
+    return ""
+
+
+def _same(given: Any, folder: Path) -> bool:
+    return isinstance(given, str) and os.path.realpath(given) == os.path.realpath(folder)
+
+
+def _servers() -> dict[Path, dict[str, Any]]:
+    """What the servers that run here say of themselves, by their files."""
+    from jupyter_core.paths import jupyter_runtime_dir
+
+    found = {}
+    for path in Path(jupyter_runtime_dir()).glob("jpserver-*.json"):
+        try:
+            server = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):  # gone, or not all there yet
+            continue
+        if isinstance(server, dict) and isinstance(server.get("url"), str):
+            found[path] = server
+    return found
+
+
+# --- its end ----------------------------------------------------------------------------------------------------------
+
+
+def _interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def _stop(child: subprocess.Popen[bytes]) -> None:
+    """End a child that is still running, kindly first: it has kernels to end."""
+    if child.poll() is not None:
+        return
+    # Another Ctrl-C while it is going is for nobody.
+    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        child.terminate()
+        try:
+            child.wait(timeout=_PATIENCE)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,31 @@
+"""Files of answers that are set aside beside ``answers.json``: ``answers.broken.json``, ``answers.<ID>.json``."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+
+def set_aside(path: Path, why: str) -> str:
+    """Rename a file to a name that is not taken, and return that name."""
+    count = 1
+    while True:
+        suffix = f"-{count}" if count > 1 else ""
+        aside = path.with_name(f"{path.stem}.{why}{suffix}{path.suffix}")
+        if not aside.exists():
+            os.replace(path, aside)
+            return aside.name
+        count += 1
+
+
+def label(student: str) -> str:
+    """What stands for a student in the name of a file that is set aside."""
+    return re.sub(r"[^\w.-]+", "_", student)[:40] or "nobody"
+
+
+def of_student(path: Path, student: str) -> list[Path]:
+    """The files that were set aside under a student's label, the newest first; several IDs may have the same one."""
+    ours = re.compile(rf"{re.escape(f'{path.stem}.{label(student)}')}(-\d+)?{re.escape(path.suffix)}", re.IGNORECASE)
+    found = [one for one in path.parent.glob(f"{path.stem}.*{path.suffix}") if ours.fullmatch(one.name)]
+    return sorted(found, key=lambda one: one.stat().st_mtime_ns, reverse=True)

@@ -1,0 +1,107 @@
+"""How JupyterLab is started, and its address: with a stand-in for it, and as it is, as root and without a browser."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+
+from rotflex.courseware import jupyterlab
+
+ROOTLESS = ["--ServerApp.ip=localhost", "--allow-root"]
+
+
+def command(monkeypatch, *options, root=False, browser=True, page="lab"):
+    monkeypatch.setattr(jupyterlab, "_is_root", lambda: root)
+    monkeypatch.setattr(jupyterlab, "_has_browser", lambda: browser)
+    return jupyterlab._command(Path("work"), page, list(options))
+
+
+def test_for_a_user_with_a_browser_nothing_is_given_up(monkeypatch):
+    said = command(monkeypatch, "--port=1")
+    assert not {*ROOTLESS, "--no-browser"} & set(said)
+    assert said[-1] == "--port=1"
+
+
+@pytest.mark.parametrize("option", ["--ip=0.0.0.0", "--ServerApp.ip=0.0.0.0", "--ip"])
+def test_root_is_let_in_from_this_machine_alone(monkeypatch, option):
+    assert set(ROOTLESS) <= set(command(monkeypatch, root=True))
+    assert not set(ROOTLESS) & set(command(monkeypatch, option, root=True))
+
+
+@pytest.mark.parametrize(
+    ("system", "environment", "known", "there"),
+    [
+        ("linux", {}, True, False),  # a browser in the terminal at best
+        ("linux", {"DISPLAY": ":0"}, True, True),
+        ("linux", {"WAYLAND_DISPLAY": "wayland-0"}, True, True),
+        ("linux", {"BROWSER": "wslview"}, True, True),
+        ("linux", {"DISPLAY": ":0"}, False, False),
+        ("win32", {}, True, True),
+        ("darwin", {}, True, True),
+    ],
+)
+def test_whether_a_browser_can_be_opened(monkeypatch, system, environment, known, there):
+    def get():
+        if not known:
+            raise jupyterlab.webbrowser.Error
+
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(jupyterlab.sys, "platform", system)
+    monkeypatch.setattr(jupyterlab.webbrowser, "get", get)
+    assert jupyterlab._has_browser() is there
+    assert ("--no-browser" in command(monkeypatch, browser=there)) is not there
+
+
+def test_a_secret_of_the_users_own_is_left(monkeypatch):
+    monkeypatch.delenv("JUPYTER_TOKEN", raising=False)
+    monkeypatch.delenv("JUPYTER_TOKEN_FILE", raising=False)
+    first, second = (jupyterlab._environment()["JUPYTER_TOKEN"] for _ in range(2))
+    assert len(first) >= 32 and first != second
+    monkeypatch.setenv("JUPYTER_TOKEN", "mine")
+    assert jupyterlab._environment()["JUPYTER_TOKEN"] == "mine"
+
+
+@pytest.mark.slow
+def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_path):
+    """As it is here: in a container, as root and without a browser, among other places."""
+    environment = {
+        name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    }
+    environment |= {"PYTHONPATH": str(ROOT), "ROTFLEX_CONFIG_DIR": str(tmp_path / "settings")}
+    environment |= {f"JUPYTER_{name}_DIR": str(tmp_path / name) for name in ("CONFIG", "DATA", "RUNTIME")}
+    running = subprocess.Popen(
+        [sys.executable, "-m", "rotflex", "lab", "work", "--student", "ada"],
+        cwd=tmp_path,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=(tmp_path / "log").open("wb"),
+        text=True,
+    )
+    try:
+        told, address = [], ""
+        deadline = time.monotonic() + 120
+        while not address and time.monotonic() < deadline and (line := running.stdout.readline()):
+            told.append(line)
+            address = next((word for word in line.split() if word.startswith("http")), "")
+        assert "/lab/tree/00_start.ipynb?token=" in address
+        assert len(told) == 3  # what was copied, the student, the address
+        assert (tmp_path / "log").read_text() == ""
+        with urllib.request.urlopen(address, timeout=60) as page:
+            assert page.status == 200
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(address.replace("/lab/tree/", "/api/contents/").partition("?")[0], timeout=60)
+    finally:
+        running.send_signal(signal.SIGTERM)
+        assert running.wait(60) == 0
