@@ -53,21 +53,29 @@ def open_jupyterlab(folder: Path, options: list[str]) -> int:
 
 
 def _command(folder: Path, page: str, options: list[str]) -> list[str]:
-    command = [sys.executable, "-m", "jupyterlab", f"--ServerApp.root_dir={folder.resolve()}"]
-    command += [f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}", f"--LabApp.default_url=/{page}"]
-    # What matters of all that it would say, its address, is said by us; and nothing is asked of the network.
-    command += ["--Application.log_level=ERROR", "--LabApp.news_url="]
-    command += ["--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
-    if _is_root() and not any(_name(option) in ("ip", "ServerApp.ip") for option in options):
+    theirs = {_setting(option) for option in options}
+    ours = [
+        f"--ServerApp.root_dir={folder.resolve()}",
+        f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}",
+        f"--LabApp.default_url=/{page}",
+        # What matters of all that it would say, its address, is said by us; and nothing is asked of the network.
+        *([] if "debug" in theirs else ["--Application.log_level=ERROR"]),
+        "--LabApp.news_url=",
+        "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
+    ]
+    if _is_root() and "ip" not in theirs:
         # Root in a container is usual; who lets others than this machine in decides about root, too.
-        command += ["--ServerApp.ip=localhost", "--allow-root"]
+        ours += ["--ServerApp.ip=localhost", "--allow-root"]
     if not _has_browser():
-        command += ["--no-browser"]
-    return command + options
+        ours += ["--no-browser"]
+    # What is given twice, JupyterLab takes for a list, and then it takes none of its settings.
+    mine = [option for option in ours if _setting(option) not in theirs]
+    return [sys.executable, "-m", "jupyterlab", *mine, *options]
 
 
-def _name(option: str) -> str:
-    return option.lstrip("-").partition("=")[0]
+def _setting(option: str) -> str:
+    """The name of what an option sets: of ``--ServerApp.log_level=10`` and of ``--log-level=10``, "log_level"."""
+    return option.lstrip("-").partition("=")[0].rpartition(".")[2].replace("-", "_")
 
 
 def _environment() -> dict[str, str]:

@@ -37,6 +37,17 @@ def test_root_is_let_in_from_this_machine_alone(monkeypatch, option):
 
 
 @pytest.mark.parametrize(
+    "option",
+    ["--LabApp.default_url=/lab", "--log-level=10", "--ServerApp.log_level=10", "--no-browser", "--LabApp.news_url="],
+)
+def test_nothing_is_given_twice(monkeypatch, option):
+    """JupyterLab takes it for a list, and then takes none of its own settings, without a word."""
+    said = command(monkeypatch, option, root=True, browser=False)
+    assert [one for one in said if jupyterlab._setting(one) == jupyterlab._setting(option)] == [option]
+    assert not [one for one in command(monkeypatch, "--debug") if "log_level" in one]
+
+
+@pytest.mark.parametrize(
     ("system", "environment", "known", "there"),
     [
         ("linux", {}, True, False),  # a browser in the terminal at best
