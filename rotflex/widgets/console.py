@@ -26,6 +26,8 @@ from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row,
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
+from rotflex.simulation import with_actuator
+from rotflex.widgets.addresses import in_real_time, replayed_at, with_voltage
 from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.running import Experiment, Running, outcome
 from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
@@ -40,11 +42,12 @@ SAFETY = (
 _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
-_FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
 VALIDATION = "validation"
+_FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
 _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
     "free decay": experiments.free_decay,
     "sweep": experiments.sweep,
+    VALIDATION: experiments.validation,
     **dict.fromkeys(_FEEDBACK, experiments.tracking),
     "watch": experiments.watch,
 }
@@ -59,7 +62,7 @@ class BenchConsole(Explorer):
     K : (1, 4) gain for the tracking experiments; the student's answer to 3.8 unless given
     addresses : benches besides the student's own, as :func:`rotflex.hil.open` takes them
     experiment : the one that is chosen to begin with; the first unless given
-    model : (4, 4) and (4, 1) A and B for voltage input, of the model that a "validation" runs beside the bench
+    model : A (4, 4) and B (4, 1) for voltage input, for the validation; the student's answer to 2.14 unless given
 
     Attributes
     ----------
@@ -75,10 +78,10 @@ class BenchConsole(Explorer):
         model: tuple[ArrayLike, ArrayLike] | None = None,
     ) -> None:
         self._lab, self._gain, self._model = lab, K, model
-        self._addresses = list(dict.fromkeys([_in_real_time(lab.address), lab.address, *addresses]))
+        self._addresses = list(dict.fromkeys([in_real_time(lab.address), lab.address, *addresses]))
         self._bench: Bench | None = None
         self._run: Running | None = None
-        self._choose(self._addresses[0], _replayed(self._addresses[0]))
+        self._choose(self._addresses[0], replayed_at(self._addresses[0]))
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
         self._settled = True  # whether what came of it has been taken in
@@ -115,7 +118,7 @@ class BenchConsole(Explorer):
         if self.running:
             raise BenchError("An experiment is running. Stop it first.")
         if name == "address" and value in self._addresses:
-            replayed = _replayed(str(value))  # first: with no such file, nothing changes
+            replayed = replayed_at(str(value))  # first: with no such file, nothing changes
             self.disconnect()
             self._choose(str(value), replayed)
         elif name == "experiment" and value in self._names():
@@ -232,7 +235,7 @@ class BenchConsole(Explorer):
         self.notice = self._message
         self.recording = self._run.recording
         if self.recording is not None and self._replayed is not None:
-            self.recording = _with_voltage(self.recording, self._replayed)
+            self.recording = with_voltage(self.recording, self._replayed)
         if self._bench is not None and not self._bench.board.is_valid():
             bench, self._bench = self._bench, None
             bench.__exit__(None, None, None)
@@ -242,17 +245,15 @@ class BenchConsole(Explorer):
 
     def _names(self) -> tuple[str, ...]:
         """What can be run on this bench."""
-        if self._replayed is not None:
-            return ("watch",)
-        return tuple(_EXPERIMENTS) if self._model is None else (*_EXPERIMENTS, VALIDATION)
+        return ("watch",) if self._replayed is not None else tuple(_EXPERIMENTS)
 
     def _experiment(self) -> Experiment:
         """What is to be run now."""
         if self._replayed is not None:
             duration = float(self._replayed.time[-1] - self._replayed.time[0])
             return lambda bench: experiments.watch(bench, duration, progress=False)
-        if self.choice == VALIDATION and self._model is not None:
-            A, B = self._model
+        if self.choice == VALIDATION:
+            A, B = self._model if self._model is not None else self._answered_model()
             return lambda bench: experiments.validation(bench, A, B, progress=False)
         feedback = _FEEDBACK.get(self.choice)
         if feedback is None:
@@ -265,6 +266,13 @@ class BenchConsole(Explorer):
 
     def _answered_gain(self) -> Any:
         return self._lab.value("3.8", "K") if self._lab.has("3.8", "K") else None
+
+    def _answered_model(self) -> tuple[ArrayLike, ArrayLike]:
+        if not (self._lab.has("2.14", "A") and self._lab.has("2.14", "B")):
+            raise BenchError(
+                "A validation needs your model: answer question 2.14 first, or make the console with model=(A, B)."
+            )
+        return with_actuator(self._lab.value("2.14", "A"), self._lab.value("2.14", "B"), self._lab.servo)
 
     def _save(self) -> None:
         if self.recording is None:
@@ -351,28 +359,6 @@ def open_console(
 ) -> BenchConsole:
     """The bench console, as a notebook makes it; see :class:`BenchConsole`."""
     return BenchConsole(lab, K, addresses, experiment, model)
-
-
-def _replayed(address: str) -> Recording | None:
-    """The recording of a replay's address."""
-    if not address.startswith("replay:"):
-        return None
-    return Recording.load(address.removeprefix("replay:").partition("?")[0])
-
-
-def _in_real_time(address: str) -> str:
-    """The address of a virtual bench on which time passes as it does for us."""
-    if "clock=" in address or not address.startswith("virtual"):
-        return address
-    return f"{address}{'&' if '?' in address else ':?'}clock=wall"
-
-
-def _with_voltage(watched: Recording, replayed: Recording) -> Recording:
-    """What was watched of a replay, with the voltage that was recorded then."""
-    if "vm" not in replayed:
-        return watched
-    volts = np.interp(watched.time, replayed.time - replayed.time[0], replayed["vm"])
-    return Recording.of(watched.time, watched.metadata, theta=watched["theta"], alpha=watched["alpha"], vm=volts)
 
 
 _left_open: weakref.WeakSet[BenchConsole] = weakref.WeakSet()

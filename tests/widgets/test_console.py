@@ -15,6 +15,7 @@ import rotflex.lab
 from rotflex import experiments, hil
 from rotflex.errors import BenchError, ConfigurationError, RecordingError
 from rotflex.hil.clock import WallClock
+from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
 from rotflex.widgets.console import BenchConsole
 from rotflex.widgets.running import Running, outcome
@@ -371,8 +372,6 @@ def test_the_experiment_to_begin_with_can_be_named(lab):
     assert BenchConsole(lab, experiment="tracking, partial state").choice == "tracking, partial state"
     with pytest.raises(ConfigurationError, match="'free decay', 'sweep'"):
         BenchConsole(lab, experiment="square")
-    with pytest.raises(ConfigurationError, match="experiment is 'validation'"):
-        BenchConsole(lab, experiment="validation")
 
 
 def test_a_validation_runs_a_model_beside_the_bench_and_shows_both(lab):
@@ -386,6 +385,21 @@ def test_a_validation_runs_a_model_beside_the_bench_and_shows_both(lab):
     assert (console.recording["alpha_model"] == expected["alpha_model"]).all()
     lines = [item for panel in console.view().columns[1].panels for item in panel.items if item["kind"] == "line"]
     assert [line["label"] for line in lines if line["role"] == "model"] == ["your model"] * 2
+    console.close()
+
+
+def test_a_validation_takes_the_answered_model_with_the_actuator_added(lab):
+    console = BenchConsole(lab, experiment="validation")
+    console.address = "virtual"
+    event(console, "press", "start")
+    assert "answer question 2.14 first" in console.scene["notice"]["text"] and console.recording is None
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 600, -1.9, 0], [0, -1000, 1.9, 0]])
+    B = np.array([[0], [0], [480], [-480]])
+    lab.record("2.14", A=A, B=B)
+    event(console, "press", "start")
+    with lab.bench() as bench:
+        expected = experiments.validation(bench, *with_actuator(A, B, lab.servo), progress=False)
+    assert (console.recording["theta_model"] == expected["theta_model"]).all()
     console.close()
 
 

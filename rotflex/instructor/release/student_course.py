@@ -46,10 +46,11 @@ macOS, Linux
 
 Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex`):
 
-    .venv/bin/rotflex lab --student YOUR-ID
+    .venv/bin/rotflex lab
 
-JupyterLab opens on the folder `notebooks`. Begin with `{first}`. Use the ID that your instructor knows you by: your
-own virtual bench is made from it.
+JupyterLab opens `{first}` in the folder `notebooks`. The first time, it asks for the ID that your instructor knows you
+by: your own virtual bench is made from it. (Mistyped? `rotflex lab --student RIGHT --was WRONG` puts it right, and
+brings your answers over.)
 
 Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
 Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside
