@@ -12,13 +12,16 @@ K_s = lab.value("2.12", "K_s")
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
 from rotflex.courseware.benches import PRESET
 from rotflex.courseware.course_file import bench_policy
+from rotflex.courseware.reflection import Check
 from rotflex.courseware.session import DEMO, Session, student_of
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
+from rotflex.practice import Practice
 from rotflex.workbook.questions import CATALOGUE
 
 
@@ -89,3 +92,23 @@ class Lab(Session):
         """
         preset = self.policy.preset if self.policy.which == PRESET else None
         return hil.open(address or self.address, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
+
+    def practice(self, number: int | None = None) -> Practice:
+        """A bench to practise on, drawn anew at each call and never the student's own; nothing is kept or marked.
+
+        ``lab.practice(123)`` is the practice bench of that number again.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no practice bench of that number.
+        """
+        practice = Practice(number)
+        print(repr(practice))
+        return practice
+
+    def checks(self) -> Iterable[Check]:
+        """What :meth:`reflect` holds against each other, see :mod:`rotflex.workbook.reflection`."""
+        from rotflex.workbook import reflection
+
+        return reflection.checks(self.servo, self.joint, self.book.bench, self.book.probe_seed)

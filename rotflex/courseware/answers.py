@@ -1,9 +1,10 @@
 """The book in which a student's answers are kept: ``answers.json``, plain data, never lost.
 
 The file is ``{"format": 2, "student", "bench", "software", "probe_seed", "answers": {question: {part: answer}},
-"cells": {question: {part: id}}, "when": {question: {part: s since 1970}}}``, an answer being the plain data of
-:mod:`rotflex.courseware.forms`, and the id that of the cell which recorded it, "" if none did (an explorer's button).
-Runs by programs leave no times, so that they repeat to the byte. Format 1 had no cells. It is read anew before each
+"cells": {question: {part: id}}, "when": {question: {part: s since 1970}}, "predictions": {...}}``, an answer being the
+plain data of :mod:`rotflex.courseware.forms`, and the id that of the cell which recorded it, "" if none did (an
+explorer's button). Runs by programs leave no times, so that they repeat to the byte. What was predicted of experiments
+(:mod:`rotflex.courseware.predictions`) is there where something was. Format 1 had no cells. It is read anew before each
 change, so that two notebooks may be open at once, and is written under a temporary name and renamed, so that a crash
 leaves the old one.
 """
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware import files, forms, set_aside
+from rotflex.courseware import files, forms, predictions, set_aside
 from rotflex.courseware.forms import FormError, NotAnswered
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
@@ -75,7 +76,7 @@ def parse(data: bytes) -> dict[str, Any]:
                 found=repr(number)[:20], format=FORMAT
             )
         )
-    if not isinstance(content, dict) or content.keys() - {WHEN} != _KEYS[number or FORMAT]:
+    if not isinstance(content, dict) or content.keys() - {WHEN, predictions.SECTION} != _KEYS[number or FORMAT]:
         raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS[FORMAT]))))
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
@@ -99,6 +100,8 @@ def parse(data: bytes) -> dict[str, Any]:
         for parts in times.values()
     ):
         raise AnswerError(_("Its times should be seconds by question and part."))
+    if not predictions.well_formed(content.get(predictions.SECTION, {})):
+        raise AnswerError(_("Its predictions should be answers and a sentence by question."))
     return content
 
 
@@ -151,8 +154,10 @@ class AnswerBook:
         except OSError:
             found = None
         if found is None or found != self._known:
+            self._predictions: dict[str, dict[str, Any]] = {}
             self._most_bytes = len(self._text({}, {}, {}))  # that the file has with these answers
             content = self._load()
+            self._predictions = content.get(predictions.SECTION, {})
             self._answers: dict[str, dict[str, Any]] = content.get("answers", {})
             self._cells: dict[str, dict[str, str]] = content.get("cells", {})
             self._when: dict[str, dict[str, int]] = content.get(WHEN, {})
@@ -211,6 +216,36 @@ class AnswerBook:
             self._save()
         return replies
 
+    # --- predictions ---------------------------------------------------------------------------------------------
+
+    def predicted(self, question: str) -> dict[str, Any]:
+        """What was predicted of a question's experiment: see :mod:`rotflex.courseware.predictions`."""
+        return self._predictions.get(question, {})
+
+    def predict(self, question: str, said: Mapping[str, dict[str, Any]], why: str | None = None) -> None:
+        """Keep predictions, of which those stand that were there before, and what is thought of them afterwards.
+
+        Parameters
+        ----------
+        question : number
+        said : name → plain data of an answer
+        why : a sentence, which takes the place of an earlier one; None to leave that
+
+        Raises
+        ------
+        AnswerError
+            If the file cannot be written.
+        """
+        self.refresh()
+        before = self.predicted(question)
+        kept = {**before, predictions.SAID: {**said, **before.get(predictions.SAID, {})}}
+        if why is not None:
+            kept[predictions.WHY] = why
+        self._predictions = {**self._predictions, question: kept}
+        self._save()
+
+    # --- recording -----------------------------------------------------------------------------------------------
+
     def _record(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
         """Put an answer in its place, unless the file would grow too large with it."""
         cells = {**self._cells, question: {**self._cells.get(question, {}), part: cell}}
@@ -243,6 +278,7 @@ class AnswerBook:
             "answers": answers,
             "cells": cells,
             **({WHEN: times} if times else {}),
+            **({predictions.SECTION: self._predictions} if self._predictions else {}),
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 

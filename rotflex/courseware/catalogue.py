@@ -9,6 +9,7 @@ from typing import Any
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question, ReportItem, prose
+from rotflex.courseware.predictions import Foretold
 from rotflex.errors import AnswerError
 
 
@@ -23,11 +24,12 @@ class Catalogue:
     report_items : the rows of the reports' scoring sheets, in order
     reports : number of a report → its section, notebook and title
     outcomes : what the outcome codes stand for
+    predictions : number of a question → what can be predicted of its experiment
 
     Attributes
     ----------
     warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
-    report_items, outcomes : as given
+    report_items, outcomes, predictions : as given
     everything : all that can be answered, by number
     notebooks : names of the notebooks with something to answer, in order
     """
@@ -41,6 +43,7 @@ class Catalogue:
         report_items: Iterable[ReportItem] = (),
         reports: Mapping[str, tuple[str, str, str]] | None = None,
         outcomes: Mapping[str, str] | None = None,
+        predictions: Mapping[str, tuple[Foretold, ...]] | None = None,
     ) -> None:
         self.warm_up = {question.number: question for question in warm_up}
         self.questions = {question.number: question for question in questions}
@@ -48,6 +51,7 @@ class Catalogue:
         self.report_items = tuple(report_items)
         self.reports = {number: self._report(number, *about) for number, about in (reports or {}).items()}
         self.outcomes = dict(outcomes or {})
+        self.predictions = dict(predictions or {})
         self.everything = self.warm_up | self.questions | self.tables | self.reports
         self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
 

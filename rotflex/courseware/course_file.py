@@ -1,7 +1,7 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "bench"}``. The one that a release brings names no student; old
-ones name nothing else. What a later release may add is kept.
+It is ``{"student", "release", "draw", "title", "term", "bench", "reflect"}``. The one that a release brings names no
+student; old ones name nothing else. What a later release may add is kept.
 """
 
 from __future__ import annotations
@@ -70,6 +70,20 @@ def text(course: Mapping[str, Any]) -> str:
     return json.dumps(dict(course), ensure_ascii=False) + "\n"
 
 
+def of(folder: Path) -> dict[str, Any] | None:
+    """What holds for a student who works in a folder: its ``course.json``, else that of the installed release.
+
+    None where neither is there, as in the course's own folder.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read.
+    """
+    course = read(folder)
+    return read(Path(rotflex.__file__).parent / RELEASED) if course is None else course
+
+
 def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
     """Which bench a student who works in a folder has: as its ``course.json`` says, else as the installed release does.
 
@@ -83,9 +97,7 @@ def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
     ConfigurationError
         If the file cannot be read.
     """
-    course = read(folder)
-    if course is None:
-        course = read(Path(rotflex.__file__).parent / RELEASED)
+    course = of(folder)
     try:
         return benches.policy_of({"draw": latest} if course is None else course)
     except ConfigurationError as error:

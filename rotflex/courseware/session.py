@@ -8,11 +8,12 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, forms, student_id
+from rotflex.courseware import course_file, forms, predicting, reflection, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
@@ -266,6 +267,83 @@ class Session:
                 )
             )
         self._say_what_is_read()
+
+    # --- predictions ---------------------------------------------------------------------------------------------
+
+    def predict(self, question: str, /, **said: Any) -> None:
+        """Say what you expect of an experiment, before it. It stands then, and costs nothing if it is wrong.
+
+        Nothing of it is marked. Without a prediction, print what can be predicted, and what was.
+
+        Raises
+        ------
+        AnswerError
+            If nothing can be predicted of this question, or not this.
+        """
+        print(*predicting.predict(self.book, self.catalogue, question, said), sep="\n")
+
+    def observed(self, question: str, /, why: str = "") -> None:
+        """Print what was predicted of an experiment beside what was recorded, and what to think about.
+
+        Parameters
+        ----------
+        question : number, as in "1.2"
+        why : what you think of the difference, in a sentence: kept, never marked
+
+        Raises
+        ------
+        AnswerError
+            If nothing can be predicted of this question, or the sentence is none.
+        """
+        self.refresh()
+        print(*predicting.observed(self.book, self.catalogue, question, why, self._found), sep="\n")
+
+    def predicted(self, question: str, name: str) -> Any:
+        """What was predicted, to be drawn beside a recording: a number or a word; None if nothing was.
+
+        Raises
+        ------
+        AnswerError
+            If nothing can be predicted of this question.
+        """
+        self.book.refresh()
+        return predicting.value(self.book, self.catalogue, question, name)
+
+    # --- their own answers, against each other -----------------------------------------------------------------------
+
+    def checks(self) -> Iterable[reflection.Check]:
+        """What this student's own answers can be held against each other by: a course's own."""
+        return ()
+
+    def reflect(self, *notebooks: str) -> None:
+        """Print what your own answers and recordings ask each other: questions, never verdicts. No key takes part.
+
+        What does not go together is asked about, with the numbers of the questions to look at. Nothing is marked by
+        it, and nothing is kept of it.
+
+        Parameters
+        ----------
+        notebooks : by their numbers, as in ``lab.reflect("02")``: what can be asked when these are done; all unless
+            given
+
+        Raises
+        ------
+        AnswerError
+            If there is no such notebook.
+        ConfigurationError
+            If ``course.json`` cannot be read.
+        """
+        silent = reflection.silence(course_file.of(self._folder) or {}, datetime.now().astimezone())
+        if silent:
+            print(silent)
+            return
+        self.refresh()
+        print(reflection.reflect(reflection.of_notebooks(self.checks(), self.catalogue, notebooks), self._found))
+
+    def _found(self, question: str, part: str) -> Any:
+        """An answer that is there; raises AnswerError where none is, or none that can be read."""
+        content = self.content(question, part)
+        return forms.decode(self.catalogue.everything[question].part(part), content)
 
     # --- before it is handed in ------------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
+from rotflex.courseware import reflection
 from rotflex.courseware.benches import MOST_SEED, OWN, PRESET, SAME, THEIR_OWN, WHICH, BenchPolicy, is_seed
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
@@ -39,6 +40,26 @@ class FeedbackSettings:
 
 
 @dataclass(frozen=True)
+class ReflectSettings:
+    """Whether and when ``lab.reflect()`` asks students about what in their own answers does not go together.
+
+    Attributes
+    ----------
+    asks : whether it does
+    opens : from when on; at once where it is None
+    """
+
+    asks: bool = True
+    opens: datetime | None = None
+
+    def plain(self) -> str:
+        """What stands under "reflect" in ``course.json``."""
+        if not self.asks:
+            return reflection.OFF
+        return reflection.ON if self.opens is None else self.opens.isoformat()
+
+
+@dataclass(frozen=True)
 class CourseSettings:
     """What is decided of a course for a term.
 
@@ -48,6 +69,7 @@ class CourseSettings:
     term : as "2026 autumn"
     bench : which bench each student has
     feedback : what students see of their marks, and when
+    reflect : whether and when their own answers are held against each other for them
     releases : the folder in which releases are kept, from the one above the course's
     """
 
@@ -55,6 +77,7 @@ class CourseSettings:
     term: str = ""
     bench: BenchPolicy = THEIR_OWN
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)
+    reflect: ReflectSettings = field(default_factory=ReflectSettings)
     releases: str = "releases"
 
 
@@ -96,6 +119,10 @@ _ENTRIES: Mapping[str, Mapping[str, _Entry]] = {
         "points": _Entry(_("true or false"), "points = true", _is_bool),
         "reasons": _Entry(_("true or false"), "reasons = true", _is_bool),
         "from": _Entry(_("a date, or a date and time"), "from = 2026-12-01T12:00:00+01:00", _is_date),
+    },
+    "reflect": {
+        "asks": _Entry(_("true or false"), "asks = true", _is_bool),
+        "from": _Entry(_("a date, or a date and time"), "from = 2026-11-02T08:00:00+01:00", _is_date),
     },
     "releases": {
         "folder": _Entry(
@@ -186,10 +213,13 @@ def _contradictions(found: Mapping[str, Any], presets: Collection[str]) -> Itera
         yield _("bench.preset: the course has no bench {name!a}; it has {known}.").format(
             name=bench["preset"], known=known
         )
+    reflect = found.get("reflect", {})
+    if not reflect.get("asks", True) and "from" in reflect:
+        yield _("reflect.from: it goes with asks = true, and asks is false. Leave one of them out.")
 
 
 def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
-    about, bench, seen = (found.get(section, {}) for section in ("course", "bench", "feedback"))
+    about, bench, seen, reflect = (found.get(section, {}) for section in ("course", "bench", "feedback", "reflect"))
     usual = CourseSettings()
     return CourseSettings(
         title=about.get("title", usual.title),
@@ -199,6 +229,10 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
             points=seen.get("points", usual.feedback.points),
             reasons=seen.get("reasons", usual.feedback.reasons),
             opens=_instant(seen["from"]) if "from" in seen else None,
+        ),
+        reflect=ReflectSettings(
+            asks=reflect.get("asks", usual.reflect.asks),
+            opens=_instant(reflect["from"]) if "from" in reflect else None,
         ),
         releases=found.get("releases", {}).get("folder", usual.releases),
     )

@@ -11,6 +11,7 @@ from rotflex.courseware.parts import ReportItem
 from rotflex.workbook.catalogue_control import CONTROL, TABLE_3
 from rotflex.workbook.catalogue_modeling import MODELING, TABLE_2, WARM_UP_QUESTION
 from rotflex.workbook.catalogue_reports import CONTROL_ITEMS, CONTROL_REPORT, MODELING_ITEMS, MODELING_REPORT
+from rotflex.workbook.predictions import PREDICTIONS
 
 OUTCOMES = {
     "A-1": "has a strategy to solve the problem",
@@ -51,4 +52,5 @@ CATALOGUE = Catalogue(
         CONTROL_REPORT: ("5.2", TABLE_3.notebook, "Report on the control laboratory"),
     },
     outcomes=OUTCOMES,
+    predictions=PREDICTIONS,
 )

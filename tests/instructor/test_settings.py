@@ -9,6 +9,7 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS, copied
 
+from rotflex.courseware import reflection
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.errors import GradingError
 from rotflex.hil.student_benches import DRAW
@@ -59,7 +60,7 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
     ("text", "told"),
     [
         ("[bench\n", "is not TOML: Expected ']'"),
-        ("[bank]\n", "bank: there is no such section; there are [course], [bench], [feedback], [releases]."),
+        ("[bank]\n", "bank: there is no such section; there are [course], [bench], [feedback], [reflect], [releases]."),
         ('title = "x"\n', "title: there is no such section; it belongs under [course]."),
         ("bench = 3\n", "bench: it should be a section, a line [bench] with its entries below."),
         ("[feedback]\npoint = true\n", "feedback.point: there is no such entry; there are points, reasons, from."),
@@ -88,6 +89,12 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
             "feedback.from: it is 'tomorrow', and should be a date, or a date and time",
         ),
         ("[feedback]\nfrom = 12:00:00\n", "feedback.from: it is datetime.time(12, 0), and should be a date"),
+        ("[reflect]\nasks = 1\n", "reflect.asks: it is 1, and should be true or false, as in: asks = true"),
+        (
+            "[reflect]\nfrom = 1\n",
+            "reflect.from: it is 1, and should be a date, or a date and time, as in: from = 2026",
+        ),
+        ("[reflect]\nasks = false\nfrom = 2026-11-02\n", "reflect.from: it goes with asks = true, and asks is false."),
         (
             '[feedback]\npoints = "no"\n',
             "feedback.points: it is 'no', and should be true or false, as in: points = true",
@@ -109,6 +116,24 @@ def test_all_faults_are_told_at_once(tmp_path):
         "bench.which",
         "feedback.from",
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "released"),
+    [
+        ("", "on"),
+        ("[reflect]\nasks = true\n", "on"),
+        ("[reflect]\nasks = false\n", "off"),
+        ("[reflect]\nfrom = 2026-11-02T08:00:00+01:00\n", "2026-11-02T08:00:00+01:00"),
+        ("[reflect]\nfrom = 2026-11-02\n", datetime(2026, 11, 2).astimezone().isoformat()),
+    ],
+)
+def test_whether_reflect_asks_is_released_as_students_read_it(tmp_path, text, released):
+    plain = read(tmp_path, text).reflect.plain()
+    assert plain == released
+    before, after = datetime(2026, 11, 1, tzinfo=UTC), datetime(2026, 11, 4, tzinfo=UTC)
+    asks = [not reflection.silence({"reflect": plain}, now) for now in (before, after)]
+    assert asks == {"on": [True, True], "off": [False, False]}.get(plain, [False, True])
 
 
 def test_a_file_that_is_no_text_is_told(tmp_path):

@@ -26,6 +26,7 @@ from rotflex.errors import AnswerError
 from rotflex.instructor.gradebook import CommentRecord, RunRecord
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import drawn_figure, rendered_words
+from rotflex.instructor.reports.predicted import Predicted, predicted
 from rotflex.instructor.reports.result import UNDECIDED, Result, lapse, points
 from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.settings import FeedbackSettings
@@ -114,6 +115,7 @@ class Asked:
     notebook: str
     parts: tuple[Shown, ...]
     comments: tuple[CommentRecord, ...]
+    predicted: Predicted | None = None
 
     @property
     def place(self) -> str:
@@ -235,13 +237,24 @@ def _without_reasons(result: Result) -> Result:
 def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> list[Asked]:
     figures = {} if run is None else _figures(run, catalogue)
     words = {} if run is None else run.words
+    foretold = predicted(run, catalogue)
     asked = []
     for number, marks in groupby(result.marks, key=lambda mark: mark.question):
         question = catalogue.everything.get(number, Question(number, "", "", "", (), ()))
         parts = {part.name: part for part in question.parts}
         shown = tuple(_shown(mark, parts.get(mark.part), figures, words) for mark in marks)
         comments = tuple(one for one in result.comments if one.question == number)
-        asked.append(Asked(number, question.title, question.section, question.notebook, shown, comments))
+        asked.append(
+            Asked(
+                number,
+                question.title,
+                question.section,
+                question.notebook,
+                shown,
+                comments,
+                foretold.get(number),
+            )
+        )
     return asked
 
 

@@ -1,0 +1,36 @@
+"""What ``lab.reflect()`` asks of a file of answers."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import rotflex.lab
+from rotflex.courseware import answers, forms
+from rotflex.courseware.reflection import Reflection, reflect
+from rotflex.errors import AnswerError
+from rotflex.workbook.questions import CATALOGUE
+
+
+@cache
+def lab_of(student: str) -> rotflex.lab.Lab:
+    """A student's session, without answers."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        return rotflex.lab.start(student, folder=Path(tempfile.gettempdir(), "no such folder"), quiet=True)
+
+
+def asked_of(student: str, data: bytes) -> Reflection:
+    """What the answers in a file ask each other."""
+    given = answers.parse(data)["answers"]
+
+    def find(question: str, part: str) -> Any:
+        content = given.get(question, {}).get(part)
+        if content is None:
+            raise AnswerError("there is none")
+        return forms.decode(CATALOGUE.find(question).part(part), content)
+
+    return reflect(lab_of(student).checks(), find)
