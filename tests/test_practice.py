@@ -1,0 +1,121 @@
+"""Benches to practise on: another one each time, nobody's own, told of once an answer is given, and kept nowhere."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from made_courses import OURS
+
+import rotflex.lab
+from rotflex import experiments, identification, practice
+from rotflex.errors import AnswerError, ConfigurationError
+from rotflex.hil.student_benches import student_seed
+from rotflex.instructor.marking.decoding import decode
+from rotflex.instructor.marking.marking import mark
+from rotflex.instructor.verdicts import Status
+from solutions.true_bench import TrueBench
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
+    return rotflex.lab.start("ada", quiet=True)
+
+
+def swept(one):
+    with one.bench() as bench:
+        return experiments.sweep(bench, progress=False)
+
+
+def test_each_call_draws_another_bench_and_a_number_gives_one_again(lab, capsys):
+    first, second = lab.practice(), lab.practice()
+    assert first.number != second.number
+    again = lab.practice(first.number)
+    assert again.joint == first.joint
+    with first as bench, again as same:
+        assert bench.identity == same.identity
+    assert capsys.readouterr().out.splitlines()[0] == (
+        f"<practice bench {first.number}: arm in position {first.joint.arm_position}>"
+    )
+
+
+def test_its_recording_is_found_to_be_true_and_nothing_is_told_before_an_answer(lab, capsys):
+    one = lab.practice(7)
+    found = identification.resonance(identification.frequency_response(swept(one))).value
+    assert "rad/s" not in capsys.readouterr().out and "K_s" not in repr(one)
+    one.answer(omega_n=found, K_s=one.joint.J_l * found**2)
+    omega, stiffness = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(
+        r"omega_n = [\d.]+ rad/s: [+-]\d\.\d %, near enough \(within 3 % is\)\. The bench has [\d.]+ rad/s\.", omega
+    )
+    assert "near enough (within 6 % is)" in stiffness and stiffness.endswith(" N·m/rad.")
+    one.answer(omega_n=found / 2)
+    assert "-50" in (told := capsys.readouterr().out) or "-49" in told
+    assert "not near enough yet (within 3 % is). The bench has" in told
+
+
+def test_what_is_true_is_what_the_bench_is(lab, capsys):
+    one = lab.practice(123)
+    one.answer(omega_n=20.0)
+    true = float(re.search(r"The bench has ([\d.]+)", capsys.readouterr().out)[1])
+    decay = identification.resonance(identification.frequency_response(swept(one)))
+    assert true == pytest.approx(decay.value, rel=0.015)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({}, "omega_n and K_s; nothing was given"),
+        ({"J_l": 3}, "omega_n and K_s; not for J_l"),
+        ({"omega_n": "much"}, "omega_n should be a number; it is 'much'"),
+        ({"omega_n": float("nan")}, "should be a number"),
+        ({"K_s": [1.0, 2.0]}, "should be a number"),
+        ({"K_s": None}, "should be a number"),
+    ],
+)
+def test_what_is_no_answer_is_told_and_reveals_nothing(lab, capsys, given, told):
+    one = lab.practice(5)
+    capsys.readouterr()
+    with pytest.raises(AnswerError, match=told):
+        one.answer(**given)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("number", [0, practice.MOST + 1, 1.5, True, "7"])
+def test_there_are_so_many(lab, number):
+    with pytest.raises(ConfigurationError, match="a whole number from 1 to 1000000"):
+        lab.practice(number)
+
+
+def test_it_is_nobodys_own_bench(lab):
+    """Seeds of students have 32 bits, and so have those of a bench that is everybody's."""
+    for number in (1, practice.MOST):
+        assert lab.practice(number).bench().identity["seed"] > 2**32 - 1 >= student_seed("anybody")
+
+
+def test_nothing_of_it_is_kept(lab, tmp_path):
+    one = lab.practice()
+    swept(one)
+    one.answer(omega_n=20, K_s=np.float64(1.2))
+    assert not (tmp_path / "answers.json").exists()
+
+
+def test_a_recording_of_it_that_is_handed_in_is_another_benchs(lab, tmp_path):
+    lab.answer("2.9", sweep=swept(lab.practice()))
+    seed = student_seed("ada")
+    claims = decode((tmp_path / "answers.json").read_bytes(), seed, OURS.catalogue)
+    marks = {(one.question, one.part): one for one in mark(OURS, claims, TrueBench("ada"), seed)}
+    assert marks["2.9", "sweep"].status is Status.WRONG
+    assert "bench" in marks["2.9", "sweep"].reason
+
+
+def test_where_a_program_runs_the_notebooks_it_is_always_the_same_and_works(lab, monkeypatch, capsys):
+    for running in ("check", "grade"):
+        monkeypatch.setenv("ROTFLEX_RUNNING", running)
+        one = lab.practice()
+        assert one.number == 1
+        one.answer(omega_n=20)
+        assert "The bench has" in capsys.readouterr().out
