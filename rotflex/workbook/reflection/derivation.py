@@ -61,6 +61,7 @@ def checks(servo: Servo, joint: Joint) -> tuple[Check, ...]:
         Check((("2.4", "equation"), ("2.3", "L")), _follows("theta")),
         Check((("2.5", "equation"),), _units_of_equation),
         Check((("2.5", "equation"), ("2.3", "L")), _follows("alpha")),
+        Check((("2.5", "equation"),), _carried_along),
         *(
             Check((("2.6", part),), _units(_TIME**-2, _("an angular acceleration (rad/s²)")))
             for part in ("theta_ddot", "alpha_ddot")
@@ -192,6 +193,19 @@ def _follows(coordinate: str) -> Callable[[Any, Any], str]:
         return ""
 
     return ask
+
+
+def _carried_along(equation: Any) -> str:
+    """Whether an arm that is carried round evenly, unbent, needs nothing."""
+    left = _residual(equation)
+    for point in _points(_NAMES):
+        turning = {**point, **dict.fromkeys(("alpha", "alpha_dot", "theta_ddot", "alpha_ddot", "tau"), 0.0)}
+        if not _close(value_at(left, turning), 0.0):
+            return _(
+                "Let the servo turn evenly, with the arm unbent and at rest on it. Nothing is bent, moves against the "
+                "joint or is accelerated, and your equation still has a term. Which one, and with which rate?"
+            )
+    return ""
 
 
 def _solve(theta_ddot: Any, alpha_ddot: Any, servo: Any, link: Any) -> str:

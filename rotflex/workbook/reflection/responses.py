@@ -25,7 +25,8 @@ from rotflex.workbook.spare_design import SPARE_GAIN, runs_away
 #: Where a response is recorded → where it is measured.
 MEASURED = {"3.11": "3.12", "3.13": "3.14", "3.15": "3.16"}
 
-_OTHER_LOOP = 0.25  # of the step: simulations by Euler and exact ones, limited or not, are nearer to each other
+_OTHER_LOOP = 0.1  # of the step: simulations by Euler and exact ones, limited or not, differ by 3 %
+_OTHER_COMMAND = 0.02  # of the step
 _SAME_GAIN = 0.03  # relative: three digits
 _NEAR_LIMIT = 0.05  # relative: rounded to two digits, a number may be on the other side of its limit
 #: Of a quantity: its name in a summary, SI per unit of the answer, and how far an honest reading may be from what 400
@@ -68,13 +69,16 @@ def _simulated(kept: Kept, K: Array, A: Array, B: Array) -> str:
     if runs_away(A, B, K):
         return ""
     command = smooth_square_wave(time_axis(DURATION, SAMPLE_TIME), FREQUENCY, AMPLITUDE, RATE)
+    step, places = 2 * AMPLITUDE, thin_indices(kept)
     if kept["n"] != command.size:
         return ""
+    if np.abs(command[places] - channel(kept, "theta_ref")).max() > _OTHER_COMMAND * step:
+        return ""
     try:
-        own = closed_loop(A, B, K, command, saturation=None)["theta"][thin_indices(kept)]
+        own = closed_loop(A, B, K, command, saturation=None)["theta"][places]
     except RotflexError:
         return ""
-    if np.abs(own - channel(kept, "theta")).max() <= _OTHER_LOOP * 2 * AMPLITUDE:
+    if np.abs(own - channel(kept, "theta")).max() <= _OTHER_LOOP * step:
         return ""
     return _(
         "Your own A, B (2.14, motor voltage as input) and K (3.8), simulated with this command, give another theta. "
