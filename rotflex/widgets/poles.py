@@ -28,6 +28,7 @@ _ZETA, _OMEGA, _REAL = (0.1, 0.99), (5.0, 40.0), (-80.0, -2.0)
 _MOST_GHOSTS = 3
 _PAIR, _P3, _P4 = "pair", "p3", "p4"
 _BAND = tuple(AMPLITUDE / DEG * (1 + side * SETTLING_BAND) for side in (-1, 1))  # deg, about the final angle
+_PLANE = (-82.0, 12.0), (-42.0, 42.0)  # rad/s: all places that a pole may be dragged to
 _NAMES = ("settling time", "overshoot", "deflection", "voltage")
 _UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
 _MARKS = {True: ("met", "met"), False: ("missed", "not met"), None: ("unknown", "not measured")}
@@ -176,9 +177,7 @@ class PoleExplorer(Explorer):
         ]
 
     def _plane(self) -> Panel:
-        plane = Panel("imaginary (rad/s)", (-52.0, 6.0), (-36.0, 36.0), "real (rad/s)", equal=True, bare=True)
-        lowest = min(self.wanted.p3, self.wanted.p4, -46.0)
-        plane.x = (1.12 * lowest, 6.0)
+        plane = Panel("imaginary (rad/s)", *_PLANE, "real (rad/s)", equal=True, bare=True)
         turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
         for x, y in self._where_met():
             plane.area(x, y, "voltage", opacity=0.25)
@@ -192,7 +191,8 @@ class PoleExplorer(Explorer):
             tip = 90 * np.array([-zeta, math.sqrt(1 - zeta**2)])
             plane.line([tip[0], 0, tip[0]], [tip[1], 0, -tip[1]], "grid")
             along = 33.0 / max(math.sqrt(1 - zeta**2), 0.75)
-            plane.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"ζ {zeta:g}")
+            word = "ζ " if zeta == _GRID_ZETA[-1] else ""
+            plane.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"{word}{zeta:g}")
         plane.level(0.0, "axis", axis="x")
         for index, pole in enumerate(np.linalg.eigvals(self._a)):
             plane.mark(pole.real, pole.imag, "ghost", "circle", "open loop" if index == 0 else "")
@@ -205,7 +205,10 @@ class PoleExplorer(Explorer):
                 plane.mark(pole.real, pole.imag, "model", "square", label)
         pair = self.wanted.pair
         plane.mark(pair.real, -pair.imag, "measured", "cross", size=7)
-        plane.handle(_PAIR, pair.real, pair.imag, "dominant pair of poles", f"{described(pair)} rad/s", (0.5, 0.5))
+        text = f"{described(pair)} rad/s"
+        plane.handle(
+            _PAIR, pair.real, pair.imag, "dominant pair of poles", text, (0.5, 0.5), legend="desired poles: drag them"
+        )
         for name, value, label in ((_P3, self.wanted.p3, "third pole"), (_P4, self.wanted.p4, "fourth pole")):
             text = f"{described(complex(value))} rad/s"
             plane.handle(name, value, 0.0, label, text, (0.5, 0.0), axis="x")
@@ -224,16 +227,16 @@ class PoleExplorer(Explorer):
         alpha = Panel("α (deg)", span, (-16.0, 16.0))
         volts = Panel("Vₘ (V)", span, (-14.0, 14.0), "time after the step (s)", height=1.25)
         theta.band(_BAND[0], _BAND[1], "highlight", "settling band")
-        theta.level(LIMITS["settling_time"], "highlight", axis="x")
+        theta.level(LIMITS["settling_time"], "highlight", "time limit", axis="x")
         for panel, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
             panel.level(limit, "highlight", "limit")
             panel.level(-limit, "highlight")
-        for ghost in self.ghosts:
-            _draw(ghost, (theta, alpha, volts), "ghost")
+        for index, ghost in enumerate(self.ghosts):
+            _draw(ghost, (theta, alpha, volts), "ghost", "" if index else "ghost")
         recording = self.design.recording
         if recording is not None:
             theta.line(recording.time, recording.degrees("theta_ref"), "reference", "command")
-            _draw(self.design, (theta, alpha, volts), "measured")
+            _draw(self.design, (theta, alpha, volts), "measured", "this design")
             for panel, values in ((alpha, recording.degrees("alpha")), (volts, recording["vm"])):
                 reach = max(panel.y[1], 1.1 * float(np.abs(values).max()))
                 panel.y = (-reach, reach)
@@ -245,13 +248,14 @@ def explore_poles(A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: L
     return PoleExplorer(A, B, K, lab)
 
 
-def _draw(found: Design, panels: Sequence[Panel], role: str) -> None:
+def _draw(found: Design, panels: Sequence[Panel], role: str, label: str = "") -> None:
     if found.recording is None:
         return
     time = found.recording.time
     curves = (found.recording.degrees("theta"), found.recording.degrees("alpha"), found.recording["vm"])
     for panel, values in zip(panels, curves, strict=True):
-        panel.line(time, values, role)
+        panel.line(time, values, role, label)
+        label = ""  # in the legend once
 
 
 # --- in words and numbers -------------------------------------------------------------------------------------------
@@ -282,7 +286,7 @@ def _gain(found: Design) -> Readout:
 def _polynomial(found: Design) -> Readout:
     powers = ("s⁴", "s³", "s²", "s", "1")
     rows = [Row(power, (_number(value),)) for power, value in zip(powers, found.polynomial.tolist(), strict=True)]
-    return Readout("Characteristic polynomial", rows)
+    return Readout("Characteristic polynomial", rows, folded=True)
 
 
 def _number(value: float) -> str:

@@ -60,7 +60,7 @@ def reported(bench: Bench | None) -> Readout:
         Row("motor", (f"within ±{min(limits.voltage, bench.servo.V_max):g} V",)),
         Row("watchdog", (f"0 V after {WATCHDOG_TIMEOUT:g} s without the program",)),
     ]
-    return Readout("The bench reports", rows)
+    return Readout("The bench reports", rows, folded=True)
 
 
 def playable(recording: Recording) -> Play:

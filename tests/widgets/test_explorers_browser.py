@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 
 import browser
-import nbformat
+import explorer_notebooks
 import pytest
 from checkout import ROOT
+from explorer_notebooks import middle, settled
 
 from rotflex.widgets.placement import design
 
@@ -16,38 +17,12 @@ needs_chromium = pytest.mark.skipif(
 )
 pytestmark = needs_chromium
 
-BEGIN = """
-import numpy as np
-import rotflex.lab
-from rotflex import experiments, widgets
-from rotflex.instructor import model
-lab = rotflex.lab.start("ada")
-system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
-A, B = np.asarray(system.A), np.asarray(system.B)
-"""
-KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
-NOTEBOOKS = {
-    "poles": "explorer = widgets.explore_poles(A, B, lab=lab)\nexplorer",
-    "sweep": "explorer = widgets.explore_sweep(lab)\nexplorer",
-    "validation": """
-with lab.bench() as bench:
-    recording = experiments.validation(bench, A, B, duration=5.0, progress=False)
-explorer = widgets.explore_validation(recording, lab.servo, lab.joint)
-explorer""",
-    "console": "explorer = widgets.open_console(lab, K=[18.2, -17.2, 1.59, 0.633])\nexplorer",
-    "results": 'explorer = widgets.results_table(lab, "Table 2")\nexplorer',
-}
-
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory):
     """JupyterLab with a notebook for each explorer. Gives the address and the folder."""
     folder = tmp_path_factory.mktemp("explorers") / "work"
-    with browser.jupyterlab(folder, "--student", "ada", "--", "--expose-app-in-browser") as address:
-        for name, cell in NOTEBOOKS.items():
-            cells = [nbformat.v4.new_code_cell(source) for source in (BEGIN, cell)]
-            notebook = nbformat.v4.new_notebook(cells=cells, metadata=KERNEL)
-            nbformat.write(notebook, folder / f"{name}.ipynb")
+    with explorer_notebooks.served(folder) as address:
         yield address, folder
 
 
@@ -56,9 +31,7 @@ def opened(served, request):
     """The explorer that the test names, in a page; whatever the test does there, the page stays in order."""
     address, _ = served
     with browser.visit(address, f"{request.param}.ipynb") as seen:
-        cells = browser.run_all(seen)
-        assert [output for cell in cells for output in cell["outputs"] if output["output_type"] == "error"] == []
-        seen.page.wait_for_selector(".rotflex-explorer[data-version]")
+        explorer_notebooks.show(seen)
         yield seen.page
         assert not seen.errors
         assert not seen.abroad
@@ -86,20 +59,6 @@ def wait_for_text(page, selector, text):
 
 def button(page, name):
     return page.locator(".rotflex-explorer").get_by_role("button", name=name, exact=True)
-
-
-def settled(page):
-    """Wait until Python has answered all that the page has said, and the page has drawn it."""
-    page.wait_for_function("() => document.querySelector('.rotflex-explorer').ariaBusy !== 'true'")
-    version = None
-    while (now := page.locator(".rotflex-explorer").get_attribute("data-version")) != version:
-        version = now
-        page.wait_for_timeout(300)
-
-
-def middle(page, name):
-    box = page.locator(f'.handle[data-name="{name}"]').bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
@@ -306,6 +265,6 @@ def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened)
 
 def test_the_page_needs_nothing_from_elsewhere():
     folder = ROOT / "rotflex" / "courseware" / "scene"
-    for name in ("drawing.js", "moving.js", "controls.js", "explorer.js", "explorer.css"):
-        text = (folder / name).read_text(encoding="utf-8")
+    for path in [*folder.glob("*.js"), *folder.glob("*.css")]:
+        text = path.read_text(encoding="utf-8")
         assert "http" not in text and "import " not in text

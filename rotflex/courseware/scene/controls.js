@@ -17,7 +17,6 @@ const CONTROLS = {
     const send = (value) => { if (Number.isFinite(value)) view.tell({ kind: "set", name: control.name, value }); };
     range.addEventListener("input", () => { number.value = range.value; send(range.valueAsNumber); });
     number.addEventListener("change", () => send(number.valueAsNumber));
-    for (const input of [range, number]) input.addEventListener("keydown", (event) => event.stopPropagation());
     return ({ value, disabled }) => {
       range.disabled = number.disabled = Boolean(disabled);
       const busy = view.open || view.pending;
@@ -32,7 +31,6 @@ const CONTROLS = {
     select.dataset.name = control.name;
     for (const [value, text] of control.options) { const option = make("option", "", select, text); option.value = value; }
     select.addEventListener("change", () => view.tell({ kind: "set", name: control.name, value: select.value }));
-    select.addEventListener("keydown", (event) => event.stopPropagation());
     return ({ value, disabled }) => { select.value = value; select.disabled = Boolean(disabled); };
   },
   button(control, row, view) {
@@ -52,12 +50,21 @@ const CONTROLS = {
   },
 };
 
+const FOCUSED = new Set(["button", "input", "select"]);
+
 function make(tag, name, parent, text) {
   const element = document.createElement(tag);
+  if (FOCUSED.has(tag)) guard(element);
   if (name) element.className = name;
   if (text !== undefined) element.textContent = text;
   parent.append(element);
   return element;
+}
+
+// Keys are for the explorer, and not for the notebook around it: there, D D deletes the cell. JupyterLab looks at the
+// element that has the focus before it looks at those around it, so that each must say so itself.
+function guard(element) {
+  element.dataset.lmSuppressShortcuts = "true";
 }
 
 function tidy(value, step) {

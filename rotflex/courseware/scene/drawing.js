@@ -16,7 +16,10 @@ const ROLES = {
 const FONT = "12px ui-sans-serif, system-ui, sans-serif";
 
 function plot(view, pen, panel, box, seen) {
-  const inner = { left: box.left + 52, top: box.top + 26, width: box.width - 66, height: box.height - 26 - (panel.xlabel ? 40 : 12) };
+  pen.font = FONT;
+  const lines = legendOf(pen, panel, box);
+  const above = 10 + 16 * lines.length;
+  const inner = { left: box.left + 52, top: box.top + above, width: box.width - 66, height: box.height - above - (panel.xlabel ? 36 : 8) };
   if (inner.width < 20 || inner.height < 20) return;
   let [x0, x1] = panel.x;
   let [y0, y1] = panel.y;
@@ -30,12 +33,12 @@ function plot(view, pen, panel, box, seen) {
   const X = (x) => inner.left + ((x - x0) / (x1 - x0)) * inner.width;
   const Y = (y) => inner.top + inner.height - ((y - y0) / (y1 - y0)) * inner.height;
   const scales = { X, Y, x: (px) => x0 + ((px - inner.left) / inner.width) * (x1 - x0), y: (px) => y0 + ((inner.top + inner.height - px) / inner.height) * (y1 - y0) };
-  pen.font = FONT;
   pen.lineWidth = 1;
   pen.strokeStyle = view.color("--grid");
   pen.fillStyle = view.color("--text");
   for (const [low, high, place, down, count] of [[x0, x1, X, false, inner.width / 75], [y0, y1, Y, true, Math.max(4, inner.height / 30)]]) {
-    for (const tick of ticks(low, high, Math.max(2, count))) {
+    const given = down ? null : panel.xticks;
+    for (const tick of given ?? ticks(low, high, Math.max(2, count))) {
       const at = place(tick.value);
       pen.beginPath();
       if (down) { pen.moveTo(inner.left, at); pen.lineTo(inner.left + inner.width, at); }
@@ -44,7 +47,7 @@ function plot(view, pen, panel, box, seen) {
       pen.textAlign = down ? "right" : "center";
       pen.textBaseline = down ? "middle" : "top";
       if (down && at > inner.top + 4) pen.fillText(tick.text, inner.left - 6, at);
-      else if (!down && panel.xlabel) pen.fillText(tick.text, at, inner.top + inner.height + 5);
+      else if (!down && panel.xlabel) pen.fillText(tick.text, at, inner.top + inner.height + 4);
     }
   }
   pen.save();
@@ -63,31 +66,49 @@ function plot(view, pen, panel, box, seen) {
   pen.fillStyle = view.color("--text");
   pen.textBaseline = "bottom";
   pen.textAlign = "center";
-  if (panel.xlabel) pen.fillText(panel.xlabel, inner.left + inner.width / 2, inner.top + inner.height + 38);
+  if (panel.xlabel) pen.fillText(panel.xlabel, inner.left + inner.width / 2, inner.top + inner.height + 34);
   pen.textAlign = "left";
-  pen.fillText(panel.ylabel, box.left + 6, inner.top - 6);
-  legend(view, pen, panel, inner, box.left + 6 + pen.measureText(panel.ylabel).width + 14);
-  for (const handle of panel.handles ?? []) { seen.add(handle.name); view.placeHandle(handle, scales, inner); }
+  pen.fillText(panel.ylabel, box.left + 6, box.top + 20);
+  legend(view, pen, lines, inner.top - 6);
+  for (const handle of panel.handles ?? []) { seen.add(handle.name); view.handles.place(handle, scales, inner); }
 }
 
-function legend(view, pen, panel, inner, from) {
-  let right = inner.left + inner.width;
-  for (const item of panel.items) { // the first stands rightmost, and is kept where there is little room
+function legendOf(pen, panel, box) { // lines of entries, each with its place: to the right, below each other where there is too little room
+  const beside = box.left + 6 + pen.measureText(panel.ylabel).width + 14;
+  const right = box.left + box.width - 14;
+  const entries = [...panel.items, ...(panel.handles ?? []).map((handle) => ({ ...handle, kind: "mark", label: handle.legend }))];
+  const lines = [];
+  let [line, left] = [[], beside];
+  for (const item of entries) {
     if (!item.label) continue;
-    const wide = pen.measureText(item.label).width;
-    right -= wide;
-    if (right - 28 < from) return;
-    pen.textAlign = "left";
-    pen.textBaseline = "bottom";
-    pen.fillStyle = view.color("--text");
-    pen.fillText(item.label, right, inner.top - 6);
-    const y = inner.top - 12;
-    if (item.kind === "mark") ITEMS.glyph(view, pen, item, right - 14, y);
-    else if (item.kind === "line" || item.kind === "level") { ink(view, pen, item); segment(pen, right - 28, y, right - 5, y); }
-    else { pen.globalAlpha = item.opacity ?? 0.3; pen.fillStyle = view.color(ROLES[item.role].color); pen.fillRect(right - 26, y - 5, 21, 10); pen.globalAlpha = 1; }
-    pen.setLineDash([]);
-    right -= 42;
+    const wide = 28 + pen.measureText(item.label).width;
+    if (left + wide > right && (line.length || !lines.length)) {
+      lines.push(line);
+      [line, left] = [[], box.left + 6];
+    }
+    line.push({ item, left });
+    left += wide + 14;
+    line.end = left - 14;
   }
+  lines.push(line);
+  for (const one of lines) for (const entry of one) entry.left += Math.max(0, right - one.end);
+  return lines;
+}
+
+function legend(view, pen, lines, bottom) {
+  pen.textAlign = "left";
+  pen.textBaseline = "bottom";
+  lines.forEach((line, i) => {
+    const y = bottom - 16 * (lines.length - 1 - i);
+    for (const { item, left } of line) {
+      pen.fillStyle = view.color("--text");
+      pen.fillText(item.label, left + 28, y);
+      if (["mark", "points"].includes(item.kind)) ITEMS.glyph(view, pen, item, left + 14, y - 6);
+      else if (item.kind === "line" || item.kind === "level") { ink(view, pen, item); segment(pen, left, y - 6, left + 23, y - 6); }
+      else { pen.globalAlpha = item.opacity ?? 0.3; pen.fillStyle = view.color(ROLES[item.role].color); pen.fillRect(left + 2, y - 11, 21, 10); pen.globalAlpha = 1; }
+      pen.setLineDash([]);
+    }
+  });
 }
 
 function ink(view, pen, item) {
@@ -149,7 +170,11 @@ const ITEMS = {
     pen.beginPath();
     if (item.shape === "square") pen.rect(x - r, y - r, 2 * r, 2 * r);
     else pen.arc(x, y, r, 0, 2 * Math.PI);
-    pen.stroke();
+    if (item.shape === "cursor" || item.shape === "dot") { pen.fillStyle = pen.strokeStyle; pen.fill(); } else pen.stroke();
+  },
+  points(view, pen, item, { X, Y }) {
+    const [xs, ys] = [view.slice(item.x), view.slice(item.y)];
+    for (let i = 0; i < xs.length; i++) ITEMS.glyph(view, pen, item, X(xs[i]), Y(ys[i]));
   },
 };
 

@@ -8,6 +8,8 @@ const NARROW = 620; // px; below, columns stand below each other
 const PATIENCE = 4000; // ms without an answer, after which the reader is told
 const SILENCE = 2000; // ms without a new picture of a running bench, after which the reader is told
 const ALIVE = 400; // ms between two signs of life while a bench runs
+const LEAST = 240; // px, of the plots' height where there is too little room
+const MARGIN = 14; // px, of what JupyterLab puts around an output
 const PANELS = { plot, moving };
 
 export function render({ model, el }) {
@@ -25,28 +27,30 @@ class View {
     this.open = false; // an event is under way
     this.pending = null; // the latest that waits for its answer
     this.queue = []; // presses that wait
-    this.dragged = null;
     this.host = make("div", "rotflex-explorer", el);
-    this.host.dataset.lmSuppressShortcuts = "true"; // keys are for the explorer, not for the notebook around it
+    this.host.tabIndex = -1; // a click beside the controls is for the explorer, too
+    guard(this.host);
+    this.host.addEventListener("keydown", (event) => event.stopPropagation());
     this.notice = make("div", "notice", this.host);
     this.notice.setAttribute("role", "status");
     this.above = make("div", "controls", this.host);
-    this.stage = make("div", "stage", this.host);
+    this.body = make("div", "body", this.host);
+    this.plots = make("div", "plots", this.body);
+    this.stage = make("div", "stage", this.plots);
     this.canvas = make("canvas", "", this.stage);
     this.canvas.setAttribute("role", "img");
-    this.player = make("div", "player", this.host);
-    this.readouts = make("div", "readouts", this.host);
+    this.player = new Player(this, this.plots);
+    this.readouts = make("div", "readouts", this.body);
     this.controls = new Map();
-    this.handles = new Map();
+    this.handles = new Handles(this);
     this.colors = {};
-    this.playing = null;
     this.onScene = () => this.update();
     this.onEscape = (key) => { // anywhere on the page, while a bench runs
       if (key.key === "Escape") this.urgent({ kind: "press", name: "stop" });
     };
     model.on("change:scene", this.onScene);
     this.resized = new ResizeObserver(() => this.draw());
-    this.resized.observe(this.stage);
+    for (const element of [this.stage, this.readouts]) this.resized.observe(element);
     this.themed = new MutationObserver(() => { this.colors = {}; this.drawSoon(); });
     this.themed.observe(document.body, { attributes: true, attributeFilter: ["data-jp-theme-light", "class"] });
     this.update();
@@ -58,7 +62,7 @@ class View {
     this.themed.disconnect();
     clearTimeout(this.waiting);
     this.endLife();
-    cancelAnimationFrame(this.frame);
+    this.player.close();
     cancelAnimationFrame(this.drawing);
   }
 
@@ -92,7 +96,7 @@ class View {
 
   forget() {
     this.queue = [];
-    this.pending = this.last = null;
+    this.pending = this.handles.last = null;
   }
 
   post(event) {
@@ -108,7 +112,7 @@ class View {
     this.open = false;
     this.host.setAttribute("aria-busy", "false");
     this.forget();
-    this.letGo();
+    this.handles.letGo();
   }
 
   answered(n) {
@@ -120,8 +124,8 @@ class View {
     if (next) this.tell(next);
     else {
       this.host.setAttribute("aria-busy", "false");
-      this.last = null;
-      if (this.released) this.letGo();
+      this.handles.last = null;
+      if (this.handles.released) this.handles.letGo();
     }
   }
 
@@ -138,7 +142,7 @@ class View {
     if (this.scene.answered?.view === this.id) this.answered(this.scene.answered.n);
     this.showControls();
     this.showReadouts();
-    this.showPlayer();
+    this.player.show(this.scene.play);
     this.stayAlive();
     this.drawSoon();
   }
@@ -165,8 +169,14 @@ class View {
     document.removeEventListener("keydown", this.onEscape, true);
   }
 
+  rest() { // nothing is held any more
+    this.say(this.scene.notice);
+    this.draw();
+  }
+
   say(notice) {
     const text = notice?.text ?? "";
+    if (this.handles.dragged && !text) return; // what is below would move away from under the hand
     if (this.notice.textContent !== text) this.notice.textContent = text;
     this.notice.dataset.kind = notice?.kind ?? "";
   }
@@ -193,12 +203,13 @@ class View {
     const wanted = this.scene.readouts ?? [];
     while (this.readouts.children.length > wanted.length) this.readouts.lastChild.remove();
     wanted.forEach((readout, i) => {
-      const box = this.readouts.children[i] ?? make("table", "readout", this.readouts);
+      const outer = this.readoutAt(i, readout);
       const text = JSON.stringify(readout);
-      if (box.dataset.text === text) return;
-      box.dataset.text = text;
+      if (outer.dataset.text === text) return;
+      outer.dataset.text = text;
+      const box = outer.querySelector("table");
       box.replaceChildren();
-      make("caption", "", box).textContent = readout.title;
+      if (!readout.folded) make("caption", "", box).textContent = readout.title;
       if (readout.head) {
         const line = make("tr", "", make("thead", "", box));
         for (const cell of readout.head) { const head = make("th", "", line, cell); head.scope = "col"; }
@@ -211,6 +222,18 @@ class View {
         if (row.mark) make("td", "mark", line, `${MARKS[row.mark]} ${row.words}`);
       }
     });
+  }
+
+  readoutAt(i, { folded, title }) { // its element: made, or made anew where it is now folded and was not
+    const kind = folded ? "DETAILS" : "DIV";
+    const before = this.readouts.children[i];
+    if (before?.tagName === kind) return before;
+    const outer = document.createElement(kind);
+    if (folded) guard(make("summary", "", outer, title));
+    make("table", "readout", outer);
+    if (before) before.replaceWith(outer);
+    else this.readouts.append(outer);
+    return outer;
   }
 
   // --- drawing ------------------------------------------------------------------------------------------------------
@@ -230,7 +253,7 @@ class View {
     if (!width) return;
     const columns = this.scene.columns;
     const stacked = width < NARROW;
-    const each = this.scene.height;
+    const each = stacked ? this.scene.height : this.fitting();
     const height = columns.length && each ? (stacked ? each * columns.length : each) : 0;
     const scale = window.devicePixelRatio || 1;
     if (this.canvas.width !== Math.round(width * scale) || this.canvas.height !== Math.round(height * scale)) {
@@ -258,152 +281,33 @@ class View {
       }
       left += wide;
     });
-    for (const [name, handle] of this.handles) {
-      if (!seen.has(name)) { handle.remove(); this.handles.delete(name); }
-    }
+    this.handles.keep(seen);
     this.host.dataset.version = String(this.scene.version);
     this.host.dispatchEvent(new CustomEvent("painted", { detail: this.scene.version }));
   }
 
+  fitting() { // the plots' height with which the whole explorer is in view at once
+    const { height } = this.scene;
+    if (this.handles.dragged && this.fitted) return this.fitted;
+    const style = getComputedStyle(this.host);
+    const beside = getComputedStyle(this.body).display === "flex";
+    const around = parseFloat(style.paddingTop) + parseFloat(style.paddingBottom) + MARGIN;
+    const others = [this.above, this.player.box, ...(beside ? [] : [this.readouts])];
+    const taken = others.reduce((sum, element) => sum + element.offsetHeight, around);
+    const room = this.page().clientHeight - taken;
+    this.fitted = Math.max(Math.min(height, LEAST), Math.min(height, room));
+    return this.fitted;
+  }
+
+  page() { // what scrolls around the explorer
+    if (!this.around) {
+      this.around = this.host.closest(".jp-WindowedPanel-outer") ?? document.documentElement;
+      this.resized.observe(this.around);
+    }
+    return this.around;
+  }
+
   slice([offset, count]) {
     return this.numbers.subarray(offset, offset + count);
-  }
-
-  // --- handles ------------------------------------------------------------------------------------------------------
-
-  placeHandle(handle, scales, inner) {
-    let knob = this.handles.get(handle.name);
-    if (!knob) {
-      knob = make("div", "handle", this.stage);
-      knob.tabIndex = 0;
-      knob.setAttribute("role", "slider");
-      knob.dataset.name = handle.name;
-      knob.addEventListener("pointerdown", (event) => this.grab(event, handle.name));
-      knob.addEventListener("keydown", (event) => this.press(event, handle.name));
-      this.handles.set(handle.name, knob);
-    }
-    knob.handle = handle;
-    knob.scales = scales;
-    knob.dataset.shape = handle.shape;
-    knob.style.setProperty("--own", `var(${ROLES[handle.role].color})`);
-    knob.setAttribute("aria-label", handle.label);
-    knob.setAttribute("aria-valuetext", handle.text);
-    knob.setAttribute("aria-valuenow", String(handle.x));
-    knob.setAttribute("aria-orientation", "horizontal");
-    knob.title = `${handle.label}: ${handle.text}. Drag it, or use the arrow keys (with Shift: ten times as far).`;
-    if (this.dragged !== handle.name) this.moveKnob(knob, handle.x, handle.y, inner);
-  }
-
-  moveKnob(knob, x, y, inner) {
-    const { X, Y } = knob.scales;
-    const px = Math.min(Math.max(X(x), inner?.left ?? 0), inner ? inner.left + inner.width : Infinity);
-    const py = Math.min(Math.max(Y(y), inner?.top ?? 0), inner ? inner.top + inner.height : Infinity);
-    knob.style.transform = `translate(${px}px, ${py}px)`;
-    knob.dataset.x = x;
-    knob.dataset.y = y;
-  }
-
-  grab(event, name) {
-    if (event.button !== 0) return;
-    const knob = this.handles.get(name);
-    event.preventDefault();
-    knob.focus();
-    knob.setPointerCapture(event.pointerId);
-    this.dragged = name;
-    this.released = false;
-    const move = (moved) => {
-      const frame = this.stage.getBoundingClientRect();
-      const ratio = this.stage.clientWidth / frame.width; // JupyterLab may be zoomed
-      const { x, y } = knob.scales;
-      const at = [x((moved.clientX - frame.left) * ratio), y((moved.clientY - frame.top) * ratio)];
-      const { axis } = knob.handle;
-      if (axis === "x") at[1] = knob.handle.y;
-      if (axis === "y") at[0] = knob.handle.x;
-      this.moveKnob(knob, ...at);
-      this.tell({ kind: "moved", name, x: at[0], y: at[1] });
-    };
-    const end = () => {
-      knob.removeEventListener("pointermove", move);
-      this.released = true; // it stays where it was let go until Python has said where that is
-      if (!this.open) this.letGo();
-    };
-    knob.addEventListener("pointermove", move);
-    knob.addEventListener("pointerup", end, { once: true });
-    knob.addEventListener("pointercancel", end, { once: true });
-  }
-
-  press(event, name) {
-    const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-    if (!steps || event.altKey || event.ctrlKey || event.metaKey) return;
-    event.preventDefault();
-    event.stopPropagation();
-    const handle = this.handleOf(name);
-    const [dx, dy] = handle.step;
-    const far = event.shiftKey ? 10 : 1;
-    // Several presses may come before Python has answered: each starts from where the last one led.
-    const from = this.pending?.name === name ? this.pending : this.open && this.last?.name === name ? this.last : handle;
-    const event_ = { kind: "moved", name, x: from.x + steps[0] * dx * far, y: from.y + steps[1] * dy * far };
-    if (handle.axis === "x") event_.y = handle.y;
-    if (handle.axis === "y") event_.x = handle.x;
-    this.last = event_;
-    this.tell(event_);
-  }
-
-  letGo() {
-    this.dragged = null;
-    this.released = false;
-    this.draw();
-  }
-
-  handleOf(name) {
-    for (const column of this.scene.columns) for (const panel of column.panels) {
-      const found = panel.handles?.find((handle) => handle.name === name);
-      if (found) return found;
-    }
-    return this.handles.get(name).handle;
-  }
-
-  // --- recorded time ------------------------------------------------------------------------------------------------
-
-  showPlayer() {
-    const { play } = this.scene;
-    if (JSON.stringify(play ?? null) === this.played) return;
-    this.played = JSON.stringify(play ?? null);
-    cancelAnimationFrame(this.frame);
-    this.playing = null;
-    this.pose = null;
-    this.cursor = null;
-    this.player.replaceChildren();
-    if (!play) return;
-    const button = make("button", "", this.player, "▶ Play");
-    button.dataset.name = "play";
-    const range = make("input", "", this.player);
-    Object.assign(range, { type: "range", min: 0, max: play.duration, step: "any", value: 0 });
-    range.setAttribute("aria-label", "Time in the recording, s");
-    const clock = make("output", "", this.player);
-    const recorded = Object.entries(play.signals).map(([name, place]) => [name, this.slice(place).slice()]);
-    const show = (t) => {
-      const share = Math.min(1, Math.max(0, t / play.duration));
-      this.pose = Object.fromEntries(recorded.map(([name, values]) => [name, values[Math.round(share * (values.length - 1))]]));
-      this.cursor = t;
-      range.value = t;
-      clock.textContent = `${t.toFixed(2)} s`;
-      this.draw();
-    };
-    const tick = (now) => {
-      const t = this.playing.from + (now - this.playing.since) / 1000;
-      show(Math.min(t, play.duration));
-      if (t < play.duration) this.frame = requestAnimationFrame(tick);
-      else stop();
-    };
-    const stop = () => { cancelAnimationFrame(this.frame); this.playing = null; button.textContent = "▶ Play"; };
-    button.addEventListener("click", () => {
-      if (this.playing) return stop();
-      const at = Number(range.value);
-      this.playing = { from: at >= play.duration ? 0 : at, since: performance.now() };
-      button.textContent = "❚❚ Pause";
-      this.frame = requestAnimationFrame(tick);
-    });
-    range.addEventListener("input", () => { stop(); show(Number(range.value)); });
   }
 }

@@ -19,7 +19,8 @@ from rotflex.courseware.scene.scene import Scene
 from rotflex.errors import RotflexError
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "explorer.js")  # one module, in files that can be read
+# One module, in files that can be read.
+_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "player.js", "explorer.js")
 
 
 class Explorer(anywidget.AnyWidget):

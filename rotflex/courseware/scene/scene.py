@@ -31,6 +31,7 @@ class Panel:
     height : share of its column
     equal : a unit is as long in both directions
     bare : without grid lines
+    xticks : value → text, where the axis is not to be divided evenly
     """
 
     ylabel: str
@@ -40,6 +41,7 @@ class Panel:
     height: float = 1.0
     equal: bool = False
     bare: bool = False
+    xticks: Mapping[float, str] | None = None
     items: list[Item] = field(default_factory=list)
     handles: list[Item] = field(default_factory=list)
 
@@ -65,6 +67,11 @@ class Panel:
         look = {"role": role, "shape": shape, "label": label, "size": size}
         self.items.append({"kind": "mark", "at": [float(x), float(y)], **look})
 
+    def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", size: float = 2) -> None:
+        """A cloud of dots."""
+        look = {"role": role, "shape": "dot", "label": label, "size": size}
+        self.items.append({"kind": "points", "x": x, "y": y, **look})
+
     def text(self, x: float, y: float, text: str, anchor: str = "center") -> None:
         """A word in the plot."""
         self.items.append({"kind": "text", "at": [float(x), float(y)], "text": text, "anchor": anchor})
@@ -80,6 +87,7 @@ class Panel:
         role: str = "measured",
         shape: str = "cross",
         axis: str = "both",
+        legend: str = "",
     ) -> None:
         """Something to drag, or to move with the arrow keys.
 
@@ -91,9 +99,10 @@ class Panel:
         step : of one press of a key, in either direction
         role, shape : its colour; cross or cursor
         axis : "x" or "y" if it moves along one axis only
+        legend : its entry in the plot's legend; of handles that look the same, one has it
         """
         found = {"name": name, "x": float(x), "y": float(y), "label": label, "text": text, "step": list(step)}
-        self.handles.append(found | {"role": role, "shape": shape, "axis": axis})
+        self.handles.append(found | {"role": role, "shape": shape, "axis": axis, "legend": legend})
 
 
 @dataclass
@@ -174,15 +183,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Readout:
-    """A small table beside the plots."""
+    """A small table beside the plots; one that is ``folded`` is opened by a click on its title."""
 
     title: str
     rows: Sequence[Row]
     head: Sequence[str] = ()
+    folded: bool = False
 
     def packed(self) -> Item:
         """As the page takes it."""
-        return {"title": self.title, "rows": [row.packed() for row in self.rows], "head": list(self.head) or None}
+        rows = [row.packed() for row in self.rows]
+        return {"title": self.title, "rows": rows, "head": list(self.head) or None, "folded": self.folded}
 
 
 @dataclass
@@ -193,10 +204,12 @@ class Play:
     ----------
     signals : name, as the drawings have it → (n,) values, evenly spaced in time
     duration : s
+    auto : whether it begins by itself, once what it shows has changed and nothing is held
     """
 
     signals: Mapping[str, NDArray[np.float64]]
     duration: float
+    auto: bool = False
 
 
 @dataclass
@@ -208,8 +221,9 @@ class Scene:
     alt : the plots in words
     columns : of plots
     controls : rows of them, above the plots
-    readouts : below the plots
-    height : of the plots, px; as much again for each column on a narrow page
+    readouts : below the plots, on a wide page beside them
+    height : of the plots, px; less where the whole explorer would not be in view at once, and as much again for each
+        column on a narrow page
     play : what the player plays
     live : whether something runs that must stop when the page is gone
     """
@@ -259,7 +273,7 @@ class Scene:
                     )
                 )
         signals = {name: buffer.put(values) for name, values in self.play.signals.items()}
-        return {"signals": signals, "duration": self.play.duration}
+        return {"signals": signals, "duration": self.play.duration, "auto": self.play.auto}
 
 
 def around(*curves: NDArray[np.float64]) -> tuple[float, float]:
@@ -291,6 +305,8 @@ def _packed_panel(panel: Panel | Moving, buffer: _Buffer) -> Item:
         items.append(item | curve)
     names = ("xlabel", "ylabel", "height", "equal", "bare", "handles")
     fixed = {name: getattr(panel, name) for name in names}
+    if panel.xticks is not None:
+        fixed["xticks"] = [{"value": value, "text": text} for value, text in panel.xticks.items()]
     return {"kind": "plot", "x": list(panel.x), "y": list(panel.y), "items": items, **fixed}
 
 

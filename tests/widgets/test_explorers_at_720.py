@@ -1,0 +1,109 @@
+"""The explorers in JupyterLab on a small screen: all that changes is in view, and no key reaches the notebook."""
+
+from __future__ import annotations
+
+import browser
+import explorer_notebooks
+import pytest
+from explorer_notebooks import middle, settled
+
+pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
+
+SCREEN = {"width": 1280, "height": 720}
+KEYS = ("d", "d", "j", "k", "a", "b", "x", "m", "y", "z", "Shift+Enter", "Shift+M")
+CHANGES = {  # explorer → what changes while its handle or slider is moved
+    "poles": (".handle", "table.readout:visible", ".stage"),
+    "sweep": (".handle", "table.readout", ".stage"),
+    "validation": ('[data-name="K_s"]', "table.readout", ".stage"),
+    "console": ('[data-name="stop"]', "table.readout:visible", ".stage", ".player"),
+}
+LEAST_PLOTS = 240  # px
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    with explorer_notebooks.served(tmp_path_factory.mktemp("small") / "work") as address:
+        yield address
+
+
+@pytest.fixture
+def opened(served, request):
+    with browser.visit(served, f"{request.param}.ipynb") as seen:
+        seen.page.set_viewport_size(SCREEN)
+        explorer_notebooks.show(seen)
+        seen.page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
+        settled(seen.page)
+        yield seen.page, request.param
+        assert not seen.errors
+
+
+def outside(page, selectors):
+    """Elements that are not wholly within what the notebook's panel shows, with where they are."""
+    panel = page.locator(".jp-WindowedPanel-outer").first.bounding_box()
+    low, high = panel["y"] - 1, panel["y"] + panel["height"] + 1
+    found = []
+    for selector in selectors:
+        elements = page.locator(".rotflex-explorer").locator(selector).all()
+        assert elements, selector
+        boxes = [(selector, element.bounding_box()) for element in elements]
+        found += [(name, box) for name, box in boxes if not (low <= box["y"] and box["y"] + box["height"] <= high)]
+    return found
+
+
+@pytest.mark.parametrize("opened", CHANGES, indirect=True)
+def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):
+    page, name = opened
+    if name == "console":  # as high as it gets: the bench reports, and a recording can be played
+        page.locator('[data-name="address"]').select_option("virtual")  # in simulated time
+        button = page.locator(".rotflex-explorer").get_by_role
+        button("button", name="Connect", exact=True).click()
+        page.wait_for_function("() => document.querySelector('.readouts').textContent.includes('watchdog')")
+        button("button", name="Start", exact=True).click()
+        page.wait_for_function("() => document.querySelector('.readouts').textContent.includes('finished')")
+        settled(page)
+        page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
+    if name == "poles":
+        x, y = middle(page, "pair")
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x - 10, y - 20, steps=4)
+        settled(page)
+    assert outside(page, CHANGES[name]) == []
+    assert page.locator(".stage").bounding_box()["height"] >= LEAST_PLOTS
+    if name == "poles":
+        page.mouse.up()
+
+
+ELEMENTS = ('button[data-name="reset"]', ".handle", '[data-name="zeta"]', '[data-name="zeta-number"]')
+ELEMENTS += ('[data-name="feedback"]', ".stage", "table.readout", ".notice + .controls", "summary")
+CELLS = "() => window.jupyterapp.shell.currentWidget.content.model.cells.length"
+STATE = """() => {
+    const notebook = window.jupyterapp.shell.currentWidget.content;
+    const types = notebook.widgets.map((cell) => cell.model.type);
+    return [types, notebook.activeCellIndex, notebook.activeCell.model.executionCount];
+}"""
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_no_key_acts_on_the_notebook_after_a_click_on_any_kind_of_element(opened):
+    page, _ = opened
+    before = page.evaluate(STATE)
+    for element in ELEMENTS:
+        found = page.locator(".rotflex-explorer").locator(element).first
+        found.click(position={"x": 2, "y": 2} if element in (".stage", ".notice + .controls") else None)
+        for key in KEYS:
+            page.keyboard.press(key)
+        assert page.evaluate(STATE) == before, element
+    settled(page)
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_beside_the_explorer_the_same_keys_act_on_the_notebook(opened):
+    """Else the test above would show nothing."""
+    page, _ = opened
+    cells = page.evaluate(CELLS)
+    page.locator(".jp-Notebook .jp-InputPrompt").first.click()
+    for key in ("d", "d"):
+        page.keyboard.press(key)
+    page.wait_for_timeout(300)
+    assert page.evaluate(CELLS) == cells - 1
