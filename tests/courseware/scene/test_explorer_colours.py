@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 from checkout import ROOT
+from contrast import XYZ, contrast, linear
 
 CSS = (ROOT / "rotflex" / "courseware" / "scene" / "explorer.css").read_text(encoding="utf-8")
 # Machado, Oliveira, Fernandes (2009), severity 1, on linear RGB.
@@ -23,7 +24,6 @@ SEEN_WITH = {
         [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
     ),
 }
-XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 
 
 def colours(theme):
@@ -33,16 +33,6 @@ def colours(theme):
     )
     assert selector
     return {name: value for name, value in re.findall(r"--([a-z]+): (#[0-9a-f]{6})", block)}
-
-
-def linear(colour):
-    value = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-
-
-def contrast(one, other):
-    low, high = sorted(float(XYZ[1] @ linear(colour)) for colour in (one, other))
-    return (high + 0.05) / (low + 0.05)
 
 
 def lab(rgb):
