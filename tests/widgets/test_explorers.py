@@ -16,13 +16,12 @@ from rotflex import experiments, hil, widgets
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.results import as_csv, as_html
 from rotflex.courseware.scene.scene import MOST_POINTS, Column, Panel, Scene, thinned
-from rotflex.errors import BenchError, DesignError, IdentificationError, RotflexError
+from rotflex.errors import BenchError, IdentificationError, RotflexError
 from rotflex.hil.student_benches import student_bench
 from rotflex.instructor.model import state_space
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
-from rotflex.widgets.poles import PoleExplorer
 from rotflex.widgets.spectra import spectra, stiffness_at
 from rotflex.widgets.sweeps import SweepExplorer
 from rotflex.widgets.validations import ValidationExplorer
@@ -140,112 +139,6 @@ def test_each_scene_has_a_new_version():
     first = explorer.scene["version"]
     change(explorer, "value", 4.0)
     assert explorer.scene["version"] == first + 1
-
-
-# --- poles ----------------------------------------------------------------------------------------------------------
-
-
-def shown_gain(explorer):
-    return [float(row["values"][0].replace("−", "-")) for row in readout(explorer, "Gain K")["rows"]]
-
-
-def test_dragging_the_pair_is_the_same_as_the_plain_function(model):
-    explorer = PoleExplorer(*model)
-    explorer.receive({"kind": "moved", "name": "pair", "x": -18.0, "y": 13.0, "view": "page", "n": 3})
-    expected = widgets.design(*model, [-18 + 13j, -18 - 13j, -30, -40])
-    assert pytest.approx(expected.K) == explorer.design.K
-    assert shown_gain(explorer) == pytest.approx(expected.K.ravel().tolist(), rel=1e-3)
-    marks = [row["mark"] for row in readout(explorer, "Specifications")["rows"]]
-    assert marks == ["met" if finding.met else "missed" for finding in expected.findings]
-    assert control(explorer, "zeta")["value"] == pytest.approx(18 / np.hypot(18, 13))
-    assert explorer.scene["answered"] == {"view": "page", "n": 3}
-
-
-def test_a_pole_dragged_out_of_the_plane_stays_stable_and_in_range(model):
-    explorer = PoleExplorer(*model)
-    for x, y in ((50, 300), (0, 0), (-500, 0), (-10, -20)):
-        explorer.receive({"kind": "moved", "name": "pair", "x": x, "y": y})
-        assert explorer.design.poles.real.max() < 0
-        assert 0.1 <= explorer.wanted.zeta <= 0.99 and 5 <= explorer.wanted.omega_n <= 40
-    explorer.receive({"kind": "moved", "name": "p3", "x": 20.0, "y": 0})
-    assert explorer.wanted.p3 == -2.0
-
-
-def test_partial_feedback_reset_and_ghosts(model):
-    explorer = PoleExplorer(*model)
-    first = shown_gain(explorer)
-    press(explorer, "ghost")
-    change(explorer, "feedback", "partial")
-    assert explorer.design.feedback == "partial"
-    drawn = [item for panel in explorer.scene["columns"][1]["panels"] for item in panel["items"]]
-    assert sum(item["role"] == "ghost" for item in drawn) == 3
-    change(explorer, "zeta", 0.9)
-    press(explorer, "forget")
-    press(explorer, "reset")
-    assert shown_gain(explorer) == first
-    assert not explorer.ghosts and explorer.feedback == "full"
-
-
-def test_the_design_is_kept_as_an_answer(model, lab):
-    explorer = PoleExplorer(*model, lab=lab)
-    press(explorer, "keep")
-    assert "recorded" in notice(explorer)["text"]
-    assert "others" not in notice(explorer)["text"]
-    assert "marked is the code" in notice(explorer)["text"]
-    assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
-    change(explorer, "zeta", 0.8)
-    press(explorer, "keep")
-    assert "workbook's poles" in notice(explorer)["text"]
-    assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
-
-
-def test_without_a_session_nothing_can_be_kept(model):
-    explorer = PoleExplorer(*model)
-    assert control(explorer, "keep")["disabled"]
-    press(explorer, "keep")
-    assert "lab=lab" in notice(explorer)["text"]
-
-
-def test_the_students_own_gain_is_drawn_where_its_poles_are(model):
-    K = widgets.design(*model, widgets.Dominant(0.7, 18.0).poles).K
-    explorer = PoleExplorer(*model, K=K)
-    (plane,) = explorer.scene["columns"][0]["panels"]
-    squares = [complex(*item["at"]) for item in plane["items"] if item.get("shape") == "square"]
-    assert np.sort_complex(squares) == pytest.approx(np.sort_complex(widgets.Dominant(0.7, 18.0).poles), rel=1e-4)
-
-
-def test_all_that_is_sent_is_plain_json(model):
-    explorer = PoleExplorer(*model, K=widgets.design(*model, widgets.Dominant().poles).K)
-    json.dumps(explorer.scene, allow_nan=False)
-
-
-def test_a_model_that_cannot_be_controlled_is_refused_in_words(model):
-    with pytest.raises(DesignError, match="cannot be placed"):
-        PoleExplorer(model[0], 0 * model[1])
-
-
-def test_a_model_that_is_none_is_refused_in_words():
-    with pytest.raises(DesignError, match="4 by 4"):
-        PoleExplorer(np.eye(2), np.ones(2))
-
-
-def test_a_figure_for_the_report(model, lab, tmp_path):
-    explorer = PoleExplorer(*model)
-    press(explorer, "figure")
-    assert (tmp_path / "pole_design.png").read_bytes().startswith(b"\x89PNG")
-    assert "<svg" in (tmp_path / "pole_design.svg").read_text(encoding="utf-8")
-    assert not list(tmp_path.glob(".pole_design*"))
-    assert "pole_design.svg" in notice(explorer)["text"]
-
-
-def test_a_figure_that_cannot_be_written_is_a_word(model, tmp_path, monkeypatch):
-    explorer = PoleExplorer(*model)
-    gone = tmp_path / "gone"
-    gone.mkdir()
-    monkeypatch.chdir(gone)
-    monkeypatch.setattr("rotflex.widgets.poles.Path.cwd", lambda: gone / "not there")
-    press(explorer, "figure")
-    assert "cannot be written" in notice(explorer)["text"]
 
 
 # --- sweep ----------------------------------------------------------------------------------------------------------

@@ -14,7 +14,8 @@ from rotflex.errors import DesignError
 from rotflex.instructor.model import state_space
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.units import DEG
-from rotflex.widgets.placement import Dominant, Region, design, reference, with_gain
+from rotflex.widgets.placement import Dominant, design, reference, with_gain
+from rotflex.widgets.region import Region
 
 SYSTEM = state_space(srv02(), joint(1), 1.4, input="voltage")
 A, B = np.asarray(SYSTEM.A), np.asarray(SYSTEM.B)

@@ -1,0 +1,197 @@
+"""What the pole explorer draws: the plane of the poles, the response, the loop gain, the arm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.courseware.scene.scene import Panel, Play
+from rotflex.hil.bench import Limits
+from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
+from rotflex.units import DEG
+from rotflex.widgets.cloud import Cloud
+from rotflex.widgets.margins import Margins, bode
+from rotflex.widgets.placement import Design, Dominant, described
+from rotflex.widgets.runaway import LEAD
+
+Vector = NDArray[np.float64]
+
+PAIR, PARTNER, P3, P4 = "pair", "partner", "p3", "p4"  #: handles
+PLANE = (-82.0, 12.0), (-42.0, 42.0)  #: rad/s: all places that a pole may be dragged to
+BAND = tuple(AMPLITUDE / DEG * (1 + side * SETTLING_BAND) for side in (-1, 1))  #: deg, about the final angle
+GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
+GRID_OMEGA = (10, 20, 30, 40)  #: rad/s
+SHOWN = 1.0  #: s after the step
+_STEP = 0.5  # rad/s, of one press of a key
+_OFF_AXIS = 1.5  # rad/s, by which a key takes a real pair off the axis
+_FREQUENCIES = (-0.5, 2.7)  # powers of ten, rad/s, that the loop gain is drawn between
+_PLAYED = 60  # samples a second
+
+
+def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> Panel:
+    """The s-plane with its grid, where the specifications are met, and the poles of the open loop."""
+    panel = Panel("imaginary (rad/s)", *PLANE, "real (rad/s)", equal=True, bare=True)
+    turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
+    for index, (x, y) in enumerate(met):
+        panel.area(x, y, "voltage", "" if index else "specifications met", opacity=0.25)
+        panel.area(x, -y, "voltage", opacity=0.25)
+    panel.band(0.0, 500.0, "ghost", "unstable", axis="x")
+    for omega_n in GRID_OMEGA:
+        panel.line(omega_n * np.cos(turn), omega_n * np.sin(turn), "grid")
+        panel.text(0.6, omega_n, f"{omega_n}", "left")
+    for zeta in GRID_ZETA:
+        tip = 90 * np.array([-zeta, math.sqrt(1 - zeta**2)])
+        panel.line([tip[0], 0, tip[0]], [tip[1], 0, -tip[1]], "grid")
+        along = 36.0 / max(math.sqrt(1 - zeta**2), 0.75)
+        word = "ζ " if zeta == GRID_ZETA[-1] else ""
+        panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"{word}{zeta:g}")
+    panel.level(0.0, "axis", axis="x")
+    marks(panel, np.linalg.eigvals(a), "ghost", "circle", "open loop")
+    _handles(panel, wanted)
+    return panel
+
+
+def marks(panel: Panel, poles: NDArray[np.complex128], role: str, shape: str, label: str, size: float = 5) -> None:
+    """Poles that are not to be dragged, with one entry in the legend."""
+    for index, pole in enumerate(poles):
+        panel.mark(pole.real, pole.imag, role, shape, "" if index else label, size)
+
+
+def scattered(panel: Panel, found: Cloud) -> None:
+    """The poles with other stiffnesses."""
+    poles = found.poles.ravel()
+    panel.points(poles.real, poles.imag, "highlight", f"K_s uncertain by {100 * found.spread:.2g} %", size=1.5)
+
+
+def _handles(panel: Panel, wanted: Dominant) -> None:
+    pair, partner = wanted.pair, wanted.partner
+    legend = "desired poles: drag them"
+    if wanted.zeta < 1:
+        panel.mark(partner.real, partner.imag, "measured", "cross", size=7)
+        _handle(panel, PAIR, pair, "dominant pair of poles", (_STEP, _STEP), legend=legend)
+    else:
+        _handle(panel, PAIR, pair, "slower pole of the pair", (_STEP, _OFF_AXIS), legend=legend)
+        _handle(panel, PARTNER, partner, "faster pole of the pair", (_STEP, _OFF_AXIS))
+    for name, value, label in ((P3, wanted.p3, "third pole"), (P4, wanted.p4, "fourth pole")):
+        _handle(panel, name, complex(value), label, (_STEP, 0.0), axis="x")
+
+
+def _handle(panel: Panel, name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
+    panel.handle(name, pole.real, pole.imag, label, f"{described(pole)} rad/s", step, **more)
+
+
+# --- the response ---------------------------------------------------------------------------------------------------
+
+
+def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> list[Panel]:
+    """Servo angle, deflection and voltage after the step; ``other`` is a design to compare with."""
+    theta, alpha, volts = servo_angle(found), Panel("α (deg)", (0, 1), (-16.0, 16.0)), Panel("", (0, 1), (-14.0, 14.0))
+    volts.ylabel, volts.xlabel, volts.height = "Vₘ (V)", "time after the step (s)", 1.25
+    alpha.x = volts.x = theta.x
+    for panel, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
+        if found.runaway is None or panel is volts:
+            panel.level(limit, "highlight", "limit")
+            panel.level(-limit, "highlight")
+    panels = (theta, alpha, volts)
+    for index, ghost in enumerate(ghosts):
+        _draw(ghost, panels, "ghost", "" if index else "ghost")
+    if other is not None:
+        _draw(other, panels, "model", "LQR")
+    _draw(found, panels, "measured", "this design")
+    if found.runaway is not None:
+        _limited(alpha, found.runaway.recording.degrees("alpha"), Limits().alpha / DEG)
+    elif found.motion is not None:
+        for panel, values in ((alpha, found.motion.degrees("alpha")), (volts, found.motion["vm"])):
+            reach = max(panel.y[1], 1.1 * float(np.abs(values).max()))
+            panel.y = (-reach, reach)
+    for panel in panels:
+        panel.level(0.0, "text", "now" if panel is theta else "", axis="x", clock=True)
+    return [theta, alpha, volts]
+
+
+def servo_angle(found: Design) -> Panel:
+    """The plot of the servo angle with its command, band and limits, and no response yet."""
+    theta = Panel("θ (deg)", (-LEAD, SHOWN), (-26.0, 30.0), height=1.3)
+    if found.runaway is None:
+        theta.band(BAND[0], BAND[1], "highlight", "settling band")
+        theta.level(LIMITS["settling_time"], "highlight", "time limit", axis="x")
+    else:
+        recording, stopped = found.runaway.recording, found.runaway.stopped
+        theta.x = (-LEAD, max(SHOWN, float(recording.time[-1])))
+        _limited(theta, recording.degrees("theta"), Limits().theta / DEG)
+        if stopped is not None:
+            theta.level(stopped, "reference", "stopped by the safety", axis="x", dash=[], width=2)
+    if found.motion is not None:
+        theta.line(found.motion.time, found.motion.degrees("theta_ref"), "reference", "command")
+    return theta
+
+
+def _limited(panel: Panel, values: Vector, limit: float) -> None:
+    """Make room for values (deg), and show the bench's limit where they come near it."""
+    reach = 1.15 * float(np.abs(values).max())
+    panel.y = (-reach, reach)
+    if reach > limit:
+        panel.level(limit, "highlight", "limit of the bench")
+        panel.level(-limit, "highlight")
+
+
+def _draw(found: Design, panels: Sequence[Panel], role: str, label: str = "") -> None:
+    if found.motion is None:
+        return
+    time = found.motion.time
+    curves = (found.motion.degrees("theta"), found.motion.degrees("alpha"), found.motion["vm"])
+    for panel, values in zip(panels, curves, strict=True):
+        panel.line(time, values, role, label if panel is panels[0] else "")
+
+
+def played(found: Design) -> Play | None:
+    """What the arm goes through from the step on, for the drawing of the mechanism."""
+    if found.motion is None:
+        return None
+    motion = found.motion
+    duration = SHOWN if found.runaway is None else float(motion.time[-1])
+    instants = np.linspace(0.0, duration, round(duration * _PLAYED))
+    signals = {name: np.interp(instants, motion.time, motion[name]) for name in ("theta", "alpha")}
+    return Play(signals, duration, auto=True)
+
+
+# --- the loop gain --------------------------------------------------------------------------------------------------
+
+
+def loop_gain(a: Vector, b: Vector, found: Design, margin: Margins | None) -> list[Panel]:
+    """The servo angle's response, and the loop gain in magnitude and phase."""
+    theta = servo_angle(found)
+    theta.xlabel, theta.height = "time after the step (s)", 1.25
+    if found.motion is not None:
+        theta.line(found.motion.time, found.motion.degrees("theta"), "measured", "this design")
+    powers = np.linspace(*_FREQUENCIES, 400)
+    magnitude, phase = bode(a, b, found.applied, 10**powers)
+    ticks = {float(power): f"{10**power:g}" for power in range(0, 3)}
+    size = Panel("|L| (dB)", _FREQUENCIES, (-40.0, 60.0), xticks=ticks)
+    low, high = float(phase.min()), float(phase.max())
+    turned = Panel("phase (deg)", _FREQUENCIES, (low - 30, high + 30), "frequency (rad/s)", 1.25, xticks=ticks)
+    size.line(powers, magnitude, "model", "loop gain")
+    size.level(0.0, "reference")
+    turned.line(powers, phase, "model")
+    for angle in range(-540, 541, 360):
+        if low - 30 < angle < high + 30:
+            turned.level(float(angle), "reference")
+    if margin is not None:
+        _crossings(size, turned, powers, (magnitude, phase), margin)
+    return [theta, size, turned]
+
+
+def _crossings(size: Panel, turned: Panel, powers: Vector, curves: tuple[Vector, Vector], margin: Margins) -> None:
+    magnitude, phase = curves
+    for omega, label in ((margin.gain_up_at, "gain may rise"), (margin.gain_down_at, "gain may fall")):
+        if math.isfinite(omega):
+            at = math.log10(omega)
+            shape = "circle" if "rise" in label else "cross"
+            size.mark(at, float(np.interp(at, powers, magnitude)), "highlight", shape, label)
+    if math.isfinite(margin.phase_at):
+        at = math.log10(margin.phase_at)
+        turned.mark(at, float(np.interp(at, powers, phase)), "highlight", "square", "phase margin")

@@ -1,0 +1,101 @@
+"""What the pole explorer says: verdicts, gain, margins, and how certain they are."""
+
+from __future__ import annotations
+
+import math
+
+from rotflex.courseware.scene.scene import Readout, Row
+from rotflex.units import DEG
+from rotflex.widgets.cloud import COUNT, Cloud
+from rotflex.widgets.margins import Margins
+from rotflex.widgets.placement import Design, described
+
+_NAMES = ("settling time", "overshoot", "deflection", "voltage")
+_UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
+_MARKS = {True: ("met", "met"), False: ("missed", "not met"), None: ("unknown", "not measured")}
+
+
+def verdicts(found: Design) -> Readout:
+    """The four specifications, or why there is nothing to hold against them."""
+    rows = []
+    for finding, name in zip(found.findings, _NAMES, strict=bool(found.findings)):
+        unit = finding.specification.unit
+        scale = DEG if unit == "rad" else 1.0
+        unit = "deg" if unit == "rad" else unit
+        value = finding.value
+        shown = "–" if value is None else "does not settle" if math.isinf(value) else f"{value / scale:.3g} {unit}"
+        mark, words = _MARKS[finding.met]
+        rows.append(Row(name, (shown, f"≤ {finding.specification.limit / scale:g} {unit}"), mark, words))
+    if found.runaway is not None:
+        where, what, end = (sentence.replace(": ", ":\n", 1) for sentence in found.runaway.sentences)
+        rows = [Row("", (where,), "missed", "not met"), Row("", (what,)), Row("", (end,))]
+    elif not found.findings:
+        rows = [Row("no response", (found.trouble.split(":")[0],), "missed", "not met")]
+    return Readout("Specifications", rows)
+
+
+def gain(found: Design, other: Design | None) -> Readout:
+    """The gain, beside the one that it is compared with."""
+    names = ("k₁", "k₂", "k₃", "k₄")
+    values = [(number(value),) for value in found.K.ravel().tolist()]
+    head: tuple[str, ...] = ()
+    if other is not None:
+        values = [(*one, number(value)) for one, value in zip(values, other.K.ravel().tolist(), strict=True)]
+        head = ("", "placed", "LQR", "")
+    rows = [Row(name, (*value, unit)) for name, value, unit in zip(names, values, _UNITS, strict=True)]
+    return Readout("Gain K", rows, head)
+
+
+def polynomial(found: Design) -> Readout:
+    """The characteristic polynomial of the poles asked for."""
+    powers = ("s⁴", "s³", "s²", "s", "1")
+    rows = [Row(power, (number(value),)) for power, value in zip(powers, found.polynomial.tolist(), strict=True)]
+    return Readout("Characteristic polynomial", rows, folded=True)
+
+
+def margin_rows(margin: Margins | None) -> Readout:
+    """Gain, phase and delay margin, each with the frequency of the swing that waits there."""
+    if margin is None:
+        return Readout("Margins of the loop", [Row("none", ("The loop is not stable.",))])
+
+    def at(omega: float) -> str:
+        return f"at {omega:.3g} rad/s" if math.isfinite(omega) else ""
+
+    up = f"× {margin.gain_up:.3g}" if math.isfinite(margin.gain_up) else "no limit"
+    down = f"× {margin.gain_down:.3g}" if margin.gain_down > 0 else "no limit"
+    phase = f"{margin.phase:.3g} deg" if math.isfinite(margin.phase) else "no limit"
+    delay = f"{1000 * margin.delay:.3g} ms" if math.isfinite(margin.delay) else "no limit"
+    return Readout(
+        "Margins of the loop",
+        [
+            Row("gain, up to", (up, at(margin.gain_up_at))),
+            Row("gain, down to", (down, at(margin.gain_down_at))),
+            Row("phase", (phase, at(margin.phase_at))),
+            Row("delay", (delay, at(margin.delay_at))),
+        ],
+    )
+
+
+def cloud_rows(found: Cloud) -> Readout:
+    """How certain the design is, with the student's own uncertainty of the stiffness."""
+    return Readout(
+        "If K_s is not quite that",
+        [
+            Row("u(K_s)/K_s", (f"{100 * found.spread:.2g} %",)),
+            Row("stiffnesses tried", (f"{COUNT}",)),
+            Row("all four met on", (f"{100 * found.share:.0f} %",)),
+        ],
+    )
+
+
+def number(value: float) -> str:
+    """Four digits, with a true minus sign."""
+    text = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+    return text.replace("-", "−")
+
+
+def alt_text_of(found: Design) -> str:
+    """A design in words, for somebody who cannot see it."""
+    listed = ", ".join(described(pole) for pole in found.wanted)
+    text = f"Desired poles {listed} rad/s, {found.feedback} state feedback. "
+    return text + (" ".join(finding.words for finding in found.findings) or found.trouble)

@@ -1,0 +1,288 @@
+"""The pole explorer without a page: what it shows, what it does with events."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import rotflex.lab
+from rotflex import widgets
+from rotflex.errors import DesignError
+from rotflex.instructor.model import state_space
+from rotflex.units import DEG
+from rotflex.widgets.cloud import COUNT, cloud, spread_of
+from rotflex.widgets.margins import margins
+from rotflex.widgets.optimal import lqr
+from rotflex.widgets.poles import PoleExplorer
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ROTFLEX_PICTURES", raising=False)
+    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+
+
+@pytest.fixture
+def model(lab):
+    system = state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
+    return np.asarray(system.A), np.asarray(system.B)
+
+
+def readout(explorer, title):
+    return next(one for one in explorer.scene["readouts"] if one["title"] == title)
+
+
+def control(explorer, name):
+    return next(one for row in explorer.scene["controls"] for one in row if one["name"] == name)
+
+
+def press(explorer, name):
+    explorer.receive({"kind": "press", "name": name, "view": "page", "n": 1})
+
+
+def change(explorer, name, value):
+    explorer.receive({"kind": "set", "name": name, "value": value, "view": "page", "n": 2})
+
+
+def notice(explorer):
+    return explorer.scene["notice"]
+
+
+def shown_gain(explorer):
+    return [float(row["values"][0].replace("−", "-")) for row in readout(explorer, "Gain K")["rows"]]
+
+
+def test_dragging_the_pair_is_the_same_as_the_plain_function(model):
+    explorer = PoleExplorer(*model)
+    explorer.receive({"kind": "moved", "name": "pair", "x": -18.0, "y": 13.0, "view": "page", "n": 3})
+    expected = widgets.design(*model, [-18 + 13j, -18 - 13j, -30, -40])
+    assert pytest.approx(expected.K) == explorer.design.K
+    assert shown_gain(explorer) == pytest.approx(expected.K.ravel().tolist(), rel=1e-3)
+    marks = [row["mark"] for row in readout(explorer, "Specifications")["rows"]]
+    assert marks == ["met" if finding.met else "missed" for finding in expected.findings]
+    assert control(explorer, "zeta")["value"] == pytest.approx(18 / np.hypot(18, 13))
+    assert explorer.scene["answered"] == {"view": "page", "n": 3}
+
+
+def test_a_pole_dragged_out_of_the_plane_stays_in_range(model):
+    explorer = PoleExplorer(*model)
+    for x, y in ((50, 300), (0, 0), (-500, 0), (-10, -20)):
+        explorer.receive({"kind": "moved", "name": "pair", "x": x, "y": y})
+        assert notice(explorer)["text"] == ""
+        assert -1 <= explorer.wanted.zeta <= 3 and 5 <= explorer.wanted.omega_n <= 40
+        assert explorer.design.wanted.real.min() >= -80
+    explorer.receive({"kind": "moved", "name": "p3", "x": 20.0, "y": 0})
+    assert explorer.wanted.p3 == 10.0
+
+
+def test_an_unstable_design_is_shown_running_away_and_said_in_words(model, lab):
+    explorer = PoleExplorer(*model, lab=lab)
+    explorer.receive({"kind": "moved", "name": "pair", "x": 2.0, "y": 16.0})
+    said = [row["values"][0] for row in readout(explorer, "Specifications")["rows"]]
+    assert "unstable" in said[0] and "grows" in said[1] and "safety stops it" in said[2]
+    assert [row["mark"] for row in readout(explorer, "Specifications")["rows"]] == ["missed", "", ""]
+    theta = explorer.scene["columns"][1]["panels"][0]
+    assert "stopped by the safety" in [item["label"] for item in theta["items"] if "label" in item]
+    offset, count = explorer.scene["play"]["signals"]["alpha"]
+    played = np.degrees(np.frombuffer(explorer.data, np.float32)[offset : offset + count])
+    assert np.abs(played).max() == pytest.approx(30, abs=3)
+    assert explorer.scene["play"]["auto"]
+    assert "unstable" in explorer.scene["alt"]
+    assert len(explorer._repr_mimebundle_()[0]["image/png"]) > 5_000
+    press(explorer, "keep")
+    assert "nothing can be recorded with it" in notice(explorer)["text"]
+
+
+def test_the_arm_goes_through_the_response_that_is_shown(model):
+    explorer = PoleExplorer(*model)
+    (arm,) = explorer.scene["columns"][2]["panels"]
+    assert arm["signals"]["theta"] == pytest.approx(-20 * DEG)
+    play = explorer.scene["play"]
+    offset, count = play["signals"]["theta"]
+    played = np.frombuffer(explorer.data, np.float32)[offset : offset + count]
+    recording = explorer.design.recording
+    instants = np.linspace(0, play["duration"], count)
+    assert played == pytest.approx(np.interp(instants, recording.time, recording["theta"]), abs=1e-5)
+
+
+def handles(explorer):
+    (plane,) = explorer.scene["columns"][0]["panels"]
+    return {one["name"]: (one["x"], one["y"]) for one in plane["handles"]}
+
+
+def test_a_damping_ratio_beyond_one_is_two_real_poles_to_be_dragged(model):
+    explorer = PoleExplorer(*model)
+    assert set(handles(explorer)) == {"pair", "p3", "p4"}
+    change(explorer, "zeta", 1.25)
+    assert handles(explorer)["pair"] == pytest.approx((-10.0, 0.0))
+    assert handles(explorer)["partner"] == pytest.approx((-40.0, 0.0))
+    assert np.sort(explorer.design.poles.real) == pytest.approx([-40, -40, -30, -10], abs=0.1)
+    explorer.receive({"kind": "moved", "name": "partner", "x": -25.0, "y": 0.0})
+    assert handles(explorer)["partner"] == pytest.approx((-25.0, 0.0))
+    assert control(explorer, "zeta")["value"] == pytest.approx(35 / (2 * np.sqrt(250)))
+    for zeta in (0.0, 0.05):
+        change(explorer, "zeta", zeta)
+        assert explorer.wanted.zeta == zeta
+
+
+def labels(explorer, column):
+    panels = explorer.scene["columns"][column]["panels"]
+    marked = [
+        (item["role"], item.get("shape", item["kind"]), item["label"])
+        for panel in panels
+        for item in panel["items"]
+        if "label" in item
+    ]
+    handled = [(one["role"], one["shape"], one["legend"]) for panel in panels for one in panel["handles"]]
+    return marked + handled
+
+
+@pytest.mark.parametrize("beside", ["step", "margins", "cloud", "lqr"])
+def test_every_mark_and_curve_that_is_drawn_is_named(model, beside):
+    explorer = PoleExplorer(*model, K=widgets.design(*model, widgets.Dominant(0.7, 18.0).poles).K)
+    press(explorer, "ghost")
+    change(explorer, "feedback", "partial")
+    change(explorer, "beside", beside)
+    assert notice(explorer)["text"] == ""
+    for column in (0, 1):
+        kinds = {(role, shape) for role, shape, _ in labels(explorer, column) if role not in ("grid", "axis")}
+        named = {(role, shape) for role, shape, label in labels(explorer, column) if label}
+        assert kinds <= named | {("reference", "level"), ("text", "level")}, kinds - named
+    names = [label for _, _, label in labels(explorer, 0)]
+    assert {"your K", "closed loop, partial", "open loop", "desired poles: drag them"} <= set(names)
+
+
+def test_margins_stand_beside_the_step(model):
+    explorer = PoleExplorer(*model)
+    change(explorer, "beside", "margins")
+    expected = margins(*model, explorer.design.K)
+    rows = {row["label"]: row["values"] for row in readout(explorer, "Margins of the loop")["rows"]}
+    assert rows["phase"] == [f"{expected.phase:.3g} deg", f"at {expected.phase_at:.3g} rad/s"]
+    assert rows["delay"][0] == f"{1000 * expected.delay:.3g} ms"
+    step, size, phase = explorer.scene["columns"][1]["panels"]
+    assert (step["ylabel"], size["ylabel"], phase["ylabel"]) == ("θ (deg)", "|L| (dB)", "phase (deg)")
+    assert [tick["text"] for tick in size["xticks"]] == ["1", "10", "100"]
+    explorer.receive({"kind": "moved", "name": "pair", "x": 2.0, "y": 16.0})
+    assert readout(explorer, "Margins of the loop")["rows"][0]["values"] == ["The loop is not stable."]
+
+
+def test_the_cloud_is_of_the_students_own_uncertainty(model):
+    explorer = PoleExplorer(*model, spread=0.15)
+    change(explorer, "beside", "cloud")
+    (plane,) = explorer.scene["columns"][0]["panels"]
+    (points,) = [item for item in plane["items"] if item["kind"] == "points"]
+    offset, count = points["x"]
+    assert count == 4 * COUNT
+    expected = cloud(*model, explorer.design.K, 0.15)
+    found = np.frombuffer(explorer.data, np.float32)[offset : offset + count]
+    assert found == pytest.approx(expected.poles.real.ravel(), rel=1e-5)
+    rows = {row["label"]: row["values"] for row in readout(explorer, "If K_s is not quite that")["rows"]}
+    assert rows["all four met on"] == [f"{100 * expected.share:.0f} %"] and rows["u(K_s)/K_s"] == ["15 %"]
+    by_itself = PoleExplorer(*model)
+    change(by_itself, "beside", "cloud")
+    rows = {row["label"]: row["values"] for row in readout(by_itself, "If K_s is not quite that")["rows"]}
+    assert rows["u(K_s)/K_s"] == [f"{100 * spread_of(model[0]):.2g} %"]
+
+
+def test_the_regulators_weights_are_a_handle_of_their_own_and_change_nothing_of_the_design(model, lab):
+    explorer = PoleExplorer(*model, lab=lab)
+    first = explorer.design
+    change(explorer, "beside", "lqr")
+    change(explorer, "error", 20.0)
+    rows = readout(explorer, "Gain K")["rows"]
+    assert readout(explorer, "Gain K")["head"] == ["", "placed", "LQR", ""]
+    expected = lqr(*model, 20.0, 25.0).ravel()
+    assert [float(row["values"][1].replace("−", "-")) for row in rows] == pytest.approx(expected, rel=1e-3)
+    assert explorer.design is first
+    press(explorer, "keep")
+    assert lab.value("3.8", "K") == pytest.approx(first.K)
+    change(explorer, "error", 500.0)
+    assert control(explorer, "error")["value"] == 90.0
+
+
+def test_what_there_is_not_is_not_shown(model):
+    explorer = PoleExplorer(*model)
+    change(explorer, "beside", "nyquist")
+    assert "There is no 'nyquist'" in notice(explorer)["text"] and explorer.beside == "step"
+
+
+def test_partial_feedback_reset_and_ghosts(model):
+    explorer = PoleExplorer(*model)
+    first = shown_gain(explorer)
+    press(explorer, "ghost")
+    change(explorer, "feedback", "partial")
+    assert explorer.design.feedback == "partial"
+    drawn = [item for panel in explorer.scene["columns"][1]["panels"] for item in panel["items"]]
+    assert sum(item["role"] == "ghost" for item in drawn) == 3
+    change(explorer, "zeta", 0.9)
+    press(explorer, "forget")
+    press(explorer, "reset")
+    assert shown_gain(explorer) == first
+    assert not explorer.ghosts and explorer.feedback == "full"
+
+
+def test_the_design_is_kept_as_an_answer(model, lab):
+    explorer = PoleExplorer(*model, lab=lab)
+    press(explorer, "keep")
+    assert "recorded" in notice(explorer)["text"]
+    assert "others" not in notice(explorer)["text"]
+    assert "Marks come from the code in your cell of question 3.8" in notice(explorer)["text"]
+    assert "marks come from the code" in control(explorer, "keep")["title"]
+    assert "unstable" not in notice(explorer)["text"]
+    assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
+    change(explorer, "zeta", 0.8)
+    press(explorer, "keep")
+    assert "workbook's poles" in notice(explorer)["text"]
+    assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
+
+
+def test_without_a_session_nothing_can_be_kept(model):
+    explorer = PoleExplorer(*model)
+    assert control(explorer, "keep")["disabled"]
+    press(explorer, "keep")
+    assert "lab=lab" in notice(explorer)["text"]
+
+
+def test_the_students_own_gain_is_drawn_where_its_poles_are(model):
+    K = widgets.design(*model, widgets.Dominant(0.7, 18.0).poles).K
+    explorer = PoleExplorer(*model, K=K)
+    (plane,) = explorer.scene["columns"][0]["panels"]
+    squares = [complex(*item["at"]) for item in plane["items"] if item.get("shape") == "square"]
+    assert np.sort_complex(squares) == pytest.approx(np.sort_complex(widgets.Dominant(0.7, 18.0).poles), rel=1e-4)
+
+
+def test_all_that_is_sent_is_plain_json(model):
+    explorer = PoleExplorer(*model, K=widgets.design(*model, widgets.Dominant().poles).K)
+    json.dumps(explorer.scene, allow_nan=False)
+
+
+def test_a_model_that_cannot_be_controlled_is_refused_in_words(model):
+    with pytest.raises(DesignError, match="cannot be placed"):
+        PoleExplorer(model[0], 0 * model[1])
+
+
+def test_a_model_that_is_none_is_refused_in_words():
+    with pytest.raises(DesignError, match="4 by 4"):
+        PoleExplorer(np.eye(2), np.ones(2))
+
+
+def test_a_figure_for_the_report(model, lab, tmp_path):
+    explorer = PoleExplorer(*model)
+    press(explorer, "figure")
+    assert (tmp_path / "pole_design.png").read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in (tmp_path / "pole_design.svg").read_text(encoding="utf-8")
+    assert not list(tmp_path.glob(".pole_design*"))
+    assert "pole_design.svg" in notice(explorer)["text"]
+
+
+def test_a_figure_that_cannot_be_written_is_a_word(model, tmp_path, monkeypatch):
+    explorer = PoleExplorer(*model)
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    monkeypatch.setattr("rotflex.widgets.poles.Path.cwd", lambda: gone / "not there")
+    press(explorer, "figure")
+    assert "cannot be written" in notice(explorer)["text"]
