@@ -46,7 +46,8 @@ def lab(installed: Path, place: Path, student: str | None = None) -> str:
 
 def test_a_half_done_folder_goes_on_under_the_next_release(two, tmp_path):
     said = lab(two.first, tmp_path, "ada")
-    assert f"Copied to work: {NOTEBOOK}" in said
+    assert "The course was copied to work: 1 notebook." in said
+    assert (tmp_path / "work" / NOTEBOOK).exists()
     course = tmp_path / "work" / "course.json"
     assert json.loads(course.read_text()) == {**two.about(two.first), "student": "ada"}
     assert json.loads(course.read_text())["term"] == FIRST
