@@ -71,7 +71,8 @@ def store(path: Path, notebook: NotebookNode) -> None:
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         for output in cell.get("outputs", []):  # a widget has a random name; what stands for it on paper stays
-            output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
+            for part in ("data", "metadata"):
+                output.get(part, {}).pop("application/vnd.jupyter.widget-view+json", None)
     files.write(path, lambda scratch: nbformat.write(notebook, scratch))
 
 

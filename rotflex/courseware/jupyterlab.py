@@ -17,6 +17,7 @@ from typing import Any
 from rotflex.courseware.messages import _
 
 _CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
+_SAVED = "rotflex.courseware.scene.saved_explorers.with_pictures"
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 _PATIENCE = 15  # s for JupyterLab to end its kernels and go
 _LOOK = 0.2  # s between two looks for its address
@@ -57,6 +58,7 @@ def _command(folder: Path, page: str, options: list[str]) -> list[str]:
     ours = [
         f"--ServerApp.root_dir={folder.resolve()}",
         f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}",
+        f"--ContentsManager.pre_save_hook={_SAVED}",
         f"--LabApp.default_url=/{page}",
         # What matters of all that it would say, its address, is said by us; and nothing is asked of the network.
         *([] if "debug" in theirs else ["--Application.log_level=ERROR"]),

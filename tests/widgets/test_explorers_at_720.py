@@ -107,3 +107,29 @@ def test_beside_the_explorer_the_same_keys_act_on_the_notebook(opened):
         page.keyboard.press(key)
     page.wait_for_timeout(300)
     assert page.evaluate(CELLS) == cells - 1
+
+
+SAVE = "() => window.jupyterapp.shell.currentWidget.context.save()"
+
+
+@pytest.mark.parametrize("name", ["poles", "console", "results"])
+def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
+    """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
+    with browser.visit(served, f"{name}.ipynb") as seen:
+        explorer_notebooks.show(seen)
+        seen.page.evaluate(SAVE)
+        settled(seen.page)
+        assert seen.page.locator(".rotflex-explorer button").count() > 0
+        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
+    with browser.visit(served, f"{name}.ipynb") as seen:
+        output = seen.page.locator(".jp-OutputArea-output", has_text="Run this cell again")
+        output.wait_for()
+        assert "widget" not in output.inner_text()
+        assert seen.page.get_by_text("Loading widget").count() == 0
+        assert seen.page.get_by_text("model not found").count() == 0
+        if name == "poles":
+            image = output.locator("img")
+            assert image.evaluate("one => one.complete && one.naturalWidth") > 500
+            assert "Desired poles" in image.get_attribute("alt")
+        assert not seen.errors
+        explorer_notebooks.show(seen)  # and run again, it is there

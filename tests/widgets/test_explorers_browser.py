@@ -106,11 +106,11 @@ def test_the_pole_explorer_works_by_keyboard_alone(opened):
     page = opened
     page.locator('[data-name="zeta"]').focus()
     walked = []
-    for _ in range(17):
+    for _ in range(18):
         walked.append(page.evaluate("document.activeElement.dataset.name"))
         page.keyboard.press("Tab")
     numbers = [name + kind for name in ("zeta", "omega_n", "p3", "p4") for kind in ("", "-number")]
-    assert walked == [*numbers, "feedback", "reset", "ghost", "forget", "figure", "keep", "pair", "p3", "p4"]
+    assert walked == [*numbers, "feedback", "beside", "reset", "ghost", "forget", "figure", "keep", "pair", "p3", "p4"]
 
     def press(selector, *keys):
         page.locator(selector).focus()

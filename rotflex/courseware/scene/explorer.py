@@ -15,6 +15,7 @@ import traitlets
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import SWITCH, Picture, bundle
+from rotflex.courseware.scene.saved_explorers import EXPLORER, VIEW
 from rotflex.courseware.scene.scene import Scene
 from rotflex.errors import RotflexError
 
@@ -151,7 +152,8 @@ class Explorer(anywidget.AnyWidget):
         except RotflexError:  # there is nothing to draw yet; the widget says why
             picture, about = {}, {}
         shown = {} if os.environ.get(SWITCH) == "off" else data or {}
-        return {**shown, **picture, "text/plain": repr(self)}, {**metadata, **about}
+        mark = {VIEW: {EXPLORER: True}} if VIEW in shown else {}
+        return {**shown, **picture, "text/plain": repr(self)}, {**metadata, **about, **mark}
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
