@@ -21,7 +21,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
-from rotflex.hil.loop import run
+from rotflex.hil.loop import listen, run
 from rotflex.recording import Channel, Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
@@ -120,9 +120,10 @@ def validation(
     ----------
     bench : an open bench
     A, B : (4, 4) and (4,) or (4, 1), the student's model for voltage input, states theta, alpha and their rates
-    signal : "square" (0.5 Hz) or "step" (at 0.5 s; the servo turns on and on, so it is short)
-    amplitude : V; 1.5 V for the square wave and 0.8 V for the step unless given
-    duration : s; 10 s for the square wave and 2.5 s for the step unless given
+    signal : "square" (0.5 Hz) or "step" (at 0.5 s; the servo turns on and on, so it is short); for a replay also
+        "recorded": whatever voltage was recorded, from a bench at rest
+    amplitude : V; 1.5 V for the square wave and 0.8 V for the step unless given; a recorded voltage has its own
+    duration : s; 10 s for the square wave, 2.5 s for the step and all that was recorded unless given
     progress : show a progress bar when it takes longer than a second, and say it when the model runs away
 
     Returns
@@ -135,16 +136,13 @@ def validation(
     ------
     DesignError
         If A or B has the wrong shape or a value that is not finite.
+    BenchError
+        If a recorded voltage is asked for, and none was recorded.
     """
-    one_of("signal", signal, ("square", "step"))
+    one_of("signal", signal, ("square", "step") if bench.recorded is None else ("square", "step", "recorded"))
     model = _discrete_model(A, B)
-    if signal == "square":
-        t = time_axis(duration or 10.0, SAMPLE_TIME)
-        volts = square_wave(t, 0.5, 1.5 if amplitude is None else amplitude)
-    else:
-        t = time_axis(duration or 2.5, SAMPLE_TIME)
-        volts = step(t, 0.8 if amplitude is None else amplitude, at=0.5)
-    measured = _run(bench, OpenLoop(), volts, {"experiment": "validation", "signal": signal}, progress)
+    settings = {"experiment": "validation", "signal": signal}
+    measured = _validated(bench, signal, amplitude, duration, settings, progress)
     theta_model, alpha_model, cut = _simulate(*model, measured["vm"])
     simulated = {"theta_model": Channel(theta_model, "rad"), "alpha_model": Channel(alpha_model, "rad")}
     metadata = dict(measured.metadata)
@@ -201,20 +199,23 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
     Returns
     -------
     Recording
-        theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest.
+        theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest. A replay gives at most
+        what was recorded, with its voltage (no vm, where none was recorded).
     """
-    still = np.zeros(time_axis(duration, SAMPLE_TIME).size)
-    return run(bench, OpenLoop(), still, SAMPLE_TIME, {"experiment": "watch"}, progress)
+    samples = time_axis(duration, SAMPLE_TIME).size
+    return listen(bench, samples, SAMPLE_TIME, {"experiment": "watch"}, progress)
 
 
 def rest(bench: Bench) -> None:
-    """Wait at 0 V until neither encoder has counted for half a second.
+    """Wait at 0 V until neither encoder has counted for half a second. For a replay, there is nothing to wait for.
 
     Raises
     ------
     BenchError
         If the arm does not come to rest.
     """
+    if bench.recorded is not None:
+        return
     still_samples, still = round(_STILL_FOR / SAMPLE_TIME), 0
     bench.start(SAMPLE_TIME, zero=False)
     try:
@@ -244,6 +245,30 @@ def _run(
     measured = run(bench, controller, reference, SAMPLE_TIME, settings, progress)
     kept = {name: Channel(values, "rad") for name, values in channels.items()}
     return Recording(measured.time, {**kept, **measured.channels}, measured.metadata)
+
+
+def _validated(
+    bench: Bench,
+    signal: str,
+    amplitude: float | None,
+    duration: float | None,
+    settings: dict[str, Any],
+    progress: bool,
+) -> Recording:
+    """The bench under the voltage of a validation."""
+    if bench.recorded is not None and signal == "recorded":
+        held = bench.recorded.duration
+        samples = time_axis(min(duration or held, held), SAMPLE_TIME).size
+        if bench.recorded.voltage(samples, SAMPLE_TIME) is None:
+            raise BenchError(_("{name} holds no vm: nothing drives a model.").format(name=bench.recorded.name))
+        return listen(bench, samples, SAMPLE_TIME, settings, progress)
+    if signal == "square":
+        t = time_axis(duration or 10.0, SAMPLE_TIME)
+        volts = square_wave(t, 0.5, 1.5 if amplitude is None else amplitude)
+    else:
+        t = time_axis(duration or 2.5, SAMPLE_TIME)
+        volts = step(t, 0.8 if amplitude is None else amplitude, at=0.5)
+    return _run(bench, OpenLoop(), volts, settings, progress)
 
 
 def _discrete_model(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -10,26 +10,30 @@
 ``virtual:?encoder=EHR``               with finer encoders
 ``virtual:?run=2``                     another run: friction is not what it was in the first
 ``virtual:?clock=wall``                in real time
-``replay:file.mat``                    a recording in the plant's place
+``replay:file.mat``                    a recording in the plant's place, for what it is a recording of
 ``replay:file.mat?clock=wall``         in real time
 =====================================  ============================================================
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl
 
-from rotflex.config import Joint, joint, one_of, srv02
+from rotflex.config import Joint, Servo, joint, one_of, srv02
+from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
 from rotflex.hil.replay import RecordedPlant
-from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, student_bench
+from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
 from rotflex.hil.virtual import VirtualBoard
+from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 
 __all__ = ["Bench", "open"]
@@ -44,6 +48,8 @@ def open(
     preset: str | None = None,
     draw: int = DRAW,
     run: int = FIRST_RUN,
+    plant: VirtualPlantSpec | PlantParameters | None = None,
+    servo: Servo | None = None,
 ) -> Bench:
     """The bench at an address, to be used in a ``with`` statement.
 
@@ -53,6 +59,9 @@ def open(
     seed, preset : for a virtual bench whose address names neither; the preset counts, where there are both
     draw : version of how benches are drawn from seeds
     run : number of the run, for a virtual bench whose address names none; the same number gives the same recording
+    plant : a plant of one's own on a virtual bench, in place of a drawn one: parameters (with the arm of position 1 as
+        what is told, and outputs at once), or all that a bench is made of
+    servo : nominal servo of that bench; the data sheet's with the address's encoder unless given
 
     Raises
     ------
@@ -61,8 +70,10 @@ def open(
     ConfigurationError
         If a value in it does not exist.
     """
-    scheme, _, rest = uri.partition(":")
+    scheme, _colon, rest = uri.partition(":")
     if scheme == "replay":
+        if plant is not None:
+            raise BenchError(_("A recording has no plant of one's own: give {uri!r} or a plant.").format(uri=uri))
         return _replay(uri, rest)
     if scheme != "virtual":
         raise BenchError(
@@ -71,30 +82,46 @@ def open(
         )
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
-    encoder = options.get("encoder", "E")
-    identity: dict[str, str | int] = {"uri": uri}
+    identity: dict[str, Any] = {"uri": uri}
     name = options.get("preset", None if "seed" in options else preset)
-    if name is not None:
+    if plant is not None:
+        spec, about = _own(uri, options, plant)
+    elif name is not None:
         if "arm_position" in options:
             raise _both_told(uri)
-        spec = named_bench(name)
-        identity["preset"] = name
+        spec, about = named_bench(name), {"preset": name}
     else:
         chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
         position = options.get("arm_position")
         spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
-        identity["seed"] = chosen
-        identity["draw"] = draw
+        about = {"seed": chosen, "draw": draw}
     number = _integer("run", options.get("run", run))
     spec = spec.run(number)
-    identity |= {"run": number, "arm_position": spec.joint.arm_position, "encoder": encoder, "clock": clock}
-    servo = srv02(encoder=encoder)
+    parts = servo or srv02(encoder=options.get("encoder", "E"))
+    identity |= about
+    identity |= {"run": number, "arm_position": spec.joint.arm_position, "encoder": parts.encoder, "clock": clock}
     return Bench(
-        connect=lambda: VirtualBoard(spec.parameters, servo, clock=_CLOCKS[clock](), timing=spec.timing),
-        servo=servo,
+        connect=lambda: VirtualBoard(spec.parameters, parts, clock=_CLOCKS[clock](), timing=spec.timing),
+        servo=parts,
         joint=spec.joint,
         identity=identity,
     )
+
+
+def _own(
+    uri: str, options: Mapping[str, str], plant: VirtualPlantSpec | PlantParameters
+) -> tuple[VirtualPlantSpec, dict[str, Any]]:
+    """A bench of one's own, and how it is known."""
+    drawn = [name for name in ("seed", "preset", "arm_position") if name in options]
+    if drawn:
+        raise BenchError(
+            _(
+                "The address {uri!r} says {name}=, and a plant was given as well, which has its own parameters: "
+                "leave one of them out."
+            ).format(uri=uri, name=drawn[0])
+        )
+    spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
+    return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
 
 
 def _replay(uri: str, rest: str) -> Bench:
@@ -111,12 +138,19 @@ def _replay(uri: str, rest: str) -> Bench:
     position = about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
         raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
-    servo = srv02(encoder=encoder)
+    servo, plant = srv02(encoder=encoder), RecordedPlant(recording, Path(path).name)
+
+    def connect() -> VirtualBoard:
+        plant.rewind()
+        return VirtualBoard(plant, servo, clock=_CLOCKS[clock]())
+
     return Bench(
-        connect=lambda: VirtualBoard(RecordedPlant(recording), servo, clock=_CLOCKS[clock]()),
+        connect=connect,
         servo=servo,
         joint=_arm(about, position),
-        identity={"uri": uri, "recording": Path(path).name, "clock": clock},
+        identity={"uri": uri, "recording": plant.name, "clock": clock},
+        limits=Limits(theta=math.inf, alpha=math.inf),  # there is nothing to come to harm
+        recorded=plant,
     )
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from rotflex.config import Joint, Servo, check_mounted
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil.board import Board, BufferOverflowMode, Clock
+from rotflex.hil.replay import RecordedPlant
 from rotflex.units import DEG
 
 WATCHDOG_TIMEOUT = 0.2  #: s
@@ -70,6 +71,7 @@ class Bench:
     servo, joint : nominal parameters, as the student is told them
     identity : plain data that says which bench this is; goes into every recording
     limits, wiring : as above
+    recorded : the recording that moves in the plant's place, on a replay
 
     Attributes
     ----------
@@ -85,11 +87,13 @@ class Bench:
         identity: Mapping[str, Any],
         limits: Limits | None = None,
         wiring: Wiring | None = None,
+        recorded: RecordedPlant | None = None,
     ) -> None:
         self.servo = check_mounted(servo)
         self.joint = joint
         self.identity = dict(identity)
         self.limits = limits or Limits()
+        self.recorded = recorded
         self._connect = connect
         self._wiring = wiring or Wiring()
         self.on_sample: Callable[[Measurement, float], None] | None = None

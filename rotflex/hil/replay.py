@@ -1,12 +1,27 @@
-"""A recording in the plant's place: what was measured once, through the same verbs."""
+"""A recording in the plant's place: what was measured once, through the same verbs.
+
+A recording cannot be steered. So a replay gives a run only if it *is* that run: a controller that is fed with the
+recorded angles has to set the voltages that were recorded. That needs no word of the recording's about itself, and
+holds for the log of a real bench as well. All else is refused.
+"""
 
 from __future__ import annotations
 
 import math
 
-from rotflex.errors import RecordingError
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError, RecordingError
 from rotflex.plant import State
 from rotflex.recording import Recording
+
+_SAME = 5e-3  # of the recorded voltage (RMS); gains as a report prints them, with four digits, make a thirtieth of it
+_SAME_VOLTS = 1e-3  # V, where hardly any voltage was recorded
+_SAME_PERIOD = 1e-6  # of the sample time
+
+Vector = NDArray[np.float64]
 
 
 class RecordedPlant:
@@ -15,6 +30,7 @@ class RecordedPlant:
     Parameters
     ----------
     recording : with theta and alpha
+    name : of its file
 
     Raises
     ------
@@ -22,13 +38,15 @@ class RecordedPlant:
         If one of them is missing.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, name: str = "the recording") -> None:
         missing = [name for name in ("theta", "alpha") if name not in recording]
         if missing:
             raise RecordingError(f"The recording has no {' and no '.join(missing)}: there is nothing to replay.")
-        self.recording = recording
+        self.recording, self.name = recording, name
         self._theta, self._alpha = recording["theta"].tolist(), recording["alpha"].tolist()
         self._elapsed = 0.0
+
+    # --- as a plant -------------------------------------------------------------------------------------------------
 
     @property
     def state(self) -> State:
@@ -49,3 +67,92 @@ class RecordedPlant:
         """Let time pass; the voltage changes nothing."""
         self._elapsed += duration
         return self.state
+
+    def rewind(self) -> None:
+        """Back to its beginning."""
+        self._elapsed = 0.0
+
+    # --- as a run ---------------------------------------------------------------------------------------------------
+
+    @property
+    def duration(self) -> float:
+        """s, from the first sample to the last."""
+        return float(self.recording.time[-1] - self.recording.time[0])
+
+    def samples(self, sample_time: float) -> int:
+        """How many samples at another sample time (s) it can give."""
+        return math.floor(self.duration / sample_time + 1e-6) + 1
+
+    def voltage(self, samples: int, sample_time: float) -> Vector | None:
+        """The recorded voltage (samples,), V, held from one sample to the next; None where none was recorded."""
+        if "vm" not in self.recording:
+            return None
+        places = np.arange(samples) * (sample_time / self.recording.sample_time)
+        return self.recording["vm"][np.minimum(np.floor(places + 1e-6).astype(int), len(self.recording) - 1)]
+
+    def require_whole(self, samples: int, sample_time: float, asked: str) -> None:
+        """That it may be the run that is asked for.
+
+        Raises
+        ------
+        BenchError
+            If it is too short, sampled otherwise, or without the voltage.
+        """
+        held = self.recording.sample_time
+        if abs(sample_time - held) > _SAME_PERIOD * held:
+            raise self._refused(
+                asked,
+                _("it is sampled every {held:g} ms, and this every {wanted:g} ms").format(
+                    held=held * 1e3, wanted=sample_time * 1e3
+                ),
+            )
+        if "vm" not in self.recording:
+            raise self._refused(asked, _("without vm, nothing tells whether it is this run"))
+        if samples > len(self.recording):
+            raise self._refused(
+                asked,
+                _("it is of {held:g} s, and {wanted:g} s are asked for: see duration=").format(
+                    held=self.duration, wanted=(samples - 1) * sample_time
+                ),
+            )
+
+    def require_same(self, volts: Vector, asked: str) -> Vector:
+        """The recorded voltage, if ``volts`` are it.
+
+        Raises
+        ------
+        BenchError
+            If the run that is asked for would have set another one.
+        """
+        recorded = self.recording["vm"][: volts.size]
+        apart = np.abs(volts - recorded)
+        if _rms(apart) <= max(_SAME * _rms(recorded), _SAME_VOLTS):
+            return recorded
+        worst = int(np.argmax(apart))
+        raise self._refused(
+            asked,
+            _("this would set {wanted:.2f} V at t = {time:.3f} s, where {held:.2f} V were recorded").format(
+                wanted=volts[worst], time=worst * self.recording.sample_time, held=recorded[worst]
+            ),
+        )
+
+    def _refused(self, asked: str, why: str) -> BenchError:
+        return BenchError(
+            _(
+                "A recording cannot be steered, and {name} is not the run that is asked for ({asked}): {why}. It holds "
+                "{held}: {channels}, {duration:g} s. experiments.watch(bench) gives it as it is, and "
+                'experiments.validation(bench, A, B, signal="recorded") a model beside it; for anything else, open '
+                "another bench."
+            ).format(
+                name=self.name,
+                asked=asked,
+                why=why,
+                held=self.recording.metadata.get("experiment", _("a run that does not say which")),
+                channels=", ".join(self.recording.channels),
+                duration=self.duration,
+            )
+        )
+
+
+def _rms(values: Vector) -> float:
+    return float(np.sqrt(np.mean(values**2)))

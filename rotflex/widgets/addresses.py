@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rotflex.recording import Recording
 
 
@@ -19,11 +17,3 @@ def in_real_time(address: str) -> str:
     if "clock=" in address or not address.startswith("virtual"):
         return address
     return f"{address}{'&' if '?' in address else ':?'}clock=wall"
-
-
-def with_voltage(watched: Recording, replayed: Recording) -> Recording:
-    """What was watched of a replay, with the voltage that was recorded then."""
-    if "vm" not in replayed:
-        return watched
-    volts = np.interp(watched.time, replayed.time - replayed.time[0], replayed["vm"])
-    return Recording.of(watched.time, watched.metadata, theta=watched["theta"], alpha=watched["alpha"], vm=volts)

@@ -27,7 +27,7 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
-from rotflex.widgets.addresses import in_real_time, replayed_at, with_voltage
+from rotflex.widgets.addresses import in_real_time, replayed_at
 from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.running import Experiment, Running, outcome
 from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
@@ -234,8 +234,6 @@ class BenchConsole(Explorer):
         self._state, self._message = outcome(self._run)
         self.notice = self._message
         self.recording = self._run.recording
-        if self.recording is not None and self._replayed is not None:
-            self.recording = with_voltage(self.recording, self._replayed)
         if self._bench is not None and not self._bench.board.is_valid():
             bench, self._bench = self._bench, None
             bench.__exit__(None, None, None)
@@ -315,7 +313,8 @@ class BenchConsole(Explorer):
     def _samples(self) -> Any:
         if self.recording is not None and not self.running:
             one = self.recording
-            return np.stack([one.time, one["theta"], one["alpha"], one["vm"]])
+            volts = one["vm"] if "vm" in one else np.zeros(len(one))  # a replay may have none
+            return np.stack([one.time, one["theta"], one["alpha"], volts])
         return np.empty((4, 0)) if self._run is None else self._run.samples(SECONDS if self.running else np.inf)
 
     def _modelled(self) -> dict[str, Any]:

@@ -54,9 +54,12 @@ def reported(bench: Bench | None) -> Readout:
         return Readout("The bench", [Row("not connected", ())])
     limits = bench.limits
     rows = [Row(str(name), (str(value),)) for name, value in bench.identity.items() if name != "uri"]
+    rows += [  # a replay has none
+        Row(name, (f"within ±{limit / DEG:.0f} deg",))
+        for name, limit in (("servo angle", limits.theta), ("deflection", limits.alpha))
+        if np.isfinite(limit)
+    ]
     rows += [
-        Row("servo angle", (f"within ±{limits.theta / DEG:.0f} deg",)),
-        Row("deflection", (f"within ±{limits.alpha / DEG:.0f} deg",)),
         Row("motor", (f"within ±{min(limits.voltage, bench.servo.V_max):g} V",)),
         Row("watchdog", (f"0 V after {WATCHDOG_TIMEOUT:g} s without the program",)),
     ]

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from rotflex import experiments, hil
-from rotflex.errors import BenchError, RecordingError
+from rotflex.config import srv02
+from rotflex.errors import BenchError, ConfigurationError, RecordingError
+from rotflex.hil.controllers import StateFeedback
+from rotflex.hil.loop import run
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Recording
+from rotflex.units import DEG
+
+GAIN = [18.24, -17.15, 1.59, 0.63]
+MODEL = (np.diag([1.0, 1.0], 2) - np.diag([0.0, 0.0, 20.0, 20.0]), [0.0, 0.0, 60.0, -60.0])
 
 
 @pytest.fixture
@@ -71,3 +78,138 @@ def test_what_cannot_be_replayed_is_said(recording, tmp_path, address, error, wo
     odd.save(tmp_path / "odd.mat")
     with pytest.raises(error, match=word):
         hil.open(address.format(tmp_path))
+
+
+# --- what a recording is a recording of, and what it is not ----------------------------------------------------------
+
+#: Every experiment, short, by name.
+ASKED = {
+    "free decay": lambda bench: experiments.free_decay(bench, duration=1.0, progress=False),
+    "sweep": lambda bench: experiments.sweep(bench, duration=1.0, progress=False),
+    "sweep of the voltage": lambda bench: experiments.sweep(bench, duration=1.0, drive="voltage", progress=False),
+    "square": lambda bench: experiments.validation(bench, *MODEL, duration=1.0, progress=False),
+    "step": lambda bench: experiments.validation(bench, *MODEL, "step", duration=1.0, progress=False),
+    "tracking": lambda bench: experiments.tracking(bench, GAIN, duration=1.0, progress=False),
+    "partial": lambda bench: experiments.tracking(bench, GAIN, "partial", duration=1.0, progress=False),
+}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Every experiment of a virtual bench: the recording, and its file."""
+    folder = tmp_path_factory.mktemp("recorded")
+    made = {}
+    for name, ask in ASKED.items():
+        with hil.open("virtual:?seed=3") as bench:
+            made[name] = ask(bench), folder / f"{name}.csv"
+        made[name][0].save(made[name][1])
+    return made
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_an_experiment_on_a_replay_gives_its_own_recording_and_refuses_every_other(recorded, asked):
+    for held, (original, path) in recorded.items():
+        with hil.open(f"replay:{path}") as bench:
+            if held != asked:
+                with pytest.raises(BenchError, match=r"cannot be steered, and .* V were recorded\. It holds .* theta"):
+                    ASKED[asked](bench)
+                continue
+            for _again in range(2):  # from its beginning, however often
+                given = ASKED[asked](bench)
+                assert set(given.channels) == set(original.channels)
+                for name in original.channels:
+                    assert given[name] == pytest.approx(original[name], abs=1e-6), name
+                assert given.metadata["source"] == "replay"
+                assert given.metadata["bench"]["recording"] == path.name
+
+
+def test_another_gain_is_another_run_and_a_gain_with_four_digits_is_the_same(recorded):
+    path = recorded["tracking"][1]
+    with hil.open(f"replay:{path}") as bench:
+        with pytest.raises(BenchError, match=r"is not the run that is asked for \(tracking\): this would set"):
+            experiments.tracking(bench, np.multiply(GAIN, 1.02), duration=1.0, progress=False)
+        rounded = np.add(GAIN, [0.004, 0.004, 0.0004, 0.0004])
+        assert len(experiments.tracking(bench, rounded, duration=1.0, progress=False)) == 501
+
+
+def test_a_part_of_the_run_is_given_and_more_than_it_is_refused(recorded):
+    original, path = recorded["free decay"]
+    with hil.open(f"replay:{path}") as bench:
+        given = experiments.free_decay(bench, duration=0.6, progress=False)
+        assert given["alpha"] == pytest.approx(original["alpha"][:301], abs=1e-9)
+        with pytest.raises(BenchError, match="it is of 1 s, and 6 s are asked for: see duration="):
+            experiments.free_decay(bench, progress=False)
+
+
+def test_watching_gives_all_that_was_recorded_and_no_more_with_its_voltage(recorded):
+    original, path = recorded["sweep"]
+    with hil.open(f"replay:{path}") as bench:
+        heard = experiments.watch(bench, 10.0, progress=False)
+    assert len(heard) == len(original)
+    assert heard["vm"] == pytest.approx(original["vm"], abs=1e-9)
+    assert np.abs(heard["vm"]).max() > 0.1
+
+
+def test_a_model_is_set_beside_whatever_voltage_was_recorded(recorded):
+    original, path = recorded["sweep of the voltage"]
+    with hil.open(f"replay:{path}") as bench:
+        given = experiments.validation(bench, *MODEL, "recorded", progress=False)
+    assert given["vm"] == pytest.approx(original["vm"], abs=1e-9)
+    assert given["theta"] == pytest.approx(original["theta"], abs=1e-6)
+    control = pytest.importorskip("control")
+    discrete = control.c2d(control.ss(MODEL[0], np.reshape(MODEL[1], (4, 1)), np.eye(4), 0), 0.002)
+    independent = control.forced_response(discrete, np.arange(501) * 0.002, original["vm"]).outputs
+    assert given["theta_model"] == pytest.approx(independent[0], abs=1e-9)
+    assert given["alpha_model"] == pytest.approx(independent[1], abs=1e-9)
+
+
+def test_a_recorded_voltage_is_a_replays_alone():
+    with hil.open("virtual") as bench, pytest.raises(ConfigurationError, match="'square', 'step'"):
+        experiments.validation(bench, *MODEL, "recorded", progress=False)
+
+
+def test_without_a_recorded_voltage_only_the_angles_are_given(recorded, tmp_path):
+    original, _path = recorded["tracking"]
+    path = tmp_path / "silent.csv"
+    Recording.of(original.time, theta=original["theta"], alpha=original["alpha"]).save(path)
+    with hil.open(f"replay:{path}") as bench:
+        heard = experiments.watch(bench, progress=False)
+        assert "vm" not in heard
+        assert heard["alpha"] == pytest.approx(original["alpha"], abs=1e-6)
+        with pytest.raises(BenchError, match="without vm, nothing tells whether it is this run"):
+            experiments.tracking(bench, GAIN, duration=1.0, progress=False)
+        with pytest.raises(BenchError, match=r"silent\.csv holds no vm: nothing drives a model"):
+            experiments.validation(bench, *MODEL, "recorded", progress=False)
+
+
+def test_a_recording_with_other_samples_is_watched_and_not_run(recorded, tmp_path):
+    original, _path = recorded["tracking"]
+    channels = {name: original[name][::2] for name in ("theta", "alpha", "vm")}
+    path = Recording.of(original.time[::2], **channels).save(tmp_path / "slow.csv")
+    with hil.open(f"replay:{path}") as bench:
+        with pytest.raises(BenchError, match="it is sampled every 4 ms, and this every 2 ms"):
+            experiments.tracking(bench, GAIN, duration=1.0, progress=False)
+        heard = experiments.watch(bench, progress=False)
+    assert heard["vm"][::2] == pytest.approx(channels["vm"], abs=1e-9)
+    assert heard["vm"][1::2] == pytest.approx(channels["vm"][:-1], abs=1e-9)  # held
+
+
+def test_no_limit_ends_a_replay(tmp_path):
+    t = np.arange(0, 1.0, 0.002)
+    path = Recording.of(t, theta=5 * t, alpha=0.7 * t, vm=0 * t).save(tmp_path / "far.csv")
+    with hil.open(f"replay:{path}") as bench:
+        heard = experiments.watch(bench, progress=False)
+    assert heard["theta"][-1] > 180 * DEG
+    assert heard["alpha"][-1] > 30 * DEG
+
+
+def test_the_log_of_a_real_bench_is_the_run_of_its_gain_and_of_no_other(real_log, real_log_path):
+    gain = np.array([13.0384, -17.2586, 1.3198, -0.0461])
+    with hil.open(f"replay:{real_log_path}") as bench:
+        given = run(bench, StateFeedback(gain), real_log["theta_ref"], progress=False)
+        assert given["vm"] == pytest.approx(real_log["vm"], abs=1e-12)
+        assert given["theta"] == pytest.approx(real_log["theta"], abs=srv02().K_enc / 2)
+        with pytest.raises(BenchError, match=r"real_bench_lqr\.mat is not the run"):
+            run(bench, StateFeedback(1.02 * gain), real_log["theta_ref"], progress=False)
+        with pytest.raises(BenchError, match="a run that does not say which: theta, theta_ref, alpha, vm, 10 s"):
+            experiments.tracking(bench, gain, progress=False)

@@ -1,0 +1,57 @@
+"""A virtual bench with a plant of one's own."""
+
+from __future__ import annotations
+
+import pytest
+
+from rotflex import experiments, hil
+from rotflex.config import srv02
+from rotflex.errors import BenchError
+from rotflex.hil.student_benches import student_bench
+from rotflex.recording import Recording
+
+
+def decay(bench):
+    with bench:
+        return experiments.free_decay(bench, duration=0.5, progress=False)
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_a_drawn_bench_given_as_ones_own_is_the_same_bench_in_each_run(number):
+    own = hil.open("virtual", plant=student_bench(7), run=number)
+    assert own.joint == student_bench(7).joint
+    ours, drawn = decay(own), decay(hil.open("virtual:?seed=7", run=number))
+    for name in drawn.channels:
+        assert ours[name].tolist() == drawn[name].tolist()
+
+
+def test_parameters_alone_have_the_first_arm_and_prompt_outputs(tmp_path):
+    parameters = student_bench(7).parameters
+    bench = hil.open("virtual:?encoder=EHR", plant=parameters)
+    assert (bench.joint.arm_position, bench.servo.encoder) == (1, "EHR")
+    recording = decay(bench)
+    saved = Recording.load(recording.save(tmp_path / "own.mat")).metadata
+    assert saved["source"] == "virtual bench"
+    assert saved["bench"]["plant"]["K_s"] == parameters.K_s
+    assert saved["bench"]["plant"]["delay"] == 0
+    assert "seed" not in saved["bench"]
+    prompt, late = recording, decay(hil.open("virtual:?encoder=EHR", plant=student_bench(7)))
+    assert prompt["alpha"].tolist() != late["alpha"].tolist()
+
+
+def test_the_servo_is_as_given():
+    assert hil.open("virtual", plant=student_bench(7), servo=srv02(encoder="EHR")).servo.encoder == "EHR"
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("virtual:?seed=3", "says seed=, and a plant was given as well"),
+        ("virtual:?preset=workbook", "says preset=, and a plant"),
+        ("virtual:?arm_position=2", "says arm_position="),
+        ("replay:some.mat", "has no plant of one's own: give 'replay:some.mat' or a plant"),
+    ],
+)
+def test_a_plant_beside_another_is_refused(address, said):
+    with pytest.raises(BenchError, match=said):
+        hil.open(address, plant=student_bench(7).parameters)
