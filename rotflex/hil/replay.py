@@ -88,7 +88,8 @@ class RecordedPlant:
         if "vm" not in self.recording:
             return None
         places = np.arange(samples) * (sample_time / self.recording.sample_time)
-        return self.recording["vm"][np.minimum(np.floor(places + 1e-6).astype(int), len(self.recording) - 1)]
+        held: Vector = self.recording["vm"][np.minimum(np.floor(places + 1e-6).astype(int), len(self.recording) - 1)]
+        return held
 
     def require_whole(self, samples: int, sample_time: float, asked: str) -> None:
         """That it may be the run that is asked for.

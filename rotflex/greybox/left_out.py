@@ -1,0 +1,35 @@
+"""How well a fit tells of a recording that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rotflex.courseware.messages import _
+from rotflex.greybox.result import FitResult, Prediction, in_degrees, joined_rms
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Each recording as the others predict it. ``print`` it for a table.
+
+    Attributes
+    ----------
+    fits : to all recordings but the first, but the second, ...
+    predictions : of the first, of the second, ..., each by the fit that has not seen it
+    """
+
+    fits: tuple[FitResult, ...]
+    predictions: tuple[Prediction, ...]
+
+    @property
+    def rms(self) -> Mapping[str, float]:
+        """Root mean square errors of the predictions over all recordings, rad: see ``FitResult.residual_rms``."""
+        return joined_rms(self.predictions)
+
+    def __str__(self) -> str:
+        lines = [_("Left out     predicted (RMS, deg)     fitted without it, the others")]
+        for place, (found, prediction) in enumerate(zip(self.fits, self.predictions, strict=True)):
+            lines.append(f"[{place}]          {in_degrees(prediction.rms):24} {in_degrees(found.residual_rms)}")
+        lines.append(f"{_('all'):13}{in_degrees(self.rms)}")
+        return "\n".join(lines)

@@ -1,0 +1,227 @@
+"""What a fit has found, and what can be done with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex import hil
+from rotflex.config import Joint, Servo
+from rotflex.courseware.messages import _
+from rotflex.greybox.choice import Chosen
+from rotflex.greybox.problem import Problem, changed
+from rotflex.greybox.record import rms
+from rotflex.greybox.solving import search, student
+from rotflex.hil.bench import Bench
+from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec
+from rotflex.hil.terminals import Timing
+from rotflex.identification import Estimate
+from rotflex.plant import PlantParameters
+from rotflex.recording import Recording
+from rotflex.units import DEG
+
+_UNITS = {
+    "K_s": "N·m/rad",
+    "J_eq": "kg·m²",
+    "J_l": "kg·m²",
+    "B_eq": "N·m/(rad/s)",
+    "B_l": "N·m/(rad/s)",
+    "servo_friction_plus": "N·m",
+    "servo_friction_minus": "N·m",
+    "link_friction": "N·m",
+    "torque_per_volt": "N·m/V",
+    "braking": "N·m/(rad/s)",
+    "delay": "s",
+    "alpha_offset": "rad",
+    "theta_dot_0": "rad/s",
+    "alpha_dot_0": "rad/s",
+}
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A recording beside what a fitted plant makes of its voltage.
+
+    Attributes
+    ----------
+    recording : theta, alpha, vm as measured, and theta_model, alpha_model as simulated, for plots
+    rms : as ``FitResult.residual_rms``
+    """
+
+    recording: Recording
+    rms: Mapping[str, float]
+
+    @property
+    def drift(self) -> float:
+        """Root mean square of theta less theta_model as they are, rad: small errors of the rate add up in it."""
+        return rms(self.recording["theta"] - self.recording["theta_model"])
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """A fitted plant. ``print`` it for a table, and for what to mind.
+
+    Attributes
+    ----------
+    parameters : the plant with the fitted values (no delay is among them: that is the board's); of what each recording
+        has its own, the mean
+    delay : of the outputs, s
+    estimates : by name, with standard errors, SI units: the free parameters (servo_friction as servo_friction_plus and
+        _minus); alpha_offset, the measured alpha (rad) at which the springs are at ease; and the initial rates,
+        theta_dot_0 and alpha_dot_0 (rad/s), unless the recording begins at rest. With several recordings, what each
+        has its own is named with its place, ``alpha_offset[0]``. Last come means of such parameters, and what was fixed
+    intervals : by name, the 95 % confidence interval
+    correlation : (p, p) correlation matrix of the first p estimates: those of the fit itself
+    residual_rms : rad, root mean square of measured minus simulated over all samples: "theta" less its mean in each
+        window of 1 s, and "alpha"
+    predictions : of each recording that was fitted
+    plants : as they were in each recording
+    fixed : what the recordings do not tell, and how it was chosen, in words; for a fit that chose by itself
+    servo, joint : the nominal parts
+    """
+
+    parameters: PlantParameters
+    delay: float
+    estimates: Mapping[str, Estimate]
+    intervals: Mapping[str, tuple[float, float]]
+    correlation: NDArray[np.float64]
+    predictions: tuple[Prediction, ...]
+    plants: tuple[PlantParameters, ...]
+    fixed: Mapping[str, str]
+    servo: Servo
+    joint: Joint
+
+    @property
+    def recording(self) -> Recording:
+        """The first recording, with what was simulated."""
+        return self.predictions[0].recording
+
+    @property
+    def residual_rms(self) -> Mapping[str, float]:
+        """See the attributes."""
+        return joined_rms(self.predictions)
+
+    @property
+    def omega_n(self) -> Estimate:
+        """sqrt(K_s/J_l), rad/s: what recordings tell best, whatever inertia or torque was given."""
+        value = math.sqrt(self.parameters.K_s / self.parameters.J_l)
+        signs = {name: sign for name, sign in {"K_s": 1, "J_l": -1}.items() if name in self.estimates}
+        shares = [sign * self.estimates[name].uncertainty / self.estimates[name].value for name, sign in signs.items()]
+        places = [list(self.estimates).index(name) for name in signs]
+        alike = np.eye(len(places))  # means over recordings have no place among the correlations
+        if max(places, default=0) < len(self.correlation):
+            alike = self.correlation[np.ix_(places, places)]
+        variance = float(np.array(shares) @ alike @ np.array(shares)) if shares else 0.0
+        return Estimate(value, value * math.sqrt(max(variance, 0.0)) / 2)
+
+    def predict(self, recording: Recording) -> Prediction:
+        """Another recording, as this plant has it: of it, only its own offset and initial rates are found.
+
+        Raises
+        ------
+        IdentificationError
+            If a channel is missing or constant.
+        """
+        problem = Problem([recording], self.parameters, (), delay=self.delay)
+        return predicted(problem, search(problem, progress=False).values)[0]
+
+    def bench(self, uri: str = "virtual", run: int = FIRST_RUN) -> Bench:
+        """A virtual bench with this plant and this delay, for all experiments.
+
+        Parameters
+        ----------
+        uri : how it is opened: ``"virtual"``, or with options, as ``"virtual:?clock=wall"``
+        run : another than the first has other friction
+        """
+        spec = VirtualPlantSpec(self.joint, self.parameters, Timing(delay=self.delay))
+        return hil.open(uri, plant=spec, servo=self.servo, run=run)
+
+    def __str__(self) -> str:
+        lines = []
+        for name, found in self.estimates.items():
+            low, high = self.intervals[name]
+            unit = _UNITS[name.partition("[")[0]]
+            value = _("fixed") if name in self.fixed else f"{found.value:.4g}"
+            lines.append(f"{name:24}{value:>12}   {low:.4g} … {high:.4g} {unit}")
+        lines.append(_("What is left (RMS, deg): {left}.").format(left=in_degrees(self.residual_rms)))
+        return "\n".join([*lines, *self.fixed.values(), self._in_ratio()])
+
+    def _in_ratio(self) -> str:
+        """What the values stand on."""
+        given = "torque_per_volt" if "J_l" in self.estimates else "J_l"
+        return _(
+            "Recordings tell inertias, stiffness, friction and torques in ratio only: {given} = {value:.4g} {unit} was "
+            "given, and an error of it is an error of all of them. omega_n = {omega_n} rad/s does not depend on it."
+        ).format(given=given, value=getattr(self.parameters, given), unit=_UNITS[given], omega_n=self.omega_n)
+
+
+def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:
+    """What a fit has found, in the end."""
+    problem, found, sure, fixed = chosen
+    values = (found.values * problem.units).tolist()
+    estimates, intervals = {}, {}
+    for name, value, error, reach in zip(
+        problem.names, values, sure.errors.tolist(), sure.reaches.tolist(), strict=True
+    ):
+        estimates[name], intervals[name] = Estimate(value, error), (value - reach, value + reach)
+    own = _own(problem, values)
+    for key, each in own.items():
+        mean = estimates[key] = _mean(each, [estimates[f"{key}[{place}]"].uncertainty for place in range(len(each))])
+        reach = student(len(each)) * mean.uncertainty
+        intervals[key] = (mean.value - reach, mean.value + reach)
+    plants = tuple(problem.plant(found.values, place) for place in range(len(problem.records)))
+    common = problem.values(found.values, 0)
+    return FitResult(
+        parameters=changed(plants[0], {key: estimates[key].value for key in own}),
+        delay=estimates["delay"].value if "delay" in problem.own else common.get("delay", problem.delay),
+        estimates=estimates | {name: one.estimate for name, one in fixed.items()},
+        intervals=intervals | {name: one.interval for name, one in fixed.items()},
+        correlation=sure.correlation,
+        predictions=predicted(problem, found.values),
+        plants=plants,
+        fixed={name: one.why for name, one in fixed.items()},
+        servo=servo,
+        joint=joint,
+    )
+
+
+def _own(problem: Problem, values: list[float]) -> dict[str, list[float]]:
+    """The values in one recording after the other of each parameter of the plant that is each one's own."""
+    own: dict[str, list[float]] = {}
+    for unknown, value in zip(problem.unknowns, values, strict=True):
+        if unknown.of is not None and unknown.parameter in problem.own:
+            own.setdefault(unknown.key, []).append(value)
+    return own
+
+
+def _mean(values: list[float], errors: list[float]) -> Estimate:
+    """The mean of what recordings have their own of, by their spread, or by their own errors where these are larger."""
+    spread = max(float(np.std(values, ddof=1)), float(np.sqrt(np.mean(np.square(errors)))))
+    return Estimate(float(np.mean(values)), spread / math.sqrt(len(values)))
+
+
+def predicted(problem: Problem, unknowns: NDArray[np.float64]) -> tuple[Prediction, ...]:
+    """Each recording of a problem, as measured and as simulated."""
+    made = []
+    for place, record in enumerate(problem.records):
+        angles = problem.simulate(unknowns, place)
+        made.append(Prediction(record.beside(*angles), record.rms(*angles)))
+    return tuple(made)
+
+
+def in_degrees(values: Mapping[str, float]) -> str:
+    """Angles (rad) by name, for a line of text."""
+    return ", ".join(f"{name} {value / DEG:.3f}" for name, value in values.items())
+
+
+def joined_rms(predictions: tuple[Prediction, ...]) -> dict[str, float]:
+    """The root mean squares over the samples of all."""
+    samples = np.array([len(one.recording) for one in predictions])
+    return {
+        name: float(np.sqrt(np.average([one.rms[name] ** 2 for one in predictions], weights=samples)))
+        for name in predictions[0].rms
+    }

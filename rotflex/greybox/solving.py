@@ -1,0 +1,179 @@
+"""The least squares of a problem, and how sure they are.
+
+Three variances of the unknowns are found, and the largest counts:
+
+* *White residuals*, as the textbook has them, times a factor. A periodic motion repeats its rounding errors period
+  after period, which no residual can show; on virtual benches the errors are about twice what white residuals mean.
+* *Windows* (cluster-robust: Liang and Zeger, 1986): sums over windows of 1 s count as independent, not samples.
+* *Recordings*, where there are several: the jackknife that leaves out one recording after the other (CR3 of Bell and
+  McCaffrey, 2002), linearised at the least squares. It sees what varies from log to log, and the equations leave out.
+
+Intervals use Student's t for the number of windows, or of recordings.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.courseware.messages import _
+from rotflex.errors import IdentificationError
+from rotflex.greybox.problem import STEP, Jacobian, Problem
+from rotflex.identification import Vector
+from rotflex.progress import counter
+
+CONFIDENCE = 0.95
+_TOLERANCE = 1e-3  # of the sum of squares: a step that gains less is the last
+_MOST_STEPS = 40  # usual are 5 to 8
+_SMALLEST_INFLATION = 2.0  # of the standard errors for white residuals
+_LARGEST_CONDITION = 1e10  # of the information, scaled: beyond, something is not told
+_TAKES_PART = 0.1  # of an unknown in a direction that is not told
+
+
+class Found(NamedTuple):
+    """Where the sum of squares is least, in units of the unknowns."""
+
+    values: Vector
+    residual: Vector
+    jacobian: Jacobian
+
+
+class Sureness(NamedTuple):
+    """Standard errors, half widths of the 95 % intervals, SI units; and (p, p) correlations.
+
+    ``within`` are the half widths without what varies from recording to recording: whether something is told at all.
+    """
+
+    errors: Vector
+    reaches: Vector
+    within: Vector
+    correlation: NDArray[np.float64]
+
+
+def search(problem: Problem, progress: bool) -> Found:
+    """The least squares.
+
+    Raises
+    ------
+    IdentificationError
+        If the search does not settle.
+    """
+    from scipy.optimize import least_squares
+
+    latest: dict[bytes, Vector] = {}
+
+    def value(unknowns: Vector) -> Vector:
+        latest.clear()  # the Jacobian is asked for where the residual was found last
+        return latest.setdefault(unknowns.tobytes(), problem.residual(unknowns))
+
+    def jacobian(unknowns: Vector) -> Jacobian:
+        here = latest.get(unknowns.tobytes())
+        return problem.jacobian(unknowns, problem.residual(unknowns) if here is None else here)
+
+    with counter("fit", "run", progress) as problem.count:
+        found = least_squares(
+            value,
+            np.maximum(problem.begin, problem.lowest + STEP),
+            jac=jacobian,
+            bounds=(problem.lowest, np.inf),
+            ftol=_TOLERANCE,
+            xtol=1e-5,
+            max_nfev=_MOST_STEPS,
+        )
+    if not found.success:
+        raise IdentificationError(
+            _(
+                "The fit has not settled in {steps} steps. Fit fewer parameters, or give an initial plant that is "
+                "nearer to the bench."
+            ).format(steps=_MOST_STEPS)
+        )
+    return Found(np.asarray(found.x), np.asarray(found.fun), np.asarray(found.jac))
+
+
+def untold(problem: Problem, found: Found) -> list[str]:
+    """Names of the unknowns that the recordings do not tell: without effect, or with the same effect as others."""
+    information = found.jacobian.T @ found.jacobian
+    scale = np.sqrt(np.diag(information))
+    if not scale.all():
+        return [name for name, size in zip(problem.names, scale.tolist(), strict=True) if size == 0]
+    scaled = information / np.outer(scale, scale)
+    if np.linalg.cond(scaled) <= _LARGEST_CONDITION:
+        return []
+    weakest = np.abs(np.linalg.eigh(scaled)[1][:, 0])
+    return [name for name, part in zip(problem.names, weakest.tolist(), strict=True) if part > _TAKES_PART]
+
+
+def sureness(problem: Problem, found: Found) -> Sureness:
+    """How sure the values are.
+
+    Raises
+    ------
+    IdentificationError
+        If the recordings do not tell one of them.
+    """
+    lost = untold(problem, found)
+    if lost:
+        raise IdentificationError(
+            _("The recording does not tell what {lost} are. Fit fewer, or record more motion.").format(
+                lost=", ".join(lost)
+            )
+        )
+    inverse = np.linalg.inv(found.jacobian.T @ found.jacobian)
+    white = _SMALLEST_INFLATION**2 * np.diag(inverse) * (found.residual @ found.residual)
+    white /= found.residual.size - found.values.size
+    windows, clusters = _between_windows(problem, found, inverse)
+    variance = np.maximum(windows, white)
+    reaches = within = student(clusters) * np.sqrt(variance)
+    if len(problem.records) > 1:
+        recordings = _between_recordings(problem, found)
+        variance = np.maximum(variance, recordings)
+        reaches = np.maximum(reaches, student(len(problem.records)) * np.sqrt(recordings))
+    return Sureness(
+        errors=np.sqrt(variance) * problem.units,
+        reaches=reaches * problem.units,
+        within=within * problem.units,
+        correlation=inverse / np.sqrt(np.outer(np.diag(inverse), np.diag(inverse))),
+    )
+
+
+def _between_windows(problem: Problem, found: Found, inverse: NDArray[Any]) -> tuple[Vector, int]:
+    """Variances of the unknowns with windows as clusters, and how many windows there are."""
+    windows = problem.windows()
+    sums = np.zeros((windows.max() + 1, found.values.size))
+    np.add.at(sums, windows, found.jacobian * found.residual[:, None])
+    clusters = np.unique(windows).size
+    robust = inverse @ (sums.T @ sums) @ inverse * clusters / (clusters - 1)
+    return np.asarray(np.diag(robust)), clusters
+
+
+def _between_recordings(problem: Problem, found: Found) -> Vector:
+    """Variances of the unknowns by the jackknife over recordings; 0 for what is one recording's own."""
+    common = np.array([one.of is None for one in problem.unknowns])
+    variance = np.zeros(common.size)
+    parts = [_without_own(problem, found, common, place) for place in range(len(problem.records))]
+    whole = sum((information for information, _score in parts), np.zeros((common.sum(),) * 2))
+    moved = np.array([np.linalg.lstsq(whole - information, score, rcond=None)[0] for information, score in parts])
+    count = len(parts)
+    variance[common] = (count - 1) / count * ((moved - moved.mean(axis=0)) ** 2).sum(axis=0)
+    return variance
+
+
+def _without_own(
+    problem: Problem, found: Found, common: NDArray[np.bool_], place: int
+) -> tuple[NDArray[np.float64], Vector]:
+    """What one recording says of the common unknowns, whatever its own are: its information, and its score."""
+    rows = problem.rows[place]
+    own = np.array([one.of == place for one in problem.unknowns])
+    ours, residual = found.jacobian[rows][:, common], found.residual[rows]
+    basis = np.linalg.qr(found.jacobian[rows][:, own])[0]
+    free = ours - basis @ (basis.T @ ours)
+    return free.T @ free, free.T @ residual
+
+
+def student(samples: int) -> float:
+    """Half width of the interval in standard errors."""
+    from scipy.stats import t
+
+    return float(t.ppf((1 + CONFIDENCE) / 2, samples - 1))
