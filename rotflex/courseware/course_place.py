@@ -1,7 +1,7 @@
 """Which folder ``rotflex lab`` works in: the one that is named, the course around it, or the one of last time.
 
 A course's folder is told by its ``course.json``, or by most of the course's notebooks. The folder of last time stands
-in a small file among the user's settings; which student works in a folder, in the folder's own ``course.json``.
+in a small file beside Jupyter's settings; which student works in a folder, in the folder's own ``course.json``.
 """
 
 from __future__ import annotations
@@ -96,6 +96,6 @@ def _settings() -> Path:
     named = os.environ.get(SETTINGS)
     if named:
         return Path(named)
-    import platformdirs
+    from jupyter_core.paths import jupyter_config_dir
 
-    return platformdirs.user_config_path("rotflex", appauthor=False)
+    return Path(jupyter_config_dir(), "rotflex")

@@ -75,6 +75,8 @@ def test_settings_that_cannot_be_read_or_written_stop_nobody(settings, content):
     assert course_place.remembered() is None
 
 
-def test_settings_are_where_the_system_has_them(monkeypatch):
+def test_settings_are_beside_jupyters(tmp_path, monkeypatch):
     monkeypatch.delenv(course_place.SETTINGS)
-    assert course_place._settings().name == "rotflex" and course_place._settings().is_absolute()
+    monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
+    course_place.remember(tmp_path)
+    assert (tmp_path / "jupyter" / "rotflex" / "lab.json").exists() and course_place.remembered() == tmp_path
