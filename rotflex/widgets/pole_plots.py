@@ -24,6 +24,7 @@ PAIR, PARTNER, P3, P4 = "pair", "partner", "p3", "p4"  #: handles
 PLANE = (-82.0, 12.0), (-42.0, 42.0)  #: rad/s: all places that a pole may be dragged to
 BAND = tuple(AMPLITUDE / DEG * (1 + side * SETTLING_BAND) for side in (-1, 1))  #: deg, about the final angle
 GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
+_NAMED_ZETA = (0.2, 0.6, 0.8)  # with all four, their names would touch
 GRID_OMEGA = (10, 20, 30, 40)  #: rad/s
 SHOWN = 1.0  #: s after the step
 _STEP = 0.5  # rad/s, of one press of a key
@@ -47,8 +48,8 @@ def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> 
         tip = 90 * np.array([-zeta, math.sqrt(1 - zeta**2)])
         panel.line([tip[0], 0, tip[0]], [tip[1], 0, -tip[1]], "grid")
         along = 36.0 / max(math.sqrt(1 - zeta**2), 0.75)
-        word = "ζ " if zeta == GRID_ZETA[-1] else ""
-        panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"{word}{zeta:g}")
+        if zeta in _NAMED_ZETA:
+            panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"ζ {zeta:g}")
     panel.level(0.0, "axis", axis="x")
     marks(panel, np.linalg.eigvals(a), "ghost", "circle", "open loop")
     _handles(panel, wanted)

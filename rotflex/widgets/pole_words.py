@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from rotflex.courseware.scene.scene import Readout, Row
+from rotflex.specifications import LIMITS
 from rotflex.units import DEG
 from rotflex.widgets.cloud import COUNT, Cloud
 from rotflex.widgets.margins import Margins
 from rotflex.widgets.placement import Design, described
+from rotflex.widgets.runaway import BORDER, LONGEST, STEP, Runaway
 
 _NAMES = ("settling time", "overshoot", "deflection", "voltage")
 _UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
@@ -27,11 +30,22 @@ def verdicts(found: Design) -> Readout:
         mark, words = _MARKS[finding.met]
         rows.append(Row(name, (shown, f"≤ {finding.specification.limit / scale:g} {unit}"), mark, words))
     if found.runaway is not None:
-        where, what, end = (sentence.replace(": ", ":\n", 1) for sentence in found.runaway.sentences)
-        rows = [Row("", (where,), "missed", "not met"), Row("", (what,)), Row("", (end,))]
+        rows = _of_a_runaway(found.runaway)
     elif not found.findings:
         rows = [Row("no response", (found.trouble.split(":")[0],), "missed", "not met")]
     return Readout("Specifications", rows)
+
+
+def _of_a_runaway(found: Runaway) -> list[Row]:
+    """As many rows as there are specifications, so that nothing moves when a pole crosses the border."""
+    grows = f"twice as large every {found.doubled:.2g} s" if found.growth > BORDER else "for ever"
+    end = [Row("limit of the bench", (f"not within {LONGEST:g} s",)), Row("", ())]
+    if found.stopped is not None:
+        reached = f"{found.limit / DEG:.0f} deg of {found.what} after {found.stopped:.2f} s"
+        end = [Row(f"step of {STEP / DEG:.0f} deg", (reached,)), Row("then", ("stopped by the safety, 0 V",))]
+    where = f"at {number(round(found.growth, 3) + 0.0)} rad/s"
+    words = "unstable" if found.growth > BORDER else "on the border"
+    return [Row("rightmost pole", (where,), "missed", words), Row("swings", (grows,)), *end]
 
 
 def gain(found: Design, other: Design | None) -> Readout:
@@ -85,6 +99,14 @@ def cloud_rows(found: Cloud) -> Readout:
             Row("stiffnesses tried", (f"{COUNT}",)),
             Row("all four met on", (f"{100 * found.share:.0f} %",)),
         ],
+    )
+
+
+def weight_rows(weights: Mapping[str, float]) -> Readout:
+    """What the regulator's weights say."""
+    return Readout(
+        f"LQR: as bad as {LIMITS['max_vm']:g} V",
+        [Row("θ + α of", (f"{weights['error']:g} deg",)), Row("α of", (f"{weights['deflection']:g} deg",))],
     )
 
 

@@ -14,7 +14,7 @@ from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import save
 from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Scene, Slider
 from rotflex.errors import DesignError
-from rotflex.specifications import AMPLITUDE, LIMITS
+from rotflex.specifications import AMPLITUDE
 from rotflex.widgets import pole_plots, pole_words
 from rotflex.widgets.cloud import Cloud, cloud, spread_of
 from rotflex.widgets.dragging import OMEGA, REAL, ZETA, dragged, within
@@ -196,14 +196,8 @@ class PoleExplorer(Explorer):
         if self.beside == "lqr":
             rows.append(
                 [
-                    Slider(
-                        "error",
-                        f"as bad as {LIMITS['max_vm']:g} V: θ + α off by",
-                        "deg",
-                        *_WEIGHTS["error"],
-                        self.weights["error"],
-                    ),
-                    Slider("deflection", "and α of", "deg", *_WEIGHTS["deflection"], self.weights["deflection"]),
+                    Slider("error", "LQR: θ + α of", "deg", *_WEIGHTS["error"], self.weights["error"]),
+                    Slider("deflection", "LQR: α of", "deg", *_WEIGHTS["deflection"], self.weights["deflection"]),
                 ]
             )
         keep = f"Store K as answer {self._question}; marks come from the code in that question's cell"
@@ -226,6 +220,8 @@ class PoleExplorer(Explorer):
         more = []
         if self.beside == "margins":
             more.append(pole_words.margin_rows(margin))
+        if other is not None:
+            more.append(pole_words.weight_rows(self.weights))
         if scattered is not None:
             more.append(pole_words.cloud_rows(scattered))
         found = self.design

@@ -32,13 +32,20 @@ class Runaway:
     growth : rad/s, the largest real part of its poles
     recording : theta_ref, theta, alpha (rad) and vm (V), until some time after the stop
     stopped : s after the step, when a limit of the bench was reached; None if none was
-    limit : which, in words
+    what : the angle that reached it, or ""
+    limit : rad
     """
 
     growth: float
     recording: Recording
     stopped: float | None
-    limit: str
+    what: str
+    limit: float
+
+    @property
+    def doubled(self) -> float:
+        """s, in which what swings becomes twice as large."""
+        return math.log(2) / self.growth if self.growth > BORDER else math.inf
 
     @property
     def sentences(self) -> tuple[str, str, str]:
@@ -49,10 +56,9 @@ class Runaway:
                 "What swings there does not die away.",
                 self._end,
             )
-        doubled = math.log(2) / self.growth
         return (
             f"The closed loop is unstable: a pole lies right of the imaginary axis, at +{self.growth:.2g} rad/s.",
-            f"What swings grows: twice as large every {doubled:.2g} s.",
+            f"What swings grows: twice as large every {self.doubled:.2g} s.",
             self._end,
         )
 
@@ -61,7 +67,8 @@ class Runaway:
         if self.stopped is None:
             return f"A step of {STEP / DEG:.0f} deg: no limit of the bench is reached within {LONGEST:g} s."
         return (
-            f"A step of {STEP / DEG:.0f} deg: after {self.stopped:.2f} s {self.limit}, and the safety stops it at 0 V."
+            f"A step of {STEP / DEG:.0f} deg: after {self.stopped:.2f} s the {self.what} is at its limit of "
+            f"{self.limit / DEG:.0f} deg, and the safety stops it at 0 V."
         )
 
 
@@ -75,21 +82,17 @@ def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
     growth : rad/s, the largest real part of the loop's poles
     """
     driven, free = _transition(a - b @ applied, b * applied[0, 0]), _transition(a, 0 * b)
-    limits = Limits()
+    what, limit = "", 0.0
     samples: list[tuple[float, float, float, float]] = []
-    state, stopped, why = np.array([-STEP / 2, 0.0, 0.0, 0.0, 0.0]), None, ""
+    state, stopped = np.array([-STEP / 2, 0.0, 0.0, 0.0, 0.0]), None
     for number in range(round((LEAD + LONGEST) / SAMPLE_TIME) + 1):
         t = number * SAMPLE_TIME - LEAD
         command = STEP / 2 * min(max(RATE * (t + SAMPLE_TIME), 0.0) - 1, 1.0)
         state[4] = command
         theta, alpha = float(state[0]), float(state[1])
-        if stopped is None and (abs(theta) > limits.theta or abs(alpha) > limits.alpha):
-            stopped = t
-            why = (
-                _reached("the servo angle", limits.theta)
-                if abs(theta) > limits.theta
-                else _reached("the deflection", limits.alpha)
-            )
+        if stopped is None:
+            what, limit = _reached(theta, alpha)
+            stopped = t if what else None
         volts = float(applied[0, 0] * command - applied[0] @ state[:4]) if stopped is None else 0.0
         samples.append((command, theta, alpha, volts))
         if stopped is not None and t >= stopped + _AFTER:
@@ -99,7 +102,7 @@ def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
     time = np.arange(len(samples)) * SAMPLE_TIME - LEAD
     about = {"source": "simulation", "experiment": "runaway"}
     recording = Recording.of(time, about, theta_ref=command_, theta=theta_, alpha=alpha_, vm=vm)
-    return Runaway(growth, recording, stopped, why)
+    return Runaway(growth, recording, stopped, what, limit)
 
 
 def _transition(a: Vector, input_: Vector) -> Vector:
@@ -110,5 +113,9 @@ def _transition(a: Vector, input_: Vector) -> Vector:
     return found
 
 
-def _reached(what: str, limit: float) -> str:
-    return f"{what} is at its limit of {limit / DEG:.0f} deg"
+def _reached(theta: float, alpha: float) -> tuple[str, float]:
+    """What is beyond its limit on a bench, and that limit (rad)."""
+    limits = Limits()
+    if abs(theta) > limits.theta:
+        return "servo angle", limits.theta
+    return ("deflection", limits.alpha) if abs(alpha) > limits.alpha else ("", 0.0)

@@ -72,6 +72,17 @@ def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):
     assert page.locator(".stage").bounding_box()["height"] >= LEAST_PLOTS
     if name == "poles":
         page.mouse.up()
+        settled(page)
+        height = page.locator(".stage").bounding_box()["height"]
+        page.mouse.move(*middle(page, "pair"))
+        page.mouse.down()
+        page.mouse.move(1000, y, steps=4)  # far over the border of stability, and the plot's edge
+        settled(page)
+        page.mouse.up()
+        settled(page)
+        assert "stopped by the safety" in page.locator("table.readout").first.inner_text()
+        assert outside(page, CHANGES[name]) == []
+        assert page.locator(".stage").bounding_box()["height"] == height
 
 
 ELEMENTS = ('button[data-name="reset"]', ".handle", '[data-name="zeta"]', '[data-name="zeta-number"]')

@@ -81,9 +81,10 @@ def test_a_pole_dragged_out_of_the_plane_stays_in_range(model):
 def test_an_unstable_design_is_shown_running_away_and_said_in_words(model, lab):
     explorer = PoleExplorer(*model, lab=lab)
     explorer.receive({"kind": "moved", "name": "pair", "x": 2.0, "y": 16.0})
-    said = [row["values"][0] for row in readout(explorer, "Specifications")["rows"]]
-    assert "unstable" in said[0] and "grows" in said[1] and "safety stops it" in said[2]
-    assert [row["mark"] for row in readout(explorer, "Specifications")["rows"]] == ["missed", "", ""]
+    where, swings, reached, then = readout(explorer, "Specifications")["rows"]  # as many as there are specifications
+    assert (where["mark"], where["words"], where["values"]) == ("missed", "unstable", ["at 2 rad/s"])
+    assert "twice as large every 0.35 s" in swings["values"][0] and "30 deg of deflection after" in reached["values"][0]
+    assert then["values"] == ["stopped by the safety, 0 V"]
     theta = explorer.scene["columns"][1]["panels"][0]
     assert "stopped by the safety" in [item["label"] for item in theta["items"] if "label" in item]
     offset, count = explorer.scene["play"]["signals"]["alpha"]
@@ -94,6 +95,14 @@ def test_an_unstable_design_is_shown_running_away_and_said_in_words(model, lab):
     assert len(explorer._repr_mimebundle_()[0]["image/png"]) > 5_000
     press(explorer, "keep")
     assert "nothing can be recorded with it" in notice(explorer)["text"]
+
+
+def test_a_pole_on_the_border_is_said_to_swing_for_ever(model):
+    explorer = PoleExplorer(*model)
+    change(explorer, "zeta", 0.0)
+    where, swings, reached, _ = readout(explorer, "Specifications")["rows"]
+    assert (where["words"], where["values"]) == ("on the border", ["at 0 rad/s"])
+    assert swings["values"] == ["for ever"] and "not within" in reached["values"][0]
 
 
 def test_the_arm_goes_through_the_response_that_is_shown(model):
@@ -196,6 +205,7 @@ def test_the_regulators_weights_are_a_handle_of_their_own_and_change_nothing_of_
     assert readout(explorer, "Gain K")["head"] == ["", "placed", "LQR", ""]
     expected = lqr(*model, 20.0, 25.0).ravel()
     assert [float(row["values"][1].replace("−", "-")) for row in rows] == pytest.approx(expected, rel=1e-3)
+    assert [row["values"] for row in readout(explorer, "LQR: as bad as 10 V")["rows"]] == [["20 deg"], ["25 deg"]]
     assert explorer.design is first
     press(explorer, "keep")
     assert lab.value("3.8", "K") == pytest.approx(first.K)
