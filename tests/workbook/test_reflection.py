@@ -108,6 +108,13 @@ def test_what_is_asked_names_numbers_of_the_students_own(usual, tmp_path, change
     assert re.search(told, " ".join(texts(asked_with(usual, tmp_path, changes), question)))
 
 
+def test_what_rounding_leaves_in_the_column_of_w_that_is_carried_to_zero_is_not_asked_about(usual, tmp_path):
+    """Found on the bench "measure-22", whose student rounded each step to four digits."""
+    lost = np.array([[0.0], [1], [1], [-1]]) * [1e-4, 0, 0, 0]
+    said = asked_with(usual, tmp_path, {("3.7", "W"): lambda W, own: W + np.abs(W).max() * lost})
+    assert not texts(said, "2.14")
+
+
 def test_a_recording_of_a_practice_bench_is_asked_about(usual, tmp_path):
     with lab_of(STUDENT).practice().bench() as bench:
         practised = experiments.sweep(bench, progress=False)

@@ -23,7 +23,7 @@ from rotflex.workbook.reflection.numbers import (
 _AXIS = 1e-3  # of the fastest pole: what is nearer to the imaginary axis is on it
 _PLACED = 0.1  # relative, of the coefficients: a gain of three digits, for a model of three digits
 _COLUMNS = 0.1  # of a column's length: products of several matrices of three digits
-_NOTHING = 1e-6  # of the largest: zero, but for rounding
+_ROUNDED = 0.01  # of the largest terms: a column of W that is carried to zero keeps what three digits have lost
 _ASKED = 0.03  # relative, of a damping ratio or frequency: two digits
 _GIVEN = ("2.14", "A"), ("2.14", "B")
 
@@ -178,8 +178,8 @@ def _transforms(W: Array, A: Array, B: Array) -> str:
     A_c = np.eye(4, k=1)
     A_c[3] = -np.poly(A).real[:0:-1]
     W = np.asarray(W, dtype=float)
-    rounding = _NOTHING * np.linalg.norm(A) * np.linalg.norm(W)  # a column is zero where a pole is
-    room = _COLUMNS * np.linalg.norm(np.abs(A) @ np.abs(W), axis=0) + rounding
+    lost = _ROUNDED * np.linalg.norm(A) * np.linalg.norm(W)
+    room = _COLUMNS * np.linalg.norm(np.abs(A) @ np.abs(W), axis=0) + lost
     if _same_columns(W[:, 3:], B) and np.all(np.linalg.norm(W @ A_c - A @ W, axis=0) <= room):
         return ""
     return _(
