@@ -64,6 +64,6 @@ def cloud(a: Vector, b: Vector, applied: Vector, spread: float) -> Cloud:
     factors = np.maximum(1 + spread * ndtri((np.arange(COUNT) + 0.5) / COUNT), 0.0)
     models = np.repeat(a[None], COUNT, axis=0)
     models[:, 2:, 1] *= factors[:, None]
-    poles = np.linalg.eigvals(models - b @ applied)
+    poles = np.asarray(np.linalg.eigvals(models - b @ applied), dtype=complex)
     met = excess_of(models, b, np.repeat(applied, COUNT, axis=0)) <= 0
     return Cloud(spread, factors, poles, float(met.mean()))

@@ -51,7 +51,7 @@ def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> 
         if zeta in _NAMED_ZETA:
             panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"ζ {zeta:g}")
     panel.level(0.0, "axis", axis="x")
-    marks(panel, np.linalg.eigvals(a), "ghost", "circle", "open loop")
+    marks(panel, np.asarray(np.linalg.eigvals(a), dtype=complex), "ghost", "circle", "open loop")
     _handles(panel, wanted)
     return panel
 

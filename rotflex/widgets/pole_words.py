@@ -51,7 +51,7 @@ def _of_a_runaway(found: Runaway) -> list[Row]:
 def gain(found: Design, other: Design | None) -> Readout:
     """The gain, beside the one that it is compared with."""
     names = ("k₁", "k₂", "k₃", "k₄")
-    values = [(number(value),) for value in found.K.ravel().tolist()]
+    values: list[tuple[str, ...]] = [(number(value),) for value in found.K.ravel().tolist()]
     head: tuple[str, ...] = ()
     if other is not None:
         values = [(*one, number(value)) for one, value in zip(values, other.K.ravel().tolist(), strict=True)]
