@@ -108,11 +108,11 @@ class View {
   }
 
   unanswered() {
-    this.say({ kind: "error", text: "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this cell again." });
     this.open = false;
     this.host.setAttribute("aria-busy", "false");
     this.forget();
     this.handles.letGo();
+    this.say({ kind: "error", text: "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this cell again." });
   }
 
   answered(n) {
