@@ -27,6 +27,7 @@ COUNTED = 20  # below, a whole number is what it is
 
 #: Module and name → about what it has to be, and why.
 BOUNDS: dict[str, tuple[float, str]] = {
+    "courseware.predictions:LONGEST": (1000, "characters: a sentence, and a few more"),
     # --- what students' work may be like ---
     "courseware.answers:MAX_BYTES": (1 * MB, "as the guide says; what it holds is bounded in tests/test_lab.py"),
     "courseware.forms:MAX_BYTES": (120 * KB, "a recording's summary of 400 points in each of a dozen channels"),
@@ -215,6 +216,8 @@ NO_BOUNDS = {
     "instructor.running.intake.stores:_UTF8_NAME": "a flag of the zip format",
     "instructor.running.runner:_GIB": "a unit",
     "hil.bench:_FOREVER": "the maker's word for no end; tests/hil/test_bench_values.py",
+    "hil.replay": "how alike runs are; tests/hil/test_replay.py",
+    "instructor.course_check.times": "how long a notebook takes; tests/instructor/test_reading_time.py",
     "hil.controllers:DERIVATIVE_CUTOFF": "tests/hil/test_controllers.py",
     "hil.terminals": "how finely time is cut; tests/hil/test_terminals.py",
     "hil.virtual": "channels, as they are wired; tests/hil/test_virtual.py",

@@ -452,6 +452,7 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
         "term": "",
         "draw": DRAW,
         "bench": {"which": "own"},
+        "reflect": "on",
         "release": kept.stem,
     }
 

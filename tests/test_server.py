@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 from jupyter_server.services.kernels.connection.base import BaseKernelWebsocketConnection
 
-from rotflex import cli
+from rotflex.courseware import jupyterlab
 from rotflex.server import PromptConnection
 
 
@@ -28,8 +28,8 @@ def test_messages_are_not_gathered(monkeypatch):
 
 def test_the_command_names_a_class_that_the_server_takes(tmp_path, monkeypatch):
     commands = []
-    monkeypatch.setattr(cli.subprocess, "Popen", lambda command, **_: commands.append(command) or Ended())
-    cli.open_jupyterlab(tmp_path, ["--port=1"])
+    monkeypatch.setattr(jupyterlab.subprocess, "Popen", lambda command, **_: commands.append(command) or Ended())
+    jupyterlab.open_jupyterlab(tmp_path, ["--port=1"])
     (option,) = [one for one in commands[0] if "connection_class" in one]
     module, _, name = option.partition("=")[2].rpartition(".")
     found = getattr(importlib.import_module(module), name)

@@ -19,6 +19,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 STUDENT, RELEASE = "student", "release"
+REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
 NOBODY = "demo"  #: the student of whoever gives no name
 #: In the students' package, where an installed one has the notebooks and the course file as they were released.
 RELEASED = Path("_course", "notebooks")

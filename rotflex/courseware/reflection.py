@@ -14,12 +14,10 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware.catalogue import Catalogue, enumeration
+from rotflex.courseware.course_file import OFF, ON, REFLECT
 from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, ConfigurationError, RotflexError
-
-SETTING = "reflect"  #: in course.json
-ON, OFF = "on", "off"
 
 Where = tuple[str, str]  # question, part
 
@@ -173,7 +171,7 @@ def silence(course: Mapping[str, Any], now: datetime) -> str:
     ConfigurationError
         If the setting is none.
     """
-    said = course.get(SETTING, ON)
+    said = course.get(REFLECT, ON)
     if said == ON:
         return ""
     if said == OFF:
@@ -193,7 +191,7 @@ def _instant(said: Any) -> datetime:
     except (TypeError, ValueError):
         raise ConfigurationError(
             _('course.json: "{name}" should be "on", "off" or a date as "2026-12-01"; it is {said!r:.80}.').format(
-                name=SETTING, said=said
+                name=REFLECT, said=said
             )
         ) from None
     return opens if opens.tzinfo else opens.astimezone()

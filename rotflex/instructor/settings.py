@@ -10,7 +10,7 @@ from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import reflection
+from rotflex.courseware import course_file
 from rotflex.courseware.benches import MOST_SEED, OWN, PRESET, SAME, THEIR_OWN, WHICH, BenchPolicy, is_seed
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
@@ -55,8 +55,8 @@ class ReflectSettings:
     def plain(self) -> str:
         """What stands under "reflect" in ``course.json``."""
         if not self.asks:
-            return reflection.OFF
-        return reflection.ON if self.opens is None else self.opens.isoformat()
+            return course_file.OFF
+        return course_file.ON if self.opens is None else self.opens.isoformat()
 
 
 @dataclass(frozen=True)

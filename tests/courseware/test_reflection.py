@@ -6,8 +6,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from rotflex.courseware import reflection
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.course_file import REFLECT
 from rotflex.courseware.parts import Question, number
 from rotflex.courseware.reflection import Check, Reflection, of_notebooks, reflect, silence
 from rotflex.errors import AnswerError, ConfigurationError
@@ -96,4 +96,4 @@ def test_the_setting_of_the_course_says_whether_and_when(setting, told):
 @pytest.mark.parametrize("wrong", ["tomorrow", "", 3, None, ["on"], True])
 def test_a_setting_that_is_none_is_told(wrong):
     with pytest.raises(ConfigurationError, match='"reflect" should be "on", "off" or a date'):
-        silence({reflection.SETTING: wrong}, NOON)
+        silence({REFLECT: wrong}, NOON)

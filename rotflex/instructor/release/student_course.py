@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, files, reflection
+from rotflex.courseware import course_file, files
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
@@ -221,7 +221,7 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         "term": settings.term,
         "draw": settings.bench.draw,
         "bench": settings.bench.plain(),
-        reflection.SETTING: settings.reflect.plain(),
+        course_file.REFLECT: settings.reflect.plain(),
     }
     name = identity.name_of(identity.contents(folder), about, settings.term or course.name)
     return {**about, course_file.RELEASE: name}

@@ -8,7 +8,7 @@ import importlib
 import numpy as np
 import pytest
 
-from rotflex import cli
+from rotflex.courseware import jupyterlab
 from rotflex.courseware.pictures import new_picture, style
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_explorers import VIEW, with_pictures
@@ -95,5 +95,5 @@ def test_what_is_no_notebook_is_left_alone(model):
 
 
 def test_the_server_is_told_of_it_by_a_name_that_there_is():
-    module, _, name = cli._SAVED.rpartition(".")
+    module, _, name = jupyterlab._SAVED.rpartition(".")
     assert getattr(importlib.import_module(module), name) is with_pictures
