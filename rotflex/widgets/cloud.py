@@ -10,11 +10,14 @@ from scipy.special import ndtri
 
 from rotflex.errors import DesignError
 from rotflex.specifications import SAMPLE_TIME
+from rotflex.units import HZ
 from rotflex.widgets.region import excess_of
 
 Vector = NDArray[np.float64]
 
 BIN = 1 / (8192 * SAMPLE_TIME)  #: Hz, of the notebooks' spectrum: the sweep, filled up with zeros to 8192 samples
+#: Limits, relative, as ``04_modeling_results`` has them: of the peak, as the servo's loop gives way; of the inertia.
+LOOP, INERTIA = 0.03, 0.01
 COUNT = 41  #: stiffnesses that are tried
 
 
@@ -36,10 +39,11 @@ class Cloud:
     share: float
 
 
-def spread_of(a: Vector, resolution: float = BIN) -> float:
-    """The relative standard uncertainty of K_s, if the link's natural frequency is known to one bin (Hz).
+def spread_of(a: Vector) -> float:
+    """The relative standard uncertainty of K_s = J_l·omega_n², as the notebooks work it out.
 
-    K_s goes with the frequency's square, so that it is twice the frequency's.
+    Of what may lie anywhere within a limit, it is the limit over √3; omega_n counts twice. Limits: half a bin of the
+    spectrum, the loop, the inertia.
 
     Raises
     ------
@@ -49,7 +53,8 @@ def spread_of(a: Vector, resolution: float = BIN) -> float:
     squared = -a[3, 1] - a[2, 1]  # K_s / J_l
     if not squared > 0:
         raise DesignError("The model has no spring between servo and link: look at the second column of A.")
-    return float(2 * resolution * 2 * np.pi / np.sqrt(squared))
+    half_a_bin = BIN / 2 * HZ / np.sqrt(squared)
+    return float(np.hypot(INERTIA, 2 * np.hypot(half_a_bin, LOOP)) / np.sqrt(3))
 
 
 def cloud(a: Vector, b: Vector, applied: Vector, spread: float) -> Cloud:

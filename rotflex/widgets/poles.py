@@ -45,7 +45,7 @@ class PoleExplorer(Explorer):
     lab : the student's session; "Keep this design" stores the gain there
     question, part : the answer that it is stored as
     start : the poles to begin with, and to go back to
-    spread : relative standard uncertainty of K_s; that of one bin of the sweep's spectrum unless given
+    spread : relative standard uncertainty of K_s; as ``04_modeling_results`` works it out unless given
 
     Raises
     ------

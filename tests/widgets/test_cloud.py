@@ -27,12 +27,13 @@ A, B = model(K_S)
 K = design(A, B, Dominant().poles).K
 
 
-def test_the_uncertainty_of_the_stiffness_is_that_of_one_bin():
+def test_the_uncertainty_of_the_stiffness_is_that_of_notebook_04():
+    """By drawing: each within its limits, all equally likely."""
+    draw = np.random.default_rng(3)
     f = np.sqrt(K_S / ARM.J_l) / (2 * np.pi)
     assert round(BIN, 3) == 0.061  # as the notebooks say
-    higher = ((f + BIN) / f) ** 2 - 1
-    assert spread_of(A) == pytest.approx(higher, rel=0.02)
-    assert spread_of(A, 0.1) == pytest.approx(spread_of(A) * 0.1 / BIN)
+    read, loop, inertia = (1 + draw.uniform(-w, w, 200_000) for w in (0.061 / 2 / f, 0.03, 0.01))
+    assert spread_of(A) == pytest.approx(np.std(inertia * (read * loop) ** 2), rel=0.02)
 
 
 def test_the_cloud_is_the_poles_on_models_of_other_stiffnesses():
