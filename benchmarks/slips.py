@@ -14,13 +14,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "helpers")]
 
-from single_slip_marks import marks_with  # noqa: E402
+from single_slip_marks import answers_with, lost_by  # noqa: E402
 from single_slips import SLIPS, Slip  # noqa: E402
 
 
 def line(slip: Slip) -> tuple[float, str]:
     """What a slip costs, and its row."""
-    lost = marks_with(slip)
+    lost = lost_by(answers_with(slip))
     own, told = lost.get(slip.where, (0.0, "nothing: it earned all of its points"))
     total = sum(points for points, _told in lost.values())
     whys = dict.fromkeys(why for at, (_points, why) in slip.besides.items() if at in lost)

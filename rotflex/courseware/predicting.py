@@ -120,9 +120,12 @@ def observed(
     said = {one.part.name: words for one, _value, words in shown(foretold, book.predicted(question))}
     lines = []
     for one in foretold:
-        predicted = said.get(one.part.name, _("{name}: nothing").format(name=one.part.name))
         seen = beside(one, find)
-        lines.append(_("{question}  You predicted {predicted}.").format(question=question, predicted=predicted))
+        if one.part.name in said:
+            predicted = said[one.part.name]
+            lines.append(_("{question}  You predicted {predicted}.").format(question=question, predicted=predicted))
+        else:
+            lines.append(_("{question}  You predicted nothing here.").format(question=question))
         if seen:
             lines.append(_("      Recorded: {seen}.").format(seen=seen))
             lines.append(f"      {one.ask}")

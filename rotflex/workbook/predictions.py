@@ -74,7 +74,7 @@ PREDICTIONS = {
             ),
             (("2.15", "validation"),),
             _turns_farther,
-            "What does the one have that the other lacks, in one sentence?",
+            "What does the bench have that the model lacks, and does it show, in one sentence?",
         ),
     ),
     "3.13": (

@@ -11,7 +11,7 @@ from typing import Any
 
 import rotflex.lab
 from rotflex.courseware import answers, forms
-from rotflex.courseware.reflection import Reflection, reflect
+from rotflex.courseware.reflection import reflect
 from rotflex.errors import AnswerError
 from rotflex.workbook.questions import CATALOGUE
 
@@ -23,8 +23,11 @@ def lab_of(student: str) -> rotflex.lab.Lab:
         return rotflex.lab.start(student, folder=Path(tempfile.gettempdir(), "no such folder"), quiet=True)
 
 
-def asked_of(student: str, data: bytes) -> Reflection:
-    """What the answers in a file ask each other."""
+NOTHING = ((), (), ())
+
+
+def asked_of(student: str, data: bytes) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+    """What the answers in a file ask each other, what is missing for that, and what could not be read."""
     given = answers.parse(data)["answers"]
 
     def find(question: str, part: str) -> Any:
@@ -33,4 +36,5 @@ def asked_of(student: str, data: bytes) -> Reflection:
             raise AnswerError("there is none")
         return forms.decode(CATALOGUE.find(question).part(part), content)
 
-    return reflect(lab_of(student).checks(), find)
+    found = reflect(lab_of(student).checks(), find)
+    return found.asked, found.missing, found.unclear

@@ -43,10 +43,10 @@ def answers_with(slip: Slip | None) -> bytes:
         return lab.book.path.read_bytes()
 
 
-def marks_with(slip: Slip | None) -> Lost:
-    """What is lost, of the parts that are marked automatically."""
+def lost_by(data: bytes) -> Lost:
+    """What a file of answers loses, of the parts that are marked automatically."""
     seed = student_seed(STUDENT)
-    claims = decode(answers_with(slip), seed, OURS.catalogue)
+    claims = decode(data, seed, OURS.catalogue)
     marks = {(one.question, one.part): one for one in mark(OURS, claims, _bench(), seed)}
     return {
         where: (one.out_of - one.points, f"{one.status.value}: {one.reason}")

@@ -1,4 +1,7 @@
-"""Right answers in many ways (``right_ways.py``): each has its full marks on several benches, and changes no other."""
+"""Right answers in many ways (``right_ways.py``): each has its full marks on several benches, and changes no other.
+
+And ``lab.reflect()`` asks nothing of any.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from made_courses import OURS
+from reflections import NOTHING, asked_of
 from right_ways import TOLD, WAYS, rewritten, worked
 from working_through import FULL
 
@@ -67,6 +71,7 @@ def test_there_are_many_ways_and_each_is_named_once():
 @pytest.mark.parametrize("student", STUDENTS)
 def test_the_usual_way_has_full_marks(usual, student):
     assert lost(usual(student)[2]) == {}
+    assert asked_of(student, usual(student)[1]) == NOTHING
 
 
 @of_each([way for way in WAYS if way.written])
@@ -78,6 +83,7 @@ def test_another_way_of_writing_has_full_marks_and_changes_nothing_else(usual, t
     marks = marked(changed, student, bench)
     assert lost(marks) == {}
     assert {where: marks[where].status for where in FULL} == {where: before[where].status for where in FULL}
+    assert asked_of(student, changed) == NOTHING
 
 
 @of_each([way for way in WAYS if way.carried])
@@ -86,6 +92,7 @@ def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path
         (tmp_path / student).mkdir()
         _own, data = worked(student, tmp_path / student, way)
         assert lost(marked(data, student, usual(student)[3])) == {}
+        assert asked_of(student, data) == NOTHING
 
 
 @pytest.mark.parametrize(("where", "what"), TOLD)

@@ -1,12 +1,16 @@
-"""What a single slip costs: its own points, and what a person would take off, too; and whether it is told."""
+"""What a single slip costs: its own points, and what a person would take off, too; and whether it is told.
+
+And whether ``lab.reflect()`` asks about it, before it costs anything.
+"""
 
 from __future__ import annotations
 
 import re
 
 import pytest
-from single_slip_marks import marks_with
-from single_slips import SLIPS
+from reflections import asked_of
+from single_slip_marks import answers_with, lost_by
+from single_slips import SLIPS, STUDENT
 from working_through import FULL
 
 MOST = 4  #: automatic points that a slip may cost
@@ -23,12 +27,13 @@ def test_there_are_enough_of_them_and_each_is_another():
 
 
 def test_without_a_slip_nothing_is_lost():
-    assert marks_with(None) == {}
+    assert lost_by(answers_with(None)) == {}
 
 
 @pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip.name)
-def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off(slip):
-    lost = marks_with(slip)
+def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off_and_is_asked_about(slip):
+    data = answers_with(slip)
+    lost = lost_by(data)
     expected = {
         slip.where: slip.costs * FULL[slip.where],
         **{at: points for at, (points, _why) in slip.besides.items()},
@@ -36,3 +41,6 @@ def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off(slip):
     assert {at: round(points, 2) for at, (points, _told) in lost.items()} == expected, lost
     assert (sum(expected.values()) <= MOST) == (slip.name not in BEYOND)
     assert re.search(slip.told, lost[slip.where][1]), lost[slip.where][1]
+    asked, _missing, unclear = asked_of(STUDENT, data)
+    assert asked
+    assert not unclear

@@ -178,13 +178,15 @@ def _affine(f: Callable[[Point], float], point: Point) -> Array:
 
 
 def _follows(coordinate: str) -> Callable[[Any, Any], str]:
+    """Asks where an equation is no combination of the two that the own L gives: either may be put into the other."""
+
     def ask(equation: Any, L: Any) -> str:
         left = _residual(equation)
         for point in _points(_NAMES):
             given = _affine(lambda p: value_at(left, p), point)
-            wanted = _affine(lambda p: _euler_lagrange(L, coordinate, p), point)
-            sizes = np.linalg.norm(given) * np.linalg.norm(wanted)
-            if np.linalg.norm(np.cross(given, wanted)) > _AGREES * sizes:
+            wanted = np.transpose([_affine(lambda p, q=q: _euler_lagrange(L, q, p), point) for q in ("theta", "alpha")])
+            parts = np.linalg.lstsq(wanted, given)[0]
+            if np.linalg.norm(wanted @ parts - given) > _AGREES * np.linalg.norm(given):
                 return _(
                     "Friction and torque set aside, this equation does not follow from your own L (2.3). Differentiate "
                     "your L once more with respect to {coordinate}_dot, then time, and with respect to {coordinate}: "
@@ -196,11 +198,15 @@ def _follows(coordinate: str) -> Callable[[Any, Any], str]:
 
 
 def _carried_along(equation: Any) -> str:
-    """Whether an arm that is carried round evenly, unbent, needs nothing."""
+    """Whether an arm that is carried round evenly, unbent, needs nothing but the torque that holds the servo's speed.
+
+    (Which stands in the equation where the servo's was put into it.)
+    """
     left = _residual(equation)
     for point in _points(_NAMES):
-        turning = {**point, **dict.fromkeys(("alpha", "alpha_dot", "theta_ddot", "alpha_ddot", "tau"), 0.0)}
-        if not _close(value_at(left, turning), 0.0):
+        turning = {**point, **dict.fromkeys(("alpha", "alpha_dot", "theta_ddot", "alpha_ddot"), 0.0)}
+        turning["tau"] = point["B_eq"] * point["theta_dot"]
+        if not _close(value_at(left, turning), 0.0, point["theta_dot"]):
             return _(
                 "Let the servo turn evenly, with the arm unbent and at rest on it. Nothing is bent, moves against the "
                 "joint or is accelerated, and your equation still has a term. Which one, and with which rate?"

@@ -22,8 +22,10 @@ from rotflex.workbook.reflection.numbers import (
 
 _AXIS = 1e-3  # of the fastest pole: what is nearer to the imaginary axis is on it
 _PLACED = 0.1  # relative, of the coefficients: a gain of three digits, for a model of three digits
+_PRODUCTS = 0.02  # of a column's terms, whatever their signs: they may cancel, and three digits with them
 _COLUMNS = 0.1  # of a column's length: products of several matrices of three digits
 _ROUNDED = 0.01  # of the largest terms: a column of W that is carried to zero keeps what three digits have lost
+_INVERTED = 2.0  # times as much: T_c may have been rounded before it was inverted
 _ASKED = 0.03  # relative, of a damping ratio or frequency: two digits
 _GIVEN = ("2.14", "A"), ("2.14", "B")
 
@@ -141,18 +143,16 @@ def _companion_gain(K_c: Array, A_c: Array, B_c: Array, desired: Array) -> str:
 
 
 def _controllability(T: Array, A: Array, B: Array, number: str) -> str:
-    own = np.hstack([np.linalg.matrix_power(A, power) @ B for power in range(4)])
-    if _same_columns(T, own):
+    own, terms = (
+        np.hstack([np.linalg.matrix_power(a, power) @ b for power in range(4)])
+        for a, b in ((A, B), (np.abs(A), np.abs(B)))
+    )
+    if np.all(np.linalg.norm(np.asarray(T) - own, axis=0) <= _PRODUCTS * np.linalg.norm(terms, axis=0)):
         return ""
     return _(
         "It should be [B, A·B, A²·B, A³·B] of your own matrices (question {number}; for T with the motor voltage as "
         "input). Is it, column by column?"
     ).format(number=number)
-
-
-def _same_columns(one: Array, other: Array) -> bool:
-    lengths = np.linalg.norm(other, axis=0)
-    return bool(np.all(np.linalg.norm(np.asarray(one) - other, axis=0) <= _COLUMNS * np.maximum(lengths, 1e-9)))
 
 
 def _rank(rank: float, T: Array) -> str:
@@ -179,8 +179,9 @@ def _transforms(W: Array, A: Array, B: Array) -> str:
     A_c[3] = -np.poly(A).real[:0:-1]
     W = np.asarray(W, dtype=float)
     lost = _ROUNDED * np.linalg.norm(A) * np.linalg.norm(W)
-    room = _COLUMNS * np.linalg.norm(np.abs(A) @ np.abs(W), axis=0) + lost
-    if _same_columns(W[:, 3:], B) and np.all(np.linalg.norm(W @ A_c - A @ W, axis=0) <= room):
+    room = _INVERTED * (_COLUMNS * np.linalg.norm(np.abs(A) @ np.abs(W), axis=0) + lost)
+    last = np.linalg.norm(W[:, 3:] - B) <= _COLUMNS * np.linalg.norm(B)
+    if last and np.all(np.linalg.norm(W @ A_c - A @ W, axis=0) <= room):
         return ""
     return _(
         "With this W, inv(W)·A·W and inv(W)·B are not the companion form of your own model (2.14, motor voltage as "
