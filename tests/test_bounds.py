@@ -61,7 +61,10 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.kinds.values:LONGEST_PROSE": (5000, "two pages"),
     "courseware.kinds.values:_FEWEST_WORDS": (3, "words; one or two are no sentence"),
     "courseware.kinds.values:_SHORT": (30, "characters of two long words"),
-    "courseware.kinds.values:_LEAST_PERCENTAGE": (0.15, "an overshoot that is given as a fraction is below it"),
+    "courseware.kinds.values:_LEAST_PERCENTAGE": (
+        0.06,
+        "an overshoot of a few per cent as a fraction is below it, one count of an encoder is not",
+    ),
     "courseware.saved_words:MAX_BYTES": (100 * MB, "a notebook full of pictures"),
     "courseware.session:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
     "courseware.student_id:LONGEST": (80, "a name with all its names"),

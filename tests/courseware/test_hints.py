@@ -52,6 +52,12 @@ def test_the_gain_that_partial_state_feedback_leaves_draws_no_hint():
     assert encode(part("2.14", "C"), [[1, 0, 0, 0], [0, 1, 0, 0]], SEED).hints == ()
 
 
+def test_an_overshoot_of_one_count_is_no_fraction_to_anybody():
+    one_count = 100 * (np.ceil(20 / (360 / 4096)) * 360 / 4096 - 20) / 40  # % of a step from -20 to 20 deg
+    assert encode(part("3.16", "PO"), one_count, SEED).hints == ()
+    assert encode(part("3.16", "PO"), 0.0, SEED).hints == ()
+
+
 @pytest.mark.parametrize(
     ("text", "asked"),
     [

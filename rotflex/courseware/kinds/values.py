@@ -30,7 +30,7 @@ LONGEST_PROSE = 5000  #: characters
 STUBS = ("", "...", "your answer here", "your text here")
 
 _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
-_LEAST_PERCENTAGE = 0.15  # below, and above 0, a fraction is likelier: that of 15 %, as it would be given for one
+_LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
 #: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
 _SLIPS = {
     "rad/s": ((REV, "in hertz"), (DEG, "in degrees per second"), (RPM, "in revolutions per minute")),

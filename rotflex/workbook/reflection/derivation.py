@@ -6,6 +6,7 @@ Expressions are compared at a few random points.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -184,7 +185,7 @@ def _follows(coordinate: str) -> Callable[[Any, Any], str]:
         left = _residual(equation)
         for point in _points(_NAMES):
             given = _affine(lambda p: value_at(left, p), point)
-            wanted = np.transpose([_affine(lambda p, q=q: _euler_lagrange(L, q, p), point) for q in ("theta", "alpha")])
+            wanted = np.transpose([_affine(partial(_euler_lagrange, L, q), point) for q in ("theta", "alpha")])
             parts = np.linalg.lstsq(wanted, given)[0]
             if np.linalg.norm(wanted @ parts - given) > _AGREES * np.linalg.norm(given):
                 return _(
