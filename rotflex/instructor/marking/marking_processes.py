@@ -14,7 +14,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -111,7 +111,7 @@ class Marker:
         pool = self._pool
         try:
             return _submit(pool, _mark, asked).result(timeout=_PATIENCE)
-        except (RuntimeError, TimeoutError):  # broken, or ended just now by who found it broken
+        except (RuntimeError, TimeoutError, CancelledError):  # broken, or ended just now by who found it broken
             with self._lock:
                 if self._pool is pool:
                     self._pool = self._new_pool(self._processes)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import Future
 
 import psutil
 import pytest
@@ -64,6 +65,23 @@ def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
             thread.join()
     assert [results[n] for n in (0, 2, 3, 5)] == [2, 2, 2, 2]
     assert all("could not be marked" in results[n] for n in (1, 4))
+
+
+def test_answers_that_wait_while_a_neighbour_has_the_processes_ended_are_marked_by_new_ones(course, monkeypatch):
+    submit, seen = marking_processes._submit, []
+
+    def ended_meanwhile(pool, work, *given):
+        seen.append(pool)
+        if len(seen) > 1:
+            return submit(pool, work, *given)
+        waiting = Future()
+        waiting.cancel()  # as a pool does with what waits when it is ended
+        return waiting
+
+    monkeypatch.setattr(marking_processes, "_submit", ended_meanwhile)
+    with Marker(course, 1) as marker:
+        assert marker.mark(Asked("ada", answers("ada"), 1)).marks[0].points == 2
+    assert len(set(map(id, seen))) == 2
 
 
 def test_a_marker_that_has_ended_starts_no_process_any_more(course):
