@@ -23,6 +23,7 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import CODE, TEXT, Cell
 
 KEY = "rotflex"  #: of a cell's metadata: {"question": ..., "part": ...}
+INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
 MARK = "✎"  #: what a place to write begins with, in every notebook
 STUB = (
     "*Double-click here, and write in place of this line. Formulas between `$` signs and pasted pictures are welcome.*"
@@ -316,17 +317,24 @@ def grade_id(cell: Mapping[str, Any]) -> str:
     return found if isinstance(found, str) else ""
 
 
+def _for_instructors(cell: Mapping[str, Any]) -> bool:
+    metadata = cell.get("metadata") if isinstance(cell, Mapping) else None
+    tags = metadata.get("tags") if isinstance(metadata, Mapping) else None
+    return isinstance(tags, list) and INSTRUCTOR in tags
+
+
 def own_masters(cells: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """The course's cells, as far as a student's own copy of a notebook shows them: by their metadata.
 
-    Cells that have been split are there once.
+    Cells that have been split are there once. A notebook with cells for instructors is theirs, and none of it added.
     """
     found: dict[str, Mapping[str, Any]] = {}
+    whole = any(_for_instructors(cell) for cell in cells)
     for cell in cells:
         metadata = cell.get("metadata") if isinstance(cell, Mapping) else None
         if not isinstance(metadata, Mapping):
             continue
-        if grade_id(cell) or metadata.get("deletable") is False or metadata.get("editable") is False:
+        if whole or grade_id(cell) or metadata.get("deletable") is False or metadata.get("editable") is False:
             name = grade_id(cell) or str(cell.get("id", ""))
             kind = TEXT if KEY in metadata else cell.get("cell_type", CODE)
             found.setdefault(name, {"id": name, "cell_type": kind, "metadata": metadata, "source": ""})

@@ -13,7 +13,8 @@ from rotflex.units import DEG
 
 Kept = Mapping[str, Any]  # a recording as the answers have it: 400 points of each channel
 
-_ALIKE = 0.1  # relative: what differs by less is "about the same"
+_ALIKE = 0.1  # relative: swings whose times differ by less are "about as long"
+_AS_FAR = 0.03  # relative: so much a bench and its model differ by a count or two and the friction of a day
 _SWINGS = 1 * DEG  # rad: a deflection beyond this is seen
 
 
@@ -27,15 +28,15 @@ def _time_of_largest_swing(sweep: Kept) -> float:
     return float(duration * np.argmax(alpha) / (alpha.size - 1))
 
 
-def _compared(ratio: float, more: str, same: str, less: str) -> str:
-    if abs(ratio - 1) <= _ALIKE:
+def _compared(ratio: float, room: float, more: str, same: str, less: str) -> str:
+    if abs(ratio - 1) <= room:
         return same
     return more if ratio > 1 else less
 
 
 def _turns_farther(validation: Kept) -> str:
     ratio = np.ptp(_values(validation, "theta")) / np.ptp(_values(validation, "theta_model"))
-    return _compared(float(ratio), "bench", "about the same", "model")
+    return _compared(float(ratio), _AS_FAR, "bench", "about the same", "model")
 
 
 def _largest_deflection(response: Kept) -> float:
@@ -44,7 +45,7 @@ def _largest_deflection(response: Kept) -> float:
 
 def _arm_swings(partial: Kept, full: Kept) -> str:
     longer, shorter = (float(np.mean(np.abs(_values(one, "alpha")) > _SWINGS)) for one in (partial, full))
-    return _compared(longer / shorter, "longer", "about as long", "less long")
+    return _compared(longer / shorter, _ALIKE, "longer", "about as long", "less long")
 
 
 PREDICTIONS = {
@@ -69,7 +70,8 @@ PREDICTIONS = {
                 "turns_farther",
                 ("bench", "model", "about the same"),
                 "",
-                "The same voltage goes to your bench and to your model. Whose servo turns farther?",
+                "The same voltage goes to your bench and to your model. Whose servo turns farther (by more than "
+                f"{_AS_FAR:.0%}; otherwise it is about the same)?",
                 points=0,
             ),
             (("2.15", "validation"),),

@@ -31,7 +31,12 @@ OUTCOMES = {
 
 _FORMAT_ROWS = (
     ("Format.1", "Content and organisation", "The report as a whole.", "GS-1"),
-    ("Format.2", "Professional appearance", "The report as a whole; Section 5.3 has what to look for.", "GS-2"),
+    (
+        "Format.2",
+        "Professional appearance",
+        "The report as a whole: the last section of this notebook has what to look for.",
+        "GS-2",
+    ),
 )
 
 

@@ -107,3 +107,11 @@ def test_reports_are_put_together_from_the_saved_texts(lab, folder):
     assert "**I.1 Procedure: finding the stiffness**\n\nWe shook it.\n\n*[picture sweep]*" in text
     assert "| I.1 | Procedure: finding the stiffness |" in reports.outline("Modeling report", lab)
     assert "Modeling report stiffness_procedure" not in reports.outline("Modeling report", lab)
+
+
+def test_an_instructors_notebook_has_no_text_of_a_students_after_its_answers(tmp_path):
+    (tmp_path / REPORT).write_bytes((ROOT / "solutions" / REPORT).read_bytes())
+    lab = rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+    said = lab.value("Modeling report", "stiffness_procedure")
+    assert said.startswith("The goal was")
+    assert "Say how the equations of motion became matrices" not in said

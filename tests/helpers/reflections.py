@@ -11,7 +11,7 @@ from typing import Any
 
 import rotflex.lab
 from rotflex.courseware import answers, forms
-from rotflex.courseware.reflection import reflect
+from rotflex.courseware.reflection import Reflection, reflect
 from rotflex.errors import AnswerError
 from rotflex.workbook.questions import CATALOGUE
 
@@ -23,11 +23,17 @@ def lab_of(student: str) -> rotflex.lab.Lab:
         return rotflex.lab.start(student, folder=Path(tempfile.gettempdir(), "no such folder"), quiet=True)
 
 
-NOTHING = ((), (), ())
+Said = tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]
+NOTHING: Said = ((), (), ())
 
 
-def asked_of(student: str, data: bytes) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
-    """What the answers in a file ask each other, what is missing for that, and what could not be read."""
+def said_by(found: Reflection) -> Said:
+    """What is asked, what is missing for other questions, and what could not be compared."""
+    return found.asked, found.missing, found.unclear
+
+
+def asked_of(student: str, data: bytes) -> Reflection:
+    """What the answers in a file ask each other."""
     given = answers.parse(data)["answers"]
 
     def find(question: str, part: str) -> Any:
@@ -36,5 +42,4 @@ def asked_of(student: str, data: bytes) -> tuple[tuple[Any, ...], tuple[Any, ...
             raise AnswerError("there is none")
         return forms.decode(CATALOGUE.find(question).part(part), content)
 
-    found = reflect(lab_of(student).checks(), find)
-    return found.asked, found.missing, found.unclear
+    return reflect(lab_of(student).checks(), find)

@@ -6,7 +6,7 @@ What it asks of single slips stands in ``test_single_slips.py``; of right ways o
 from __future__ import annotations
 
 import pytest
-from reflections import NOTHING, asked_of
+from reflections import NOTHING, asked_of, said_by
 from right_ways import worked
 
 BENCHES = tuple(f"reflects-{number}" for number in range(9))
@@ -14,4 +14,4 @@ BENCHES = tuple(f"reflects-{number}" for number in range(9))
 
 @pytest.mark.parametrize("name", BENCHES)
 def test_right_answers_of_many_benches_are_asked_nothing(tmp_path, name):
-    assert asked_of(name, worked(name, tmp_path)[1]) == NOTHING
+    assert said_by(asked_of(name, worked(name, tmp_path)[1])) == NOTHING

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from made_courses import OURS
-from reflections import NOTHING, asked_of
+from reflections import NOTHING, asked_of, said_by
 from right_ways import TOLD, WAYS, rewritten, worked
 from working_through import FULL
 
@@ -71,7 +71,7 @@ def test_there_are_many_ways_and_each_is_named_once():
 @pytest.mark.parametrize("student", STUDENTS)
 def test_the_usual_way_has_full_marks(usual, student):
     assert lost(usual(student)[2]) == {}
-    assert asked_of(student, usual(student)[1]) == NOTHING
+    assert said_by(asked_of(student, usual(student)[1])) == NOTHING
 
 
 @of_each([way for way in WAYS if way.written])
@@ -83,7 +83,7 @@ def test_another_way_of_writing_has_full_marks_and_changes_nothing_else(usual, t
     marks = marked(changed, student, bench)
     assert lost(marks) == {}
     assert {where: marks[where].status for where in FULL} == {where: before[where].status for where in FULL}
-    assert asked_of(student, changed) == NOTHING
+    assert said_by(asked_of(student, changed)) == NOTHING
 
 
 @of_each([way for way in WAYS if way.carried])
@@ -92,7 +92,7 @@ def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path
         (tmp_path / student).mkdir()
         _own, data = worked(student, tmp_path / student, way)
         assert lost(marked(data, student, usual(student)[3])) == {}
-        assert asked_of(student, data) == NOTHING
+        assert said_by(asked_of(student, data)) == NOTHING
 
 
 @pytest.mark.parametrize(("where", "what"), TOLD)

@@ -41,6 +41,6 @@ def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off_and_is_ask
     assert {at: round(points, 2) for at, (points, _told) in lost.items()} == expected, lost
     assert (sum(expected.values()) <= MOST) == (slip.name not in BEYOND)
     assert re.search(slip.told, lost[slip.where][1]), lost[slip.where][1]
-    asked, _missing, unclear = asked_of(STUDENT, data)
-    assert asked
-    assert not unclear
+    reflection = asked_of(STUDENT, data)
+    assert reflection.asked
+    assert not reflection.unclear

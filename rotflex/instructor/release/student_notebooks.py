@@ -38,7 +38,7 @@ from nbformat.reader import NotJSONError  # noqa: E402
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 STUB = "# Your code here."
 _WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
-INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = "instructor", "open", "parameters"
+INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = words.INSTRUCTOR, "open", "parameters"
 COLLAPSED = "jp-MarkdownHeadingCollapsed"  #: JupyterLab's, of a text cell: what is below its heading is folded away
 _KEPT_CELL_METADATA = ("jupyter", COLLAPSED, "nbgrader", "tags", words.KEY)
 
