@@ -1,6 +1,6 @@
 """The laboratory's experiments: a bench in, a recording out.
 
-Each runs on an open bench, real or virtual, waits until the arm hangs still, counts the angles from where it stands,
+Each runs on an open bench, real or virtual, waits until the arm stands still, counts the angles from where it stands,
 and leaves the motor at 0 V::
 
     with lab.bench() as on_the_bench:

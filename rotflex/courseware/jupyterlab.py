@@ -18,9 +18,11 @@ from rotflex.courseware.messages import _
 
 _CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
 _SAVED = "rotflex.courseware.scene.saved_explorers.with_pictures"
+_SETTINGS = Path(__file__).parent / "jupyter"  # of JupyterLab, unless its user chose others
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 _PATIENCE = 15  # s for JupyterLab to end its kernels and go
 _LOOK = 0.2  # s between two looks for its address
+_PATHS = "JUPYTER_CONFIG_PATH"
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
 
 
@@ -81,10 +83,15 @@ def _setting(option: str) -> str:
 
 
 def _environment() -> dict[str, str]:
-    """With a secret that is in no log: by one of JupyterLab's own making, it would print the address in five lines."""
-    if any(os.environ.get(name) for name in _TOKENS):
-        return dict(os.environ)
-    return {**os.environ, _TOKENS[0]: secrets.token_hex(24)}
+    """With a secret that is in no log: by one of JupyterLab's own making, it would print the address in five lines.
+
+    And with settings by which it does not ask, over a student's first picture, whether they want its news.
+    """
+    paths = [os.environ.get(_PATHS, ""), str(_SETTINGS)]
+    ours = {_PATHS: os.pathsep.join(filter(None, paths))}
+    if not any(os.environ.get(name) for name in _TOKENS):
+        ours[_TOKENS[0]] = secrets.token_hex(24)
+    return os.environ | ours
 
 
 def _is_root() -> bool:

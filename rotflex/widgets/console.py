@@ -189,7 +189,7 @@ class BenchConsole(Explorer):
         self.recording, self._settled = None, False
         self._last_message = time.monotonic()
         self._run = Running(self._bench, experiment, self._alive)
-        self._state, self._message = "running", "Most experiments first wait until the arm hangs still."
+        self._state, self._message = "running", "Most experiments first wait until the arm stands still."
         self._run.start()
         if self._loop is not None and self._loop.is_running():
             self._task = self._loop.create_task(self._show(self._run))

@@ -40,3 +40,4 @@ def test_the_arm_moves_at_the_first_press_of_start(address, tmp_path):
         assert canvas.screenshot() != still
         page.screenshot(path=str(tmp_path / "first.png"))
         assert not seen.abroad
+        assert page.get_by_text("Jupyter news").count() == 0  # asked over the picture, as JupyterLab would by itself
