@@ -24,7 +24,7 @@ from rotflex.instructor.running import bundle, intake
 
 pytestmark = pytest.mark.slow
 
-CELL_TIMEOUT = 20  # s: one of them never ends
+CELL_TIMEOUT = 45  # s: one of them never ends; a busy machine needs half of it for the grey-box fit of 03
 PANDAS = importlib.util.find_spec("pandas") is not None
 SOLVED = solved_notebooks(ROOT)
 PACKED = [*honest_packings.WAYS, *honest_platforms.WAYS]
