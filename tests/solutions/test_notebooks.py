@@ -98,7 +98,7 @@ class TestEverySolutionForStudents:
             assert data, cell.id
             assert data["schema_version"] == 3
             assert data["grade_id"] == cell.id
-            assert data["locked"] is not data["solution"]
+            assert data["locked"] is not (data["solution"] or "open" in tags(cell))
             assert ("### BEGIN SOLUTION" in cell.source) is data["solution"], cell.id
 
     def test_each_question_has_its_answer_cell_before_the_cell_that_records_it(self, path):
