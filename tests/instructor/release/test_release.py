@@ -213,7 +213,7 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
         ".ipynb",
         ".json",
     }
-    assert [path.name for path in released.folder.rglob("*.json")] == ["course.json"]
+    assert {path.name for path in released.folder.rglob("*.json")} == {"course.json", "default_setting_overrides.json"}
 
 
 def test_a_release_has_none_of_the_instructors_modules(released):
