@@ -15,7 +15,7 @@ from rotflex.courseware.reflection import Check
 from rotflex.errors import RotflexError
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop, with_actuator
-from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, LIMITS, RATE, SAMPLE_TIME
+from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, LIMITS, RATE, SAMPLE_TIME, SETTLING_BAND
 from rotflex.units import DEG
 from rotflex.workbook.questions import CATALOGUE
 from rotflex.workbook.reflection.numbers import CARRIED, Array, alike, same_poles, unit_of
@@ -37,7 +37,7 @@ _QUANTITIES = {
     "alpha_max_deg": ("max_alpha", DEG, 0.08, 0.5, "deg"),
 }
 #: The band, and those of two counts less and more: between 400 points, a response may just leave it, or just not.
-_BANDS = (response.SETTLING_BAND, 0.75 * response.SETTLING_BAND, 1.25 * response.SETTLING_BAND)
+_BANDS = (SETTLING_BAND, 0.75 * SETTLING_BAND, 1.25 * SETTLING_BAND)
 _PEAK_LOST = (0.9, 1.9)  # V_max over what 400 points show: a peak shorter than 25 ms may be missed
 
 
