@@ -116,7 +116,7 @@ def _only_known(given: Collection[str]) -> None:
 
 def _number(name: str, value: object) -> float:
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = float(value)  # type: ignore[arg-type]  # whatever a student gives: what is no number is told
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from explorer_events import change, control, notice, press, readout
 
 import rotflex.lab
 from rotflex import experiments, hil, widgets
@@ -25,40 +26,6 @@ from rotflex.units import DEG
 from rotflex.widgets.spectra import spectra, stiffness_at
 from rotflex.widgets.sweeps import SweepExplorer
 from rotflex.widgets.validations import ValidationExplorer
-
-
-@pytest.fixture
-def lab(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("ROTFLEX_PICTURES", raising=False)
-    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
-
-
-@pytest.fixture
-def model(lab):
-    system = state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
-    return np.asarray(system.A), np.asarray(system.B)
-
-
-def readout(explorer, title):
-    return next(one for one in explorer.scene["readouts"] if one["title"] == title)
-
-
-def control(explorer, name):
-    return next(one for row in explorer.scene["controls"] for one in row if one["name"] == name)
-
-
-def press(explorer, name):
-    explorer.receive({"kind": "press", "name": name, "view": "page", "n": 1})
-
-
-def change(explorer, name, value):
-    explorer.receive({"kind": "set", "name": name, "value": value, "view": "page", "n": 2})
-
-
-def notice(explorer):
-    return explorer.scene["notice"]
-
 
 # --- scenes ---------------------------------------------------------------------------------------------------------
 

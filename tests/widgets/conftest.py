@@ -1,0 +1,22 @@
+"""A student's session and model, for the explorers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rotflex.lab
+from rotflex.instructor.model import state_space
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ROTFLEX_PICTURES", raising=False)
+    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+
+
+@pytest.fixture
+def model(lab):
+    system = state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
+    return np.asarray(system.A), np.asarray(system.B)
