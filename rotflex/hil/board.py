@@ -1,8 +1,10 @@
-"""The interface of a data-acquisition board, with the maker's verbs.
+"""The interface of a data-acquisition board, with the maker's verbs and the maker's numbers.
 
 Everything above (bench, loop, experiments) speaks to a board through this protocol alone, so that a virtual board and
 a real one are interchangeable. Buffers and channel lists are numpy arrays: channels uint32, encoder counts int32,
 analog values float64, digital values int8. Every method raises :class:`~rotflex.errors.HILError` when it fails.
+
+``tests/hil/contract`` holds every board against it.
 """
 
 from __future__ import annotations
@@ -29,17 +31,35 @@ Vector = NDArray[np.float64]
 
 
 class Clock(IntEnum):
-    """Clocks that can time a task."""
+    """Clocks that can time a task: the computer's are negative, the board's own are not."""
 
+    SYSTEM_CLOCK_4 = -4
+    SYSTEM_CLOCK_3 = -3
+    SYSTEM_CLOCK_2 = -2
+    SYSTEM_CLOCK_1 = -1
     HARDWARE_CLOCK_0 = 0
+    HARDWARE_CLOCK_1 = 1
+    HARDWARE_CLOCK_2 = 2
+    HARDWARE_CLOCK_3 = 3
 
 
 class BufferOverflowMode(IntEnum):
     """What a task does with samples that nobody fetched in time."""
 
     ERROR_ON_OVERFLOW = 0
-    OVERWRITE_ON_OVERFLOW = 1
-    SYNCHRONIZED = 2
+    OVERWRITE_ON_OVERFLOW = 1  #: the oldest are lost
+    DISCARD_ON_OVERFLOW = 2  #: the newest are lost
+    WAIT_ON_OVERFLOW = 3  #: simulated boards only: time waits
+    SYNCHRONIZED = 4  #: simulated boards only: time waits
+
+
+class EncoderQuadratureMode(IntEnum):
+    """How many edges of an encoder's two lines are counted."""
+
+    NONE = 0
+    X1 = 1
+    X2 = 2
+    X4 = 4
 
 
 @runtime_checkable
@@ -56,6 +76,18 @@ class Board(Protocol):
 
     def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the encoder counters read now."""
+
+    def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: Channels) -> None:
+        """Choose how many edges each encoder counts, see :class:`EncoderQuadratureMode`."""
+
+    def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
+        """Choose the frequency (Hz) above which edges of an encoder are taken for noise."""
+
+    def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
+        """Choose the ranges (V) of analog inputs."""
+
+    def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
+        """Choose the ranges (V) of analog outputs."""
 
     def read_encoder(self, channels: Channels, num_channels: int, buffer: Counts) -> None:
         """Read encoder counts into ``buffer``."""
@@ -128,8 +160,11 @@ class Board(Protocol):
     ) -> int:
         """Wait for samples of all kinds, put them into the buffers, and return how many came."""
 
+    def task_get_buffer_overflows(self, task: int) -> int:
+        """How many samples were lost since the task was started, for want of room."""
+
     def task_flush(self, task: int) -> None:
-        """Throw away samples that are waiting."""
+        """Wait until all that a writer was given is out. A reader's samples stay: they are dropped by reading them."""
 
     def task_stop(self, task: int) -> None:
         """Stop sampling."""
@@ -145,17 +180,24 @@ class Board(Protocol):
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog: without a reload for ``timeout`` (s) it expires."""
 
-    def watchdog_reload(self) -> None:
-        """Show that the program is alive."""
+    def watchdog_reload(self) -> bool:
+        """Show that the program is alive, and whether it was in time: False if the watchdog had expired before."""
 
     def watchdog_is_expired(self) -> bool:
         """Whether the watchdog has expired."""
 
     def watchdog_clear(self) -> None:
-        """Let outputs be written again after the watchdog expired."""
+        """Let the board be used again after the watchdog expired.
+
+        A board may set its outputs to what they were before, and its watchdog may go on running: both are left open.
+        """
 
     def watchdog_stop(self) -> None:
         """Stop the watchdog."""
+
+
+#: The names of all verbs.
+VERBS = tuple(name for name in vars(Board) if not name.startswith("_"))
 
 
 def check_buffer(buffer: NDArray[Any] | None, size: int, kind: str) -> None:

@@ -11,34 +11,28 @@ Inside, the plant moves in whole ticks of 1/64 ms; outputs take effect when :cla
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
 from rotflex.errors import HILError
-from rotflex.hil.board import CHANNEL, BufferOverflowMode, Channels, Clock, Counts, Levels, Vector, check_buffer
+from rotflex.hil import arguments
+from rotflex.hil.board import (
+    BufferOverflowMode,
+    Channels,
+    Clock,
+    Counts,
+    Levels,
+    Vector,
+    check_buffer,
+)
 from rotflex.hil.clock import Sampling, SimulatedClock, TimeSource
+from rotflex.hil.sensors import ANALOG_INPUTS, ENCODERS, Sensors, check_filter
 from rotflex.hil.terminals import AT_ONCE, Terminals, Timing
+from rotflex.hil.virtual_tasks import Task, Values
 from rotflex.plant import REST, Moving, Plant, PlantParameters, State
-from rotflex.units import DEG
 
 MOTOR = 0
-SERVO_ENCODER, LINK_ENCODER = 0, 1
-POTENTIOMETER, TACHOMETER = 0, 1
-_ENCODERS, _ANALOG_INPUTS, _ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 2, 2, 8
-_TRACK = 352 * DEG  # of the potentiometer; the remaining 8 deg are the gap
-
-
-@dataclass
-class _Task:
-    """Hardware-timed sampling of some channels."""
-
-    analog: Sequence[int]
-    encoders: Sequence[int]
-    digital: Sequence[int]
-    sampling: Sampling
+_ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 8
 
 
 @dataclass
@@ -79,13 +73,13 @@ class VirtualBoard:
         self.terminals = Terminals(self.plant, MOTOR, self.servo.cable_gain, _ANALOG_OUTPUTS, timing, self.clock.now())
         self._open = True
         self._digital = [0] * _DIGITAL_LINES
-        self._count_offsets = [0] * _ENCODERS
-        self._tasks: dict[int, _Task] = {}
+        self._tasks: dict[int, Task] = {}
         self._next_task = 1
         self._instant = self.clock.now()  # until which the plant has moved; a sample has several calls at one instant
         self._watchdog = _Watchdog()
-        self._K_enc = self.servo.K_enc
-        self._known_channels: dict[tuple[bytes, int, str], tuple[int, ...]] = {}
+        self._sensors = Sensors(self.servo, self.plant)
+        self._output_ranges = [(-DAC_LIMIT, DAC_LIMIT)] * _ANALOG_OUTPUTS
+        self._known_channels = arguments.KnownChannels()
 
     # --- the plant ------------------------------------------------------------------------------------------------
 
@@ -93,6 +87,18 @@ class VirtualBoard:
         """Let the plant move until ``instant`` under the voltage that is on the output."""
         if instant == self._instant:
             return
+        if not isinstance(self.clock, SimulatedClock):
+            self._sample_until(instant)
+        self._move(instant)
+
+    def _sample_until(self, instant: float) -> None:
+        """Take the samples that are due on the way to an instant, and put them aside until they are fetched."""
+        due = [(when, sample, task) for task in self._tasks.values() for when, sample in task.due_until(instant)]
+        for when, sample, task in sorted(due, key=lambda one: one[0]):
+            self._move(when)
+            task.keep(sample, self._values(task))
+
+    def _move(self, instant: float) -> None:
         self._instant = instant
         if self._watchdog.deadline < instant:
             self.terminals.move(self._watchdog.deadline)
@@ -101,32 +107,13 @@ class VirtualBoard:
             self.terminals.set(self._watchdog.states)
         self.terminals.move(instant)
 
-    def _counts(self, channel: int) -> int:
-        state = self.plant.state
-        angle = state.theta if channel == SERVO_ENCODER else -state.alpha
-        return round(angle / self._K_enc) + self._count_offsets[channel]
-
-    def _analog(self, channel: int) -> float:
-        state = self.plant.state
-        if channel == TACHOMETER:
-            return state.theta_dot / self.servo.K_tach if self.servo.tachometer else 0.0
-        wrapped = math.remainder(state.theta, 2 * math.pi)
-        # In the gap the wiper touches nothing.
-        return wrapped / self.servo.K_pot if abs(wrapped) <= _TRACK / 2 else 0.0
-
-    def _fetch(
-        self,
-        analog: tuple[Sequence[int], Vector | None],
-        encoders: tuple[Sequence[int], Counts | None],
-        digital: tuple[Sequence[int], Levels | None],
-        at: int = 0,
-    ) -> None:
-        """Put one sample of each channel into the buffers, as sample number ``at``."""
-        sources = ((analog, self._analog), (encoders, self._counts), (digital, self._digital.__getitem__))
-        for (channels, buffer), source in sources:
-            if channels and buffer is not None:
-                for place, channel in enumerate(channels, at * len(channels)):
-                    buffer[place] = source(channel)
+    def _values(self, task: Task) -> Values:
+        """What the channels of a task read now."""
+        return (
+            [self._sensors.volts(channel) for channel in task.analog],
+            [self._sensors.counts(channel) for channel in task.encoders],
+            [self._digital[channel] for channel in task.digital],
+        )
 
     # --- immediate input and output -------------------------------------------------------------------------------
 
@@ -141,11 +128,34 @@ class VirtualBoard:
 
     def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the counters read now."""
-        chosen = self._channels(channels, num_channels, _ENCODERS, "encoder")
+        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
         check_buffer(counts, num_channels, "encoder")
         self._catch_up(self.clock.now())
-        for channel, count in zip(chosen, counts.tolist(), strict=False):
-            self._count_offsets[channel] += count - self._counts(channel)
+        self._sensors.set_counts(chosen, counts.tolist())
+
+    def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: Channels) -> None:
+        """Count all four edges, as the data sheet's counts per turn do, or fewer. What the counters read stays."""
+        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
+        arguments.check_modes(modes, num_channels)
+        self._catch_up(self.clock.now())
+        self._sensors.set_modes(chosen, modes.tolist())
+
+    def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
+        """There is no noise here to be filtered; that the frequencies (Hz) can be is checked."""
+        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
+        check_buffer(frequencies, num_channels, "analog")
+        check_filter(chosen, frequencies.tolist())
+
+    def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
+        """Cut what comes to ranges (V)."""
+        chosen = self._channels(channels, num_channels, ANALOG_INPUTS, "analog input")
+        self._sensors.set_ranges(arguments.ranges(chosen, minima, maxima, DAC_LIMIT))
+
+    def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
+        """Cut what is written from now on to ranges (V)."""
+        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        for channel, one in arguments.ranges(chosen, minima, maxima, DAC_LIMIT).items():
+            self._output_ranges[channel] = one
 
     def read_encoder(self, channels: Channels, num_channels: int, buffer: Counts) -> None:
         """Read encoder counts."""
@@ -172,14 +182,15 @@ class VirtualBoard:
     ) -> None:
         """Read inputs of all kinds at one instant. This board has no other channels."""
         _refuse_other(num_other_channels)
-        analog = self._channels(analog_channels, num_analog_channels, _ANALOG_INPUTS, "analog input")
-        encoders = self._channels(encoder_channels, num_encoder_channels, _ENCODERS, "encoder")
+        analog = self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, "analog input")
+        encoders = self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder")
         digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital")
         check_buffer(analog_buffer, len(analog), "analog")
         check_buffer(encoder_buffer, len(encoders), "encoder")
         check_buffer(digital_buffer, len(digital), "digital")
         self._catch_up(self.clock.now())
-        self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer))
+        now = Task(analog, encoders, digital, Sampling(1))
+        _put(self._values(now), (analog_buffer, encoder_buffer, digital_buffer), 0)
 
     def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Set analog outputs, V, within the converter's ±10 V."""
@@ -225,9 +236,9 @@ class VirtualBoard:
         _refuse_other(num_other_channels)
         if samples_in_buffer < 1:
             raise HILError(f"A task needs a buffer of at least one sample; it was given {samples_in_buffer}.")
-        task = _Task(
-            analog=self._channels(analog_channels, num_analog_channels, _ANALOG_INPUTS, "analog input"),
-            encoders=self._channels(encoder_channels, num_encoder_channels, _ENCODERS, "encoder"),
+        task = Task(
+            analog=self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, "analog input"),
+            encoders=self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder"),
             digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital"),
             sampling=Sampling(capacity=samples_in_buffer),
         )
@@ -250,7 +261,7 @@ class VirtualBoard:
         chosen = self._task(task)
         if clock != Clock.HARDWARE_CLOCK_0:
             raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
-        chosen.sampling.start(self.clock.now(), frequency, num_samples)
+        chosen.start(self.clock.now(), frequency, num_samples)
         self.terminals.begin()
 
     def task_read_encoder(self, task: int, num_samples: int, buffer: Counts) -> int:
@@ -283,16 +294,22 @@ class VirtualBoard:
             now = self.clock.now()
             if now > sampling.due:
                 sampling.handle_overflow(now)
-            self._catch_up(sampling.due)
-            self._fetch((analog, analog_buffer), (encoders, encoder_buffer), (digital, digital_buffer), count)
-            sampling.skip(1)
+            values = chosen.kept()
+            if values is None:
+                self._catch_up(sampling.due)
+                values = self._values(chosen)
+            _put(values, (analog_buffer, encoder_buffer, digital_buffer), count)
+            sampling.fetch()
             count += 1
         return count
 
+    def task_get_buffer_overflows(self, task: int) -> int:
+        """How many samples were lost since the start, for want of room."""
+        return self._task(task).sampling.lost
+
     def task_flush(self, task: int) -> None:
-        """Throw away samples that are waiting."""
-        sampling = self._task(task).sampling
-        sampling.skip(sampling.waiting(self.clock.now()))
+        """This board has readers only, on which this has no effect: read what waits to be rid of it."""
+        self._task(task)
 
     def task_stop(self, task: int) -> None:
         """Stop sampling."""
@@ -317,11 +334,12 @@ class VirtualBoard:
         self._watchdog.timeout = timeout
         self._watchdog.deadline = self.clock.now() + timeout
 
-    def watchdog_reload(self) -> None:
-        """Show that the program is alive. A watchdog that has expired stays so."""
+    def watchdog_reload(self) -> bool:
+        """Show that the program is alive. A watchdog that has expired stays so, and False says it."""
         self._attend()
         if not self._watchdog.expired:
             self._watchdog.deadline = self.clock.now() + self._watchdog.timeout
+        return not self._watchdog.expired
 
     def watchdog_is_expired(self) -> bool:
         """Whether the watchdog has expired."""
@@ -349,7 +367,7 @@ class VirtualBoard:
         if not self._open:
             raise HILError("The board is closed.")
 
-    def _task(self, handle: int) -> _Task:
+    def _task(self, handle: int) -> Task:
         self._check_open()
         if handle not in self._tasks:
             raise HILError(f"There is no task {handle}.")
@@ -358,29 +376,20 @@ class VirtualBoard:
     def _channels(self, channels: Channels | None, count: int, available: int, kind: str) -> tuple[int, ...]:
         """The first ``count`` channel numbers, checked."""
         self._check_open()
-        if count == 0:
-            return ()
-        if not isinstance(channels, np.ndarray) or channels.dtype != CHANNEL or channels.ndim != 1:
-            raise HILError(f"The {kind} channels must be a numpy vector of uint32; they are {channels!r}.")
-        key = (channels.tobytes(), count, kind)
-        chosen = self._known_channels.get(key)  # the same few lists come every sample
-        if chosen is None:
-            chosen = tuple(channels[:count].tolist())
-            if len(chosen) != count or any(channel >= available for channel in chosen):
-                raise HILError(f"There are {available} {kind} channels, from 0; asked for: {channels.tolist()}.")
-            self._known_channels[key] = chosen
-        return chosen
+        return self._known_channels.of(channels, count, available, kind)
 
     def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
         """Voltages by analog output, checked, and cut to what the converter can give."""
         chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
-        check_buffer(buffer, count, "analog")
-        voltages = {}
-        for channel, voltage in zip(chosen, buffer.tolist(), strict=False):
-            if not math.isfinite(voltage):
-                raise HILError(f"Analog output {channel} cannot be set to {voltage}: not a finite voltage.")
-            voltages[channel] = min(max(voltage, -DAC_LIMIT), DAC_LIMIT)
-        return voltages
+        return arguments.voltages(chosen, buffer, self._output_ranges)
+
+
+def _put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | None], at: int) -> None:
+    """Put one sample of each channel into the buffers, as sample number ``at``."""
+    for found, buffer in zip(values, buffers, strict=True):
+        if found and buffer is not None:
+            for place, value in enumerate(found, at * len(found)):
+                buffer[place] = value
 
 
 def _refuse_other(count: int) -> None:

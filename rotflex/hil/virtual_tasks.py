@@ -1,0 +1,56 @@
+"""Hardware-timed sampling on the virtual board: what was sampled while nobody fetched stays as it was then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from rotflex.hil.clock import Sampling
+
+Values = tuple[list[float], list[int], list[int]]  #: analog, encoders, digital
+
+
+@dataclass
+class Task:
+    """Sampling of some channels.
+
+    Samples are known by how many then remained to be fetched, which no two share.
+    """
+
+    analog: Sequence[int]
+    encoders: Sequence[int]
+    digital: Sequence[int]
+    sampling: Sampling
+    _kept: dict[int, Values] = field(default_factory=dict)
+    _next: int = 0
+
+    def start(self, now: float, frequency: float, samples: int) -> None:
+        """Take the first sample now."""
+        self.sampling.start(now, frequency, samples)
+        self._kept.clear()
+        self._next = samples
+
+    def due_until(self, instant: float) -> Iterator[tuple[float, int]]:
+        """When samples that were not seen yet are due until an instant, and which."""
+        sampling = self.sampling
+        if not sampling.started or sampling.time_waits:
+            return
+        self._next = min(self._next, sampling.remaining)
+        while self._next > 0:
+            due = sampling.due + (sampling.remaining - self._next) * sampling.period
+            if due >= instant:
+                return
+            yield due, self._next
+            self._next -= 1
+
+    def keep(self, sample: int, values: Values) -> None:
+        """Put a sample aside until it is fetched."""
+        self._kept[sample] = values
+        while len(self._kept) > self.sampling.capacity:
+            # Those that are lost are never asked for: see Sampling.
+            last = min(self._kept) if self.sampling.keeps_oldest else max(self._kept)
+            del self._kept[last]
+
+    def kept(self) -> Values | None:
+        """The sample that is fetched next, if it was put aside."""
+        return self._kept.pop(self.sampling.remaining, None)
