@@ -77,7 +77,7 @@ def is_course(folder: Path, notebooks: Collection[str]) -> bool:
 
 def remember(folder: Path) -> None:
     """Keep a folder for next time."""
-    place = _settings()
+    place = settings()
     with contextlib.suppress(OSError):  # a home that cannot be written: next time, the folder has to be named
         place.mkdir(parents=True, exist_ok=True)
         files.write(place / _LAST, json.dumps({"folder": str(folder.resolve())}) + "\n")
@@ -86,13 +86,14 @@ def remember(folder: Path) -> None:
 def remembered() -> Path | None:
     """The folder of last time; None if it is not known."""
     try:
-        folder = json.loads((_settings() / _LAST).read_text(encoding="utf-8"))["folder"]
+        folder = json.loads((settings() / _LAST).read_text(encoding="utf-8"))["folder"]
     except (OSError, ValueError, TypeError, KeyError):
         return None
     return Path(folder) if isinstance(folder, str) else None
 
 
-def _settings() -> Path:
+def settings() -> Path:
+    """The folder of the user's settings; it may not be there yet."""
     named = os.environ.get(SETTINGS)
     if named:
         return Path(named)

@@ -12,6 +12,7 @@
 ``virtual:?clock=wall``                in real time
 ``replay:file.mat``                    a recording in the plant's place, for what it is a recording of
 ``replay:file.mat?clock=wall``         in real time
+``quanser:q2_usb/0``                   a board of the maker's, through the maker's own Python package
 =====================================  ============================================================
 """
 
@@ -29,6 +30,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
+from rotflex.hil.real import Setup, quanser
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
@@ -50,6 +52,7 @@ def open(
     run: int = FIRST_RUN,
     plant: VirtualPlantSpec | PlantParameters | None = None,
     servo: Servo | None = None,
+    setup: Setup | None = None,
 ) -> Bench:
     """The bench at an address, to be used in a ``with`` statement.
 
@@ -62,6 +65,7 @@ def open(
     plant : a plant of one's own on a virtual bench, in place of a drawn one: parameters (with the arm of position 1 as
         what is told, and outputs at once), or all that a bench is made of
     servo : nominal servo of that bench; the data sheet's with the address's encoder unless given
+    setup : what is known of a real bench: its parts, wiring, and whether it was commissioned
 
     Raises
     ------
@@ -75,10 +79,12 @@ def open(
         if plant is not None:
             raise BenchError(_("A recording has no plant of one's own: give {uri!r} or a plant.").format(uri=uri))
         return _replay(uri, rest)
+    if scheme == "quanser":
+        return quanser(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
-            f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', or with "
-            "replay, as in 'replay:recording.mat'."
+            f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "
+            "in 'replay:recording.mat', or with quanser, as in 'quanser:q2_usb/0'."
         )
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)

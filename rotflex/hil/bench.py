@@ -7,25 +7,38 @@
 
 However a ``with`` block ends, the motor is at 0 V afterwards. A watchdog on the board does the same should the program
 stop without a word. The hardware's own emergency stop comes first all the same.
+
+Where time does not wait for the program, a read gives the newest sample: those that waited behind a pause are in
+``late``, for whoever wants them, and no voltage is written for them.
 """
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, NoReturn, Self
 
 import numpy as np
 
 from rotflex.config import Joint, Servo, check_mounted
+from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, HILError, LimitExceeded
-from rotflex.hil.board import Board, BufferOverflowMode, Clock
+from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts
+from rotflex.hil.guard import Guard
+from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt
+from rotflex.hil.pace import Pace
+from rotflex.hil.parts import Limits, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
+from rotflex.recording import Recording
 from rotflex.units import DEG
 
-WATCHDOG_TIMEOUT = 0.2  #: s
 _FOREVER = 2**32 - 1
+_RATE_OVER = 0.01  # s
+
+
+__all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
 
 
 class Measurement(NamedTuple):
@@ -34,32 +47,6 @@ class Measurement(NamedTuple):
     time: float
     theta: float
     alpha: float
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Software limits. The makers publish no mechanical ones, so these are cautious.
-
-    Attributes
-    ----------
-    voltage : at the motor, V; a larger command is cut to it
-    theta : servo angle either way, rad: half a turn, for the cables' sake
-    alpha : deflection either way, rad
-    """
-
-    voltage: float = 10.0
-    theta: float = 180 * DEG
-    alpha: float = 30 * DEG
-
-
-@dataclass(frozen=True)
-class Wiring:
-    """Which channels the bench is wired to. ``link_sign`` is -1: the link's encoder counts the other way."""
-
-    motor: int = 0
-    servo_encoder: int = 0
-    link_encoder: int = 1
-    link_sign: int = -1
 
 
 class Bench:
@@ -72,9 +59,14 @@ class Bench:
     identity : plain data that says which bench this is; goes into every recording
     limits, wiring : as above
     recorded : the recording that moves in the plant's place, on a replay
+    safety : for a bench that can come to harm
+    clock : of the board, that paces the samples
+    now : the computer's time, s
 
     Attributes
     ----------
+    late : the samples that waited before the one that was read last, where time does not wait
+    kept : what the last run recorded that did not end as it should, with the reason in its metadata
     on_sample : called once a sample, with what was measured and the voltage that is about to be set; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
     """
@@ -88,16 +80,26 @@ class Bench:
         limits: Limits | None = None,
         wiring: Wiring | None = None,
         recorded: RecordedPlant | None = None,
+        safety: Safety | None = None,
+        clock: int = Clock.HARDWARE_CLOCK_0,
+        now: Callable[[], float] = time.perf_counter,
     ) -> None:
         self.servo = check_mounted(servo)
         self.joint = joint
         self.identity = dict(identity)
         self.limits = limits or Limits()
         self.recorded = recorded
+        self.safety = safety or Safety()
+        self._clock, self._now = clock, now
         self._connect = connect
         self._wiring = wiring or Wiring()
         self.on_sample: Callable[[Measurement, float], None] | None = None
-        self._latest = Measurement(0.0, 0.0, 0.0)
+        self.late: list[Measurement] = []
+        self.kept: Recording | None = None
+        self.latest = Measurement(0.0, 0.0, 0.0)
+        self._pace: Pace | None = None
+        self._lost = 0
+        self._rate = 0.0  # rad/s, smoothed
         self._board: Board | None = None
         self._task: int | None = None
         self._sample = 0
@@ -107,7 +109,7 @@ class Bench:
         self._encoders = np.array([self._wiring.servo_encoder, self._wiring.link_encoder], dtype=np.uint32)
         self._counts = np.zeros(2, dtype=np.int32)
         self._volts = np.zeros(1)
-        self._K_theta = servo.K_enc
+        self._K_theta = self._wiring.servo_sign * servo.K_enc
         self._K_alpha = self._wiring.link_sign * servo.K_enc
 
     def __repr__(self) -> str:
@@ -134,7 +136,7 @@ class Bench:
             raise BenchError("The bench is open already.")
         self._board, self._task = self._connect(), None
         try:
-            self._board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
+            self._prepare_watchdog(self._board)
             self._board.watchdog_clear()
             self._board.watchdog_stop()
             self._set_motor(0.0)
@@ -142,6 +144,14 @@ class Bench:
             self._close()
             raise
         return self
+
+    def _prepare_watchdog(self, board: Board) -> None:
+        """Have an expired watchdog set 0 V, also where the one of the last program still holds the board."""
+        try:
+            board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
+        except HILError:
+            board.watchdog_clear()
+            board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
@@ -159,20 +169,8 @@ class Bench:
             board.close()
 
     def _halt(self, board: Board) -> None:
-        """0 V and no task, even if the watchdog holds the outputs.
-
-        The watchdog goes on running until the board has taken the 0 V: should it not take them, the watchdog sets them.
-        """
-        try:
-            board.watchdog_clear()
-        finally:
-            self._volts[0] = 0.0
-            board.write_analog(self._motor, 1, self._volts)
-        board.watchdog_stop()
-        if self._task is not None:
-            task, self._task = self._task, None
-            board.task_stop(task)
-            board.task_delete(task)
+        task, self._task = self._task, None
+        halt(board, self._motor, task)
 
     # --- an experiment --------------------------------------------------------------------------------------------
 
@@ -199,11 +197,16 @@ class Bench:
         if zero:
             board.set_encoder_counts(self._encoders, 2, np.zeros(2, dtype=np.int32))
         self._sample, self._sample_time = 0, sample_time
+        self._pace, self._lost, self._rate, self.late = None, 0, 0.0, []
+        if self.safety.guard is not None:
+            self.safety.guard.start(sample_time)
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW
         board.task_set_buffer_overflow_mode(self._task, mode)
         board.watchdog_start(WATCHDOG_TIMEOUT)
-        board.task_start(self._task, Clock.HARDWARE_CLOCK_0, 1 / sample_time, _FOREVER)
+        board.task_start(self._task, self._clock, 1 / sample_time, _FOREVER)
+        if not self.is_simulated:
+            self._pace = Pace(sample_time, "hardware" if self._clock >= 0 else "software", self._now)
 
     @property
     def is_simulated(self) -> bool:
@@ -211,30 +214,92 @@ class Bench:
         return self.identity.get("clock") == "simulated"
 
     def read(self) -> Measurement:
-        """Wait for the next sample.
+        """Wait for the next sample; where several waited already, the newest is given and the others are ``late``.
 
         Raises
         ------
         LimitExceeded
-            If an angle is past its limit. The motor is at 0 V then.
+            If an angle is past its limit, or the servo moves as it could not. The motor is at 0 V then.
         HILError
-            If the board gives no sample.
+            If the board gives no sample, or its watchdog has expired.
         BenchError
-            If the bench is not open, or not sampling.
+            If the bench is not open, or not sampling, or answers come too slowly.
         """
         board = self.board
         if self._task is None:
             raise BenchError("The bench is not sampling; call start() first.")
-        if board.task_read_encoder(self._task, 1, self._counts) != 1:
+        self._fetch(board, self._counts, 1)
+        lost, waiting = (0, 0) if self._pace is None else self._waiting(board, self._pace)
+        if not board.watchdog_reload():
+            self.stop()
+            raise HILError(
+                _(
+                    "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the "
+                    "motor to 0 V. Close what else keeps this computer busy, and run it again."
+                ).format(timeout=WATCHDOG_TIMEOUT)
+            )
+        self._sample += lost
+        measured = self._taken(*self._counts.tolist(), 1 + lost)
+        return self._newest(board, measured, waiting) if waiting else measured
+
+    def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
+        if self._task is None or board.task_read_encoder(self._task, samples, counts) != samples:
             raise HILError("The board gave no sample.")
-        board.watchdog_reload()
-        servo, link = self._counts.tolist()
+
+    def _drop_stale(self, board: Board, pace: Pace) -> None:
+        """A run begins with a sample of now: older ones are read, for flushing has no effect on readers."""
+        stale = pace.stale() if self._sample == 0 else 0
+        if stale:
+            self._fetch(board, np.zeros(2 * stale, dtype=np.int32), stale)
+            self._fetch(board, self._counts, 1)
+
+    def _taken(self, servo: int, link: int, samples: int = 1) -> Measurement:
+        """The next sample from its counts, within the limits; ``samples`` after the one before."""
         measured = Measurement(self._sample * self._sample_time, servo * self._K_theta, link * self._K_alpha)
         self._sample += 1
-        self._latest = measured
-        if abs(measured.theta) > self.limits.theta or abs(measured.alpha) > self.limits.alpha:
+        before, self.latest = self.latest, measured
+        limits = self.limits
+        if abs(measured.theta) > limits.theta or abs(measured.alpha) > limits.alpha:
             self.stop()
             self._report_limit(measured)
+        if self.safety.guard is not None:
+            self._guard(self.safety.guard, measured, samples)
+        if measured.time > limits.duration:
+            self._end(
+                _("The run has taken {time:g} s, which is all that this bench allows.").format(time=limits.duration)
+            )
+        if limits.rate < math.inf and samples == 1 and self._sample > 1:
+            self._limit_rate(measured, before)
+        return measured
+
+    def _waiting(self, board: Board, pace: Pace) -> tuple[int, int]:
+        """How many samples were lost before the one that has just come, and how many wait behind it."""
+        self.late = []
+        self._drop_stale(board, pace)
+        behind = pace.arrived(self._sample)
+        if not behind:
+            return 0, 0
+        if pace.too_slow:
+            self._end(
+                _(
+                    "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is "
+                    "too slow for its sample time."
+                ).format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
+            )
+        lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
+        self._lost += lost
+        waiting = max(behind - lost, 0)
+        pace.missed += lost
+        pace.late += waiting
+        return lost, waiting
+
+    def _newest(self, board: Board, measured: Measurement, waiting: int) -> Measurement:
+        """The newest of the samples that wait; those before it are late."""
+        counts = np.zeros(2 * waiting, dtype=np.int32)
+        self._fetch(board, counts, waiting)
+        for servo, link in counts.reshape(-1, 2).tolist():
+            self.late.append(measured)
+            measured = self._taken(servo, link)
         return measured
 
     def write(self, voltage: float) -> float:
@@ -252,17 +317,64 @@ class Bench:
             self.stop()
             raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
         if self.on_sample is not None:
-            self.on_sample(self._latest, applied)
+            self.on_sample(self.latest, applied)
         self._set_motor(applied)
+        if self._pace is not None:
+            self._pace.answered()
+        if self.safety.guard is not None:
+            self.safety.guard.drive(applied)
         return applied
+
+    @property
+    def sample(self) -> int:
+        """Which sample of the run was read last; -1 before the first."""
+        return self._sample - 1
+
+    @property
+    def timing(self) -> dict[str, Any]:
+        """How steadily the last run's samples came, a few numbers; nothing where time waits."""
+        return {} if self._pace is None else {"timing": self._pace.report()}
+
+    def require_commissioned(self) -> None:
+        """That a loop may be closed on this bench.
+
+        Raises
+        ------
+        BenchError
+            If it was not commissioned as it is wired now.
+        """
+        why = self.safety.commissioned() if self.safety.commissioned is not None else ""
+        if why:
+            raise BenchError(why)
 
     def stop(self) -> None:
         """0 V, and no more samples."""
         self._halt(self.board)
 
     def _set_motor(self, voltage: float) -> None:
-        self._volts[0] = voltage / self.servo.cable_gain
+        self._volts[0] = self._wiring.motor_sign * voltage / self.servo.cable_gain
         self.board.write_analog(self._motor, 1, self._volts)
+
+    def _guard(self, guard: Guard, measured: Measurement, samples: int) -> None:
+        why = guard.see(measured.theta, measured.alpha, samples)
+        if why:
+            self._end(why)
+
+    def _limit_rate(self, measured: Measurement, before: Measurement) -> None:
+        weight = math.exp(-self._sample_time / _RATE_OVER)
+        rate = (measured.theta - before.theta) / (measured.time - before.time)
+        self._rate = weight * self._rate + (1 - weight) * rate
+        if abs(self._rate) > self.limits.rate:
+            self._end(
+                _("The servo turned at {rate:.1f} rad/s; its limit is ±{limit:.1f} rad/s.").format(
+                    rate=self._rate, limit=self.limits.rate
+                )
+            )
+
+    def _end(self, why: str) -> NoReturn:
+        """End a run for a limit: 0 V first, and then the reason."""
+        self.stop()
+        raise LimitExceeded(_("{why} (t = {time:.3f} s.) The motor is at 0 V.").format(why=why, time=self.latest.time))
 
     def _report_limit(self, measured: Measurement) -> None:
         theta_passed = abs(measured.theta) > self.limits.theta

@@ -1,8 +1,13 @@
-"""The control loop: read, decide, write, once a sample."""
+"""The control loop: read, decide, write, once a sample.
+
+Where time does not wait, samples that were late have no voltage written for them: the controller sees them, so that its
+derivatives know what happened meanwhile, and only its answer to the newest one counts. What a run recorded that was
+broken off stays with the bench, as ``bench.kept``, and says why.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +17,9 @@ from rotflex import __version__
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import Controller, OpenLoop
+from rotflex.hil.halt import reason
+from rotflex.hil.pace import undisturbed
+from rotflex.hil.unfinished import Unfinished, filled
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
@@ -46,20 +54,23 @@ def run(
     Raises
     ------
     BenchError
-        If the reference is not a list of finite numbers, if the bench is a replay of another run, or for what the
-        bench raises; the motor is at 0 V.
+        If the reference is not a list of finite numbers, if the bench is a replay of another run, if it is a real one
+        that was not commissioned, or for what the bench raises; the motor is at 0 V.
     """
     targets = np.asarray(reference, dtype=float)
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
         raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
+    if not isinstance(controller, OpenLoop):
+        bench.require_commissioned()
     asked = str((metadata or {}).get("experiment", type(controller).__name__))
     if bench.recorded is not None:
         bench.recorded.require_whole(targets.size, sample_time, asked)
-    theta, alpha, vm = _sampled(bench, controller, targets, sample_time, progress)
+    described = _described(bench, sample_time, metadata)
+    theta, alpha, vm = _sampled(bench, controller, targets, described, progress)
     if bench.recorded is not None:
         vm = bench.recorded.require_same(vm, asked)
-    time, described = np.arange(targets.size) * sample_time, _described(bench, sample_time, metadata)
-    return Recording.of(time, described, theta=theta, alpha=alpha, vm=vm)
+    time = np.arange(targets.size) * sample_time
+    return Recording.of(time, described | bench.timing, theta=theta, alpha=alpha, vm=vm)
 
 
 def listen(
@@ -86,27 +97,83 @@ def listen(
     if bench.recorded is not None:
         samples = min(samples, bench.recorded.samples(sample_time))
         volts = bench.recorded.voltage(samples, sample_time)
-    heard = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, sample_time, progress)
+    described = _described(bench, sample_time, metadata)
+    heard = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, described, progress)
     channels = {"theta": heard[0], "alpha": heard[1]} | ({} if volts is None else {"vm": volts})
-    return Recording.of(np.arange(samples) * sample_time, _described(bench, sample_time, metadata), **channels)
+    return Recording.of(np.arange(samples) * sample_time, described | bench.timing, **channels)
 
 
 def _sampled(
-    bench: Bench, controller: Controller, targets: NDArray[np.float64], sample_time: float, progress: bool
+    bench: Bench, controller: Controller, targets: NDArray[np.float64], described: dict[str, Any], progress: bool
 ) -> NDArray[np.float64]:
     """theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
-    theta, alpha, vm = signals = np.empty((3, targets.size))
+    bench.kept = None
+    recorded = Unfinished(targets.size, bench.safety.folder, described)
     controller.reset()
     if bench.recorded is not None:
         bench.recorded.rewind()
-    bench.start(sample_time)
+    # Whatever takes its time is done before the first sample: a bar, for one, that is imported.
+    coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
     try:
-        for index, target in enumerate(with_progress(targets.tolist(), "experiment", "sample", progress)):
-            _, theta[index], alpha[index] = measured = bench.read()
-            vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
-    finally:
-        bench.stop()
-    return signals
+        bench.start(described["sample_time"])
+    except BaseException:
+        recorded.finished()
+        raise
+    try:
+        with undisturbed(not bench.is_simulated):
+            _sample(bench, controller, targets, coming, recorded.signals)
+    except BaseException as error:
+        try:
+            bench.stop()
+        finally:
+            _note_last(bench, recorded.signals)
+            bench.kept = recorded.broken_off(reason(error), bench.timing)
+        raise
+    bench.stop()
+    return filled(recorded.finished())
+
+
+def _sample(
+    bench: Bench,
+    controller: Controller,
+    targets: NDArray[np.float64],
+    coming: Iterable[tuple[int, float]],
+    signals: NDArray[np.float64],
+) -> None:
+    theta, alpha, vm = signals
+    passed = -1  # the last sample that is dealt with
+    for index, target in coming:
+        if index <= passed:
+            continue
+        measured = bench.read()
+        if bench.late or bench.sample != index:
+            passed = _catch_up(bench, controller, targets, signals, index)
+            continue
+        _, theta[index], alpha[index] = measured
+        vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
+
+
+def _catch_up(
+    bench: Bench, controller: Controller, targets: NDArray[np.float64], signals: NDArray[np.float64], index: int
+) -> int:
+    """Record the samples that were late, answer the newest, and return which it is."""
+    held = signals[2, index - 1] if index else 0.0
+    newest = bench.sample
+    signals[2, index:newest] = held
+    for sample, (_time, *angles) in enumerate([*bench.late, bench.latest], newest - len(bench.late)):
+        if sample >= targets.size:
+            return newest
+        signals[:2, sample] = angles
+        asked = controller(float(targets[sample]), *angles)
+    signals[2, newest] = bench.write(asked)
+    return newest
+
+
+def _note_last(bench: Bench, signals: NDArray[np.float64]) -> None:
+    """The samples that ended a run are recorded, too, which nobody answered any more."""
+    for sample, (_time, *angles) in enumerate([*bench.late, bench.latest], bench.sample - len(bench.late)):
+        if 0 <= sample < signals.shape[1] and np.isnan(signals[0, sample]):
+            signals[:2, sample] = angles
 
 
 def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -1,0 +1,126 @@
+"""The runaway guard: the servo must go where voltage and spring drive it, or the motor is stopped.
+
+A sign that is wrong somewhere (motor, an encoder), a counter that stands still, jumps or turns round: each makes the
+servo move as it could not. The guard follows, sample by sample, how quickly the applied voltage and the measured
+deflection would drive a nominal servo, and compares that with how quickly the encoder says it moves. Both are summed up
+over the last moments: R, by how much they differ, and A, by how much either moves. With right signs R is a fraction of
+A; with a wrong sign, or a counter that stands still, it is all of it. Only what is driven is judged: an arm that
+is moved by hand at 0 V is not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rotflex.config import Servo
+from rotflex.courseware.messages import _
+from rotflex.units import DEG
+
+STIFFNESS = 1.4  #: N·m/rad; of the joint, within a factor that the guard allows for
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """What the guard lets pass. Found on runs of many benches, see ``tests/hil/test_guard.py``.
+
+    Attributes
+    ----------
+    share : of all motion, by which the servo may move otherwise than it is driven
+    motion : rad besides, for what a nominal servo does not know: friction, play, delays
+    friction : N·m; a drive below it may move the servo or not
+    memory : s, over which motion is summed up
+    smoothing : s, by which rates are smoothed; an encoder's count is worth 0.4 rad/s from one sample to the next
+    jump : by how many times the quickest possible motion a counter may move in one sample
+    """
+
+    share: float = 0.6
+    motion: float = 2.0 * DEG
+    friction: float = 0.03
+    memory: float = 0.1
+    smoothing: float = 0.006
+    jump: float = 2.0
+
+
+class Guard:
+    """Watches one run after the other.
+
+    Parameters
+    ----------
+    servo : nominal
+    alpha_limit : the deflection's limit, rad, which bounds how quickly the link can move
+    allowance : see above
+    """
+
+    def __init__(self, servo: Servo, alpha_limit: float = 30 * DEG, allowance: Allowance | None = None) -> None:
+        self._servo, self._allowed = servo, allowance or Allowance()
+        self._torque, self._damping = servo.torque_per_volt, servo.B_eq + servo.back_emf_damping
+        quickest = servo.torque_per_volt * servo.V_max / self._damping
+        swinging = alpha_limit * math.sqrt(STIFFNESS / _LIGHTEST_LINK) if math.isfinite(alpha_limit) else quickest
+        self._quickest = (quickest, quickest + swinging)
+        self.start(0.002)
+
+    def start(self, sample_time: float) -> None:
+        """A run begins, with the arm anywhere and at 0 V."""
+        self._period = sample_time
+        self._lag = math.exp(-sample_time * self._damping / self._servo.J_eq)
+        self._smooth = math.exp(-sample_time / self._allowed.smoothing)
+        self._forget = math.exp(-sample_time / self._allowed.memory)
+        self._before: tuple[float, float] | None = None
+        self._volts = self._driven = self._rate = self._expected = 0.0
+        self._stood = 0
+        self.apart = self.moved = 0.0  #: R and A, rad
+
+    def drive(self, voltage: float) -> None:
+        """What is applied until the next sample, V."""
+        self._volts = voltage
+
+    def see(self, theta: float, alpha: float, samples: int = 1) -> str:
+        """Judge a sample (rad): text that is not empty is why the motor must stop."""
+        before, self._before = self._before, (theta, alpha)
+        if before is None:
+            return ""
+        reach = self._allowed.jump * samples * self._period
+        for moved, quickest, name in (
+            (theta - before[0], self._quickest[0], _("servo angle")),
+            (alpha - before[1], self._quickest[1], _("deflection")),
+        ):
+            if abs(moved) > reach * quickest + _A_FEW_COUNTS:
+                return _(
+                    "The {name} jumped by {moved:.1f} deg from one sample to the next, quicker than it can move: look "
+                    "at the encoder's plug and cable."
+                ).format(name=name, moved=moved / DEG)
+        self._stood = 0 if theta != before[0] else self._stood + samples
+        for _each in range(samples):
+            self._follow((theta - before[0]) / samples, before[1])
+        if self.apart <= self._allowed.motion + self._allowed.share * self.moved:
+            return ""
+        return self._reason()
+
+    def _follow(self, moved: float, alpha: float) -> None:
+        """One sample: how quickly the servo is driven, and how quickly it moves."""
+        torque = self._torque * self._volts + STIFFNESS * alpha
+        driving = math.copysign(max(abs(torque) - self._allowed.friction, 0.0), torque) if self._volts else 0.0
+        self._driven = self._lag * self._driven + (1 - self._lag) * driving / self._damping
+        smooth = self._smooth
+        self._rate = smooth * self._rate + (1 - smooth) * moved / self._period
+        self._expected = smooth * self._expected + (1 - smooth) * self._driven
+        judged = self._period if self._volts else 0.0
+        forget = self._forget
+        self.apart = forget * self.apart + judged * abs(self._rate - self._expected)
+        self.moved = forget * self.moved + judged * (abs(self._rate) + abs(self._expected))
+
+    def _reason(self) -> str:
+        if self._stood * self._period > self._allowed.memory / 2:
+            return _(
+                "The servo's encoder has stood still for {time:.0f} ms while {volts:.1f} V drove the motor: look at "
+                "the encoder's cable, at the amplifier, and whether something holds the arm."
+            ).format(time=self._stood * self._period * 1e3, volts=self._volts)
+        return _(
+            "The servo does not move as voltage and spring drive it: a sign of the motor or of an encoder is wrong, a "
+            "cable is loose, or somebody pushes the arm."
+        )
+
+
+_LIGHTEST_LINK = 1e-3  # kg·m²; no arm is lighter
+_A_FEW_COUNTS = 0.5 * DEG

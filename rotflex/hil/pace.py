@@ -1,0 +1,111 @@
+"""How steadily samples come, where time does not wait: which come late, which never, and how long an answer takes.
+
+A board's samples wait in its buffer until they are fetched, and it does not say how many wait. The computer's clock
+does: the quickest arrival tells when samples are due, and one that comes more than a period after that has others
+behind it. A clock of the board and one of the computer drift apart, so what is known of the quickest arrival fades.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+DRIFT = 5e-4  #: of the time that passes; two crystals differ by a tenth of that
+TOO_SLOW = 10  #: reads in a row that find samples waiting: it is no pause, the answers take too long
+_FRESH = 2.0  # periods after the start in which a first sample is no old one
+_SWITCH = 0.0005  # s; how often threads take turns, so that others do not hold up the loop
+
+
+class Pace:
+    """The arrivals of one run.
+
+    Parameters
+    ----------
+    period : s
+    clock : what paces the samples, for the report
+    now : the computer's time, s
+    """
+
+    def __init__(self, period: float, clock: str, now: Callable[[], float] = time.perf_counter) -> None:
+        self._period, self._clock, self._now = period, clock, now
+        self._begun = now()
+        self._base = math.nan  # when sample 0 was, or would have been, here at the earliest
+        self._arrivals: list[float] = []
+        self._answers: list[float] = []
+        self._arrival = self._begun
+        self._in_a_row = 0
+        self._worst = 0.0
+        self.late = 0
+        self.missed = 0
+
+    def stale(self) -> int:
+        """How many samples were waiting before the first one was fetched, which has just come."""
+        waited = (self._now() - self._begun) / self._period
+        return int(waited) if waited >= _FRESH else 0
+
+    def arrived(self, sample: int) -> int:
+        """How many samples wait behind this one, which has just come."""
+        now = self._arrival = self._now()
+        self._arrivals.append(now)
+        if math.isnan(self._base):
+            self._base = now - sample * self._period
+        lateness = now - (self._base + sample * self._period)
+        self._base += min(lateness, DRIFT * self._period)
+        behind = int(lateness / self._period + 1e-9) if lateness > 0 else 0
+        self._worst = max(self._worst, lateness)
+        self._in_a_row = self._in_a_row + 1 if behind else 0
+        return behind
+
+    def answered(self) -> None:
+        """The voltage for the sample that came last is written."""
+        self._answers.append(self._now() - self._arrival)
+
+    @property
+    def too_slow(self) -> bool:
+        """Whether answers take longer than the period, time and again."""
+        return self._in_a_row >= TOO_SLOW
+
+    @property
+    def answer(self) -> float:
+        """How long answers usually took, s."""
+        return float(np.median(self._answers)) if self._answers else 0.0
+
+    def report(self) -> dict[str, Any]:
+        """A few numbers for a recording's metadata, times in s."""
+        told: dict[str, Any] = {"clock": self._clock, "late": self.late, "missed": self.missed}
+        if len(self._arrivals) > 1:
+            told["period"] = _percentiles(np.diff(self._arrivals))
+            told["latest"] = round(self._worst, 6)
+        if self._answers:
+            told["answer"] = _percentiles(np.array(self._answers))
+        return told
+
+
+def _percentiles(values: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, float]:
+    shares = {"p50": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
+    return {name: round(float(np.percentile(values, share)), 6) for name, share in shares.items()}
+
+
+@contextmanager
+def undisturbed(needed: bool) -> Iterator[None]:
+    """Without pauses of Python's own: rubbish is collected before and not during, and threads take short turns."""
+    if not needed:
+        yield
+        return
+    collecting, switching = gc.isenabled(), sys.getswitchinterval()
+    gc.collect()
+    gc.disable()
+    sys.setswitchinterval(min(_SWITCH, switching))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(switching)
+        if collecting:
+            gc.enable()

@@ -1,0 +1,78 @@
+"""What a bench may do, how it is wired, and what keeps it from harm; each can be a laboratory's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError
+from rotflex.hil.guard import Guard
+from rotflex.units import DEG
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Software limits. The makers publish no mechanical ones, so these are cautious.
+
+    Attributes
+    ----------
+    voltage : at the motor, V; a larger command is cut to it
+    theta : servo angle either way, rad: half a turn, for the cables' sake
+    alpha : deflection either way, rad
+    rate : of the servo, rad/s, over 10 ms; none unless given
+    duration : of a run, s; none unless given
+    """
+
+    voltage: float = 10.0
+    theta: float = 180 * DEG
+    alpha: float = 30 * DEG
+    rate: float = math.inf
+    duration: float = math.inf
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Which channels the bench is wired to, and which way.
+
+    A positive voltage turns the servo the positive way, and a positive turn counts up, where a sign is 1. By default
+    it is as on the virtual bench, where the link's encoder counts the other way. How a real bench is wired is found
+    there, never assumed.
+
+    Raises
+    ------
+    ConfigurationError
+        If a sign is neither 1 nor -1.
+    """
+
+    motor: int = 0
+    servo_encoder: int = 0
+    link_encoder: int = 1
+    link_sign: int = -1
+    motor_sign: int = 1
+    servo_sign: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("motor_sign", "servo_sign", "link_sign"):
+            if getattr(self, name) not in (1, -1):
+                raise ConfigurationError(
+                    _("{name} must be 1 or -1; it is {value!r}.").format(name=name, value=getattr(self, name))
+                )
+
+
+@dataclass(frozen=True)
+class Safety:
+    """What a bench has that can come to harm.
+
+    Attributes
+    ----------
+    guard : watches every run for motion that cannot be
+    commissioned : asked before each closed loop; text that is not empty is why there is none yet on this bench
+    folder : where samples are kept while they come, so that they outlive the program
+    """
+
+    guard: Guard | None = None
+    commissioned: Callable[[], str] | None = None
+    folder: Path | None = None

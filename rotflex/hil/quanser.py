@@ -1,0 +1,107 @@
+"""A board over the maker's own Python package, ``quanser.hardware``: the same verbs, passed on as they are.
+
+The package is in no registry: it comes as a wheel inside the maker's SDK, and is a layer over the SDK's libraries. It
+is imported only when such a board is opened.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+from collections.abc import Callable
+from typing import Any, cast
+
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError, HILError
+from rotflex.hil.board import VERBS, Board
+
+#: What the maker's layer raises for arguments that it cannot pass on.
+_UNFIT = (TypeError, ValueError, OverflowError, BufferError)
+_WHERE = _(
+    "Install the Quanser SDK from https://github.com/quanser (quanser_sdk_win64, quanser_sdk_linux) or from the disc "
+    "that came with the board, then, into the Python that runs this, the wheels in the folder that the SDK's variable "
+    "QSDK_DIR names: pip install --find-links PATH quanser_api, with %QSDK_DIR%python for PATH. A bench without a "
+    "Quanser board needs none of it."
+)
+
+
+class QuanserBoard:
+    """A :class:`~rotflex.hil.board.Board`: its verbs are those of the maker's ``HIL``, and its errors are ours.
+
+    Parameters
+    ----------
+    card : an open ``quanser.hardware.HIL``
+    failure : the class of the maker's errors
+    """
+
+    def __init__(self, card: Any, failure: type[Exception]) -> None:
+        self._card = card
+        for verb in VERBS:
+            if verb != "close":
+                setattr(self, verb, _translated(verb, getattr(card, verb), failure))
+        self._close = _translated("close", card.close, failure)
+
+    def close(self) -> None:
+        """Close the board; a second call does nothing."""
+        if self._card.is_valid():
+            self._close()
+
+
+def connect(board: str, identifier: str) -> Board:
+    """Open a board.
+
+    Parameters
+    ----------
+    board : its type, as the maker names it, such as ``q2_usb``
+    identifier : which of them, such as ``0``; or where the maker's simulator has it
+
+    Raises
+    ------
+    BenchError
+        If the maker's package is not there, or not whole; the message says what to install.
+    HILError
+        If there is no such board, in the maker's words.
+    """
+    hardware = _package()
+    opened = _translated("open", hardware.HIL, hardware.HILError)
+    return cast(Board, QuanserBoard(opened(board, identifier), hardware.HILError))
+
+
+def _package() -> Any:
+    """The maker's package."""
+    try:
+        return importlib.import_module("quanser.hardware")
+    except ImportError as error:
+        found = _("The maker's Python package, quanser.hardware, is not installed here ({error}).").format(error=error)
+    except OSError as error:
+        found = _(
+            "The maker's Python package is installed, but the libraries of the Quanser SDK, on which it stands, cannot "
+            "be loaded ({error})."
+        ).format(error=error)
+    raise BenchError(f"{found} {_WHERE}") from None
+
+
+def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -> Callable[..., Any]:
+    """A verb whose errors are ours, in the maker's words: their text alone is a bare number."""
+
+    @functools.wraps(call)
+    def translated(*arguments: Any) -> Any:
+        try:
+            return call(*arguments)
+        except failure as error:
+            raise HILError(
+                _("The board failed at {verb}: {words} (error {number}).").format(
+                    verb=verb, words=_words(error), number=error
+                )
+            ) from error
+        except _UNFIT as error:
+            raise HILError(
+                _("The board was told something unfit at {verb}: {error}").format(verb=verb, error=error)
+            ) from error
+
+    return translated
+
+
+def _words(error: Any) -> str:
+    """What an error of the maker's says."""
+    return str(error.get_error_message()).strip().rstrip(".")

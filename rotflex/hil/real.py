@@ -1,0 +1,119 @@
+"""A bench that can come to harm: what is known of it, and what keeps it from harm.
+
+A laboratory's own wiring and the record of its commissioning come in as a :class:`Setup`. Without a record no loop is
+closed: which way a bench is wired is found there, never assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from rotflex.config import Joint, Servo, joint, srv02
+from rotflex.courseware import course_place
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError
+from rotflex.hil import quanser as adapter
+from rotflex.hil.bench import Bench
+from rotflex.hil.board import Board, Clock
+from rotflex.hil.guard import Guard
+from rotflex.hil.parts import Limits, Safety, Wiring
+
+#: A servo under 10 V turns at 17 rad/s without a load. No experiment of the course is longer than a minute.
+LIMITS = Limits(rate=25.0, duration=120.0)
+
+
+def not_commissioned() -> str:
+    """Why no loop is closed on a bench that has no record."""
+    return _(
+        "This bench has not been commissioned as it is wired now, so no loop is closed on it: with one sign wrong the "
+        "arm would be half a turn away within 0.3 s. Commission it first; watching it and driving it with a voltage "
+        "work without."
+    )
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A real bench.
+
+    Attributes
+    ----------
+    servo, joint : its parts
+    limits, wiring : see :mod:`rotflex.hil.parts`
+    commissioned : text that is not empty is why no loop is closed
+    prepare : sets up a board that was just opened: options, ranges, quadrature, filters
+    clock : of the board, that paces the samples; a negative one is the computer's
+    simulated : whether time waits for the program, as it does in the maker's simulator
+    """
+
+    servo: Servo = field(default_factory=srv02)
+    joint: Joint = field(default_factory=joint)
+    limits: Limits = LIMITS
+    wiring: Wiring = field(default_factory=Wiring)
+    commissioned: Callable[[], str] = not_commissioned
+    prepare: Callable[[Board], None] = lambda board: None
+    clock: int = Clock.HARDWARE_CLOCK_0
+    simulated: bool = False
+
+
+def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
+    """The bench at an address.
+
+    Parameters
+    ----------
+    uri : the address, which is its identity
+    connect : opens its board
+    setup : what is known of it
+    """
+
+    def prepared() -> Board:
+        board = connect()
+        try:
+            setup.prepare(board)
+        except BaseException:
+            board.close()
+            raise
+        return board
+
+    return Bench(
+        connect=prepared,
+        servo=setup.servo,
+        joint=setup.joint,
+        identity={
+            "uri": uri,
+            "arm_position": setup.joint.arm_position,
+            "encoder": setup.servo.encoder,
+            "clock": "simulated" if setup.simulated else "wall",
+        },
+        limits=setup.limits,
+        wiring=setup.wiring,
+        safety=Safety(
+            guard=Guard(setup.servo, setup.limits.alpha),
+            commissioned=setup.commissioned,
+            folder=course_place.settings() / "unfinished",
+        ),
+        clock=setup.clock,
+    )
+
+
+def quanser(uri: str, rest: str, setup: Setup | None) -> Bench:
+    """The bench on one of the maker's boards, at ``BOARD/ID``.
+
+    Raises
+    ------
+    BenchError
+        If the address is none.
+    """
+    board, slash, identifier = rest.partition("/")
+    if not (board.replace("_", "").isalnum() and slash and identifier):
+        raise BenchError(
+            _(
+                "The address {uri!r} names no board: it is quanser:BOARD/ID, as in 'quanser:q2_usb/0', or for the "
+                "maker's simulator \"quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'\"."
+            ).format(uri=uri)
+        )
+
+    chosen = setup or Setup()
+    connect = partial(adapter.connect, board, identifier)
+    return bench(uri, connect, replace(chosen, simulated=chosen.simulated or "@" in identifier))

@@ -1,0 +1,124 @@
+"""Samples that outlive the program: what was recorded when it was killed, or when a run was broken off.
+
+Where time does not wait for the program, a run writes its samples into a file as they come, through the operating
+system's own memory, which costs the loop nothing and which no end of the program takes away.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.courseware import files
+from rotflex.courseware.messages import _
+from rotflex.errors import RecordingError
+from rotflex.recording import Recording
+
+ENDED = "ended"  #: why a recording is not whole, in its metadata
+_SIGNALS = ("theta", "alpha", "vm")
+
+
+class Unfinished:
+    """The signals (3, n) of a run, theta, alpha (rad) and vm (V); what was not sampled is no number.
+
+    Parameters
+    ----------
+    samples : how many there will be at the most
+    folder : where they are kept until the run is over; None keeps them in memory
+    described : the recording's metadata
+    """
+
+    def __init__(self, samples: int, folder: Path | None, described: Mapping[str, Any]) -> None:
+        self._path: Path | None = None
+        self._described = dict(described)
+        if folder is None:
+            self.signals: NDArray[np.float64] = np.full((3, samples), np.nan)
+            return
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._path = folder / f"{uuid.uuid4().hex}.npy"
+            self._describe(self._path)
+            self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=np.float64, shape=(3, samples))
+        except OSError as error:
+            raise RecordingError(
+                _("Samples cannot be kept in {folder} while they come: {why}. Name another folder.").format(
+                    folder=folder, why=error.strerror or error
+                )
+            ) from None
+        self.signals[:] = np.nan
+
+    def broken_off(self, why: str, more: Mapping[str, Any]) -> Recording | None:
+        """What was recorded until then, with the reason; the file stays until it is taken away."""
+        self._described |= {ENDED: why, **more}
+        if self._path is not None:
+            self._describe(self._path)
+        return _recording(self.signals, self._described)
+
+    def finished(self) -> NDArray[np.float64]:
+        """The signals in memory; the file is gone."""
+        if self._path is None:
+            return self.signals
+        signals = np.array(self.signals)
+        del self.signals  # on Windows a file that is mapped cannot be deleted
+        for path in (self._path, _words(self._path)):
+            path.unlink(missing_ok=True)
+        return signals
+
+    def _describe(self, path: Path) -> None:
+        files.write(_words(path), lambda scratch: scratch.write_text(json.dumps(self._described), encoding="utf-8"))
+
+
+def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
+    """Recordings of runs that did not end as they should, by their files; delete a file when it is of no more use.
+
+    Parameters
+    ----------
+    folder : in which the bench keeps samples while they come
+    """
+    found = {}
+    for path in sorted(Path(folder).glob("*.npy")):
+        try:
+            described = json.loads(_words(path).read_text(encoding="utf-8"))
+            signals = np.load(path, mmap_mode="r")
+        except (OSError, ValueError):  # killed before it was whole: there is nothing in it
+            continue
+        described.setdefault(ENDED, _("The program ended without a word; the board's watchdog set the motor to 0 V."))
+        recording = _recording(np.array(signals), described)
+        if recording is not None:
+            found[path] = recording
+    return found
+
+
+def filled(signals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Signals (3, n) with what was missed in between: angles on the line between their neighbours, voltages held."""
+    known = ~np.isnan(signals[0])
+    if known.all() or not known.any():
+        return signals
+    places = np.arange(signals.shape[1])
+    whole = signals.copy()
+    for row in whole[:2]:
+        row[~known] = np.interp(places[~known], places[known], row[known])
+    return whole
+
+
+def _recording(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Recording | None:
+    """The recording of the samples that there are; None for fewer than two."""
+    known = np.flatnonzero(~np.isnan(signals[:2]).any(axis=0))
+    if known.size < 2:
+        return None
+    signals = filled(signals[:, : known[-1] + 1])
+    # The last sample was not answered any more: the motor was set to 0 V.
+    volts = np.nan_to_num(signals[2], nan=0.0)
+    time = np.arange(volts.size) * float(described["sample_time"])
+    return Recording.of(time, described, theta=signals[0], alpha=signals[1], vm=volts)
+
+
+def _words(path: Path) -> Path:
+    return path.with_suffix(".json")
