@@ -30,7 +30,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
-from rotflex.hil.real import Setup, quanser
+from rotflex.hil.real import Setup, quanser_bench
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
@@ -80,7 +80,7 @@ def open(
             raise BenchError(_("A recording has no plant of one's own: give {uri!r} or a plant.").format(uri=uri))
         return _replay(uri, rest)
     if scheme == "quanser":
-        return quanser(uri, rest, setup)
+        return quanser_bench(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
             f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "

@@ -36,6 +36,10 @@ from rotflex.units import DEG
 
 _FOREVER = 2**32 - 1
 _RATE_OVER = 0.01  # s
+_EXPIRED = _(
+    "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the motor to 0 V. Close "
+    "what else keeps this computer busy, and run it again."
+)
 
 
 __all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
@@ -232,12 +236,7 @@ class Bench:
         lost, waiting = (0, 0) if self._pace is None else self._waiting(board, self._pace)
         if not board.watchdog_reload():
             self.stop()
-            raise HILError(
-                _(
-                    "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the "
-                    "motor to 0 V. Close what else keeps this computer busy, and run it again."
-                ).format(timeout=WATCHDOG_TIMEOUT)
-            )
+            raise HILError(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
         self._sample += lost
         measured = self._taken(*self._counts.tolist(), 1 + lost)
         return self._newest(board, measured, waiting) if waiting else measured
@@ -280,18 +279,19 @@ class Bench:
         if not behind:
             return 0, 0
         if pace.too_slow:
-            self._end(
-                _(
-                    "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is "
-                    "too slow for its sample time."
-                ).format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
-            )
+            self._end(self._too_slow(pace))
         lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
         self._lost += lost
         waiting = max(behind - lost, 0)
         pace.missed += lost
         pace.late += waiting
         return lost, waiting
+
+    def _too_slow(self, pace: Pace) -> str:
+        return _(
+            "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow "
+            "for its sample time."
+        ).format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
 
     def _newest(self, board: Board, measured: Measurement, waiting: int) -> Measurement:
         """The newest of the samples that wait; those before it are late."""

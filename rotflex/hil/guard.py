@@ -17,7 +17,8 @@ from rotflex.config import Servo
 from rotflex.courseware.messages import _
 from rotflex.units import DEG
 
-STIFFNESS = 1.4  #: N·m/rad; of the joint, within a factor that the guard allows for
+_LIGHTEST_LINK = 1e-3  # kg·m²; no arm is lighter
+_A_FEW_COUNTS = 0.5 * DEG
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class Allowance:
     memory : s, over which motion is summed up
     smoothing : s, by which rates are smoothed; an encoder's count is worth 0.4 rad/s from one sample to the next
     jump : by how many times the quickest possible motion a counter may move in one sample
+    stiffness : of the joint, N·m/rad, within half as much and twice as much
     """
 
     share: float = 0.6
@@ -40,6 +42,7 @@ class Allowance:
     memory: float = 0.1
     smoothing: float = 0.006
     jump: float = 2.0
+    stiffness: float = 1.4
 
 
 class Guard:
@@ -56,7 +59,7 @@ class Guard:
         self._servo, self._allowed = servo, allowance or Allowance()
         self._torque, self._damping = servo.torque_per_volt, servo.B_eq + servo.back_emf_damping
         quickest = servo.torque_per_volt * servo.V_max / self._damping
-        swinging = alpha_limit * math.sqrt(STIFFNESS / _LIGHTEST_LINK) if math.isfinite(alpha_limit) else quickest
+        swinging = min(alpha_limit, math.pi) * math.sqrt(self._allowed.stiffness / _LIGHTEST_LINK)
         self._quickest = (quickest, quickest + swinging)
         self.start(0.002)
 
@@ -99,7 +102,7 @@ class Guard:
 
     def _follow(self, moved: float, alpha: float) -> None:
         """One sample: how quickly the servo is driven, and how quickly it moves."""
-        torque = self._torque * self._volts + STIFFNESS * alpha
+        torque = self._torque * self._volts + self._allowed.stiffness * alpha
         driving = math.copysign(max(abs(torque) - self._allowed.friction, 0.0), torque) if self._volts else 0.0
         self._driven = self._lag * self._driven + (1 - self._lag) * driving / self._damping
         smooth = self._smooth
@@ -120,7 +123,3 @@ class Guard:
             "The servo does not move as voltage and spring drive it: a sign of the motor or of an encoder is wrong, a "
             "cable is loose, or somebody pushes the arm."
         )
-
-
-_LIGHTEST_LINK = 1e-3  # kg·m²; no arm is lighter
-_A_FEW_COUNTS = 0.5 * DEG

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 DRIFT = 5e-4  #: of the time that passes; two crystals differ by a tenth of that
-TOO_SLOW = 10  #: reads in a row that find samples waiting: it is no pause, the answers take too long
+TOO_SLOW = 5  #: reads in a row that find samples waiting: it is no pause, the answers take too long
 _FRESH = 2.0  # periods after the start in which a first sample is no old one
 _SWITCH = 0.0005  # s; how often threads take turns, so that others do not hold up the loop
 
@@ -41,6 +41,7 @@ class Pace:
         self._answers: list[float] = []
         self._arrival = self._begun
         self._in_a_row = 0
+        self._together = 1  # samples that the next answer is for: those that waited, and the newest
         self._worst = 0.0
         self.late = 0
         self.missed = 0
@@ -61,21 +62,22 @@ class Pace:
         behind = int(lateness / self._period + 1e-9) if lateness > 0 else 0
         self._worst = max(self._worst, lateness)
         self._in_a_row = self._in_a_row + 1 if behind else 0
+        self._together = 1 + behind
         return behind
 
     def answered(self) -> None:
         """The voltage for the sample that came last is written."""
-        self._answers.append(self._now() - self._arrival)
+        self._answers.append((self._now() - self._arrival) / self._together)
 
     @property
     def too_slow(self) -> bool:
         """Whether answers take longer than the period, time and again."""
-        return self._in_a_row >= TOO_SLOW
+        return self._in_a_row >= TOO_SLOW or self.answer > self._period
 
     @property
     def answer(self) -> float:
-        """How long answers usually took, s."""
-        return float(np.median(self._answers)) if self._answers else 0.0
+        """How long the last few answers took, s a sample."""
+        return float(np.median(self._answers[-TOO_SLOW:])) if len(self._answers) >= TOO_SLOW else 0.0
 
     def report(self) -> dict[str, Any]:
         """A few numbers for a recording's metadata, times in s."""

@@ -97,7 +97,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     )
 
 
-def quanser(uri: str, rest: str, setup: Setup | None) -> Bench:
+def quanser_bench(uri: str, rest: str, setup: Setup | None) -> Bench:
     """The bench on one of the maker's boards, at ``BOARD/ID``.
 
     Raises

@@ -217,7 +217,7 @@ def test_a_failing_watchdog_does_not_keep_the_motor_running():
         run(bench)
         board.faults["watchdog_clear"] = 0
     assert board.voltage == 0.0
-    assert board.transcript[-2:] == ["write_analog", "close"]
+    assert board.transcript[-5:] == ["write_analog", "watchdog_stop", "task_stop", "task_delete", "close"]
 
 
 def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog():
@@ -225,7 +225,7 @@ def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog():
     with pytest.raises(HILError, match="write_analog failed"), bench_of(board) as bench:
         run(bench)
         board.faults["write_analog"] = 0
-    assert board.transcript[-3:] == ["watchdog_clear", "write_analog", "close"]
+    assert board.transcript[-4:] == ["watchdog_start", "task_stop", "task_delete", "close"]
     watchdog = board.inner._watchdog
     assert watchdog.deadline <= board.inner.clock.now() + WATCHDOG_TIMEOUT
     assert watchdog.states == {0: 0.0}
@@ -411,7 +411,10 @@ def test_time_waits_for_the_program_unless_it_is_the_computers():
 @pytest.mark.parametrize(
     ("uri", "kind", "names"),
     [
-        ("quanser", BenchError, "virtual"),
+        ("labjack:0", BenchError, "virtual.*replay.*quanser"),
+        ("quanser", BenchError, r"quanser:BOARD/ID.*quanser:q2_usb/0"),
+        ("quanser:q2_usb", BenchError, "names no board"),
+        ("quanser:/0", BenchError, "names no board"),
         ("", BenchError, "virtual"),
         ("virtual:seed=7", BenchError, r"virtual:\?"),
         ("virtual:?speed=7", BenchError, "seed, arm_position, preset, run, encoder, clock"),

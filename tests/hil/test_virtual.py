@@ -1,4 +1,4 @@
-"""The virtual board: its wiring, its sensors, its time. (What it shares with every board is in test_board.py.)"""
+"""The virtual board: its wiring, its sensors, its time. (What it shares with every board is in contract/.)"""
 
 from __future__ import annotations
 
@@ -351,15 +351,35 @@ def test_lost_samples_count_towards_the_end_of_the_task():
     assert buffer[:4:2].tolist() == [26, 33]
 
 
-def test_flushed_samples_are_gone():
+def test_flushing_throws_no_sample_away():
     time = Stopwatch()
     board = VirtualBoard(FREE, state=TURNING, clock=time)
     task = started(board, 10, BufferOverflowMode.ERROR_ON_OVERFLOW)
     time.time = 0.055
     board.task_flush(task)
-    assert fetch(board, task) == 39
-    board.task_flush(task)
-    assert fetch(board, task) == 46
+    assert [fetch(board, task) for _ in range(3)] == [0, 7, 13]
+
+
+def test_the_newest_samples_are_thrown_away_if_so_chosen():
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 3, BufferOverflowMode.DISCARD_ON_OVERFLOW)
+    time.time = 0.055  # three are in the buffer, and three found no room
+    assert [fetch(board, task) for _ in range(2)] == [0, 7]
+    time.time = 0.085  # two more found room, and one did not
+    assert [fetch(board, task) for _ in range(5)] == [13, 39, 46, 59, 65]
+    assert board.task_get_buffer_overflows(task) == 4
+
+
+def test_samples_that_wait_are_those_of_their_time_whatever_happened_since():
+    """A write after a pause moves the plant on; the samples before it were taken already."""
+    time = Stopwatch()
+    board = VirtualBoard(FREE, state=TURNING, clock=time)
+    task = started(board, 10, BufferOverflowMode.OVERWRITE_ON_OVERFLOW)
+    time.time = 0.055
+    write(board, 0.0)
+    assert counts(board)[0] == 36
+    assert [fetch(board, task) for _ in range(7)] == [0, 7, 13, 20, 26, 33, 39]
 
 
 def test_however_irregular_the_calls_few_transition_matrices_are_needed(monkeypatch):

@@ -1,0 +1,112 @@
+"""A board on which things go wrong, at a sample of one's choice, in time that the test owns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rotflex.config import joint, srv02
+from rotflex.errors import HILError
+from rotflex.hil.bench import Bench, Limits, Safety, Wiring
+from rotflex.hil.guard import Guard
+from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import VirtualBoard
+
+SAMPLE_TIME = 0.002
+FAULT_AT = 150  #: the sample at which it goes wrong; the arm is in motion then
+
+
+class Stopwatch:
+    """Time that passes while somebody waits, or when the test says so; the same for the board and the bench."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def wait_until(self, instant: float) -> None:
+        self.time = max(self.time, instant)
+
+    def pass_by(self, duration: float) -> None:
+        self.time += duration
+
+
+class FaultBoard:
+    """The virtual board behind a layer that spoils what it is told to.
+
+    Attributes
+    ----------
+    before : verb → called with the sample's number before each call; what it raises is the board's failure
+    spoil : called with counts (servo, link) and the sample's number; what it returns is read in their place
+    came : how many samples a read returns, if not as many as it was asked for
+    sample : how many samples were read since the last run began
+    """
+
+    def __init__(self) -> None:
+        self.time = Stopwatch()
+        bench = preset("real_bench")
+        self.inner = VirtualBoard(bench.parameters, clock=self.time, timing=bench.timing)
+        self.before: dict[str, Callable[[int], None]] = {}
+        self.spoil: Callable[[list[int], int], list[int]] | None = None
+        self.came: Callable[[int], int | None] = lambda sample: None
+        self.sample = 0
+        self.unplugged = False
+        self.at_zero: float | None = None  # when 0 V came after the last other voltage, s
+
+    def __getattr__(self, verb: str) -> Callable[..., Any]:
+        method = getattr(self.inner, verb)
+
+        def call(*arguments: Any) -> Any:
+            if verb in self.before:
+                self.before[verb](self.sample)
+            if self.unplugged and verb not in ("is_valid", "close"):
+                raise HILError(f"{verb}: the board does not answer")
+            return method(*arguments)
+
+        return call
+
+    def task_start(self, *arguments: Any) -> None:
+        self.__getattr__("task_start")(*arguments)
+        self.sample = 0
+
+    def task_read_encoder(self, task: int, samples: int, buffer: Any) -> int:
+        count = int(self.__getattr__("task_read_encoder")(task, samples, buffer))
+        for place in range(count):
+            if self.spoil is not None:
+                buffer[2 * place : 2 * place + 2] = self.spoil(buffer[2 * place : 2 * place + 2].tolist(), self.sample)
+            self.sample += 1
+        came = self.came(self.sample)
+        return count if came is None else came
+
+    def write_analog(self, channels: Any, number: int, buffer: Any) -> None:
+        self.__getattr__("write_analog")(channels, number, buffer)
+        self.at_zero = None if buffer[0] else (self.time.now() if self.at_zero is None else self.at_zero)
+
+    @property
+    def voltage(self) -> float:
+        """What is on the output now."""
+        return float(self.inner.terminals.commanded[0])
+
+    def let_time_pass(self) -> None:
+        """A second in which no program says a word; the board itself goes on."""
+        self.time.pass_by(1.0)
+        self.inner._catch_up(self.time.now())
+
+
+def bench_of(board: FaultBoard, folder: Path | None = None, **choices: Any) -> Bench:
+    """A bench that can come to harm, above a board on which things go wrong."""
+    limits = choices.pop("limits", Limits())
+    wiring = choices.pop("wiring", Wiring())
+    servo = srv02()
+    safety = Safety(guard=Guard(servo, limits.alpha), folder=folder)
+    identity = {"uri": "test", "clock": "wall"}
+    return Bench(lambda: board, servo, joint(1), identity, limits, wiring, safety=safety, now=board.time.now, **choices)
+
+
+def counts_of(degrees: float) -> int:
+    """An angle in counts."""
+    return round(np.radians(degrees) / srv02().K_enc)

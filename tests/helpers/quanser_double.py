@@ -1,0 +1,448 @@
+"""A double of the maker's Python package, as strict as its documentation: what that does not say fails the test.
+
+It stands on the virtual board, which moves; all else is its own: signatures, types of buffers, the order of calls,
+errors whose text is a number, and what a watchdog does once it has expired. Where that is not documented, there is a
+:class:`Variant` for each possibility.
+"""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from rotflex.errors import HILError as OurError
+from rotflex.hil.virtual import VirtualBoard
+
+FOREVER = 2**32 - 1
+
+
+class Undocumented(AssertionError):
+    """Something was asked for that the documentation does not promise."""
+
+
+class GenericError(Exception):
+    """The base of the maker's errors: its text is a number."""
+
+    def __init__(self, error_code: int, words: str) -> None:
+        super().__init__(str(error_code))
+        self.error_code, self._words = error_code, words
+
+    def get_error_message(self) -> str:
+        return self._words
+
+
+class HILError(GenericError):
+    """An error of a board."""
+
+
+class Clock(IntEnum):
+    SYSTEM_CLOCK_4 = -4
+    SYSTEM_CLOCK_3 = -3
+    SYSTEM_CLOCK_2 = -2
+    SYSTEM_CLOCK_1 = -1
+    HARDWARE_CLOCK_0 = 0
+
+
+class BufferOverflowMode(IntEnum):
+    ERROR_ON_OVERFLOW = 0
+    OVERWRITE_ON_OVERFLOW = 1
+    DISCARD_ON_OVERFLOW = 2
+    WAIT_ON_OVERFLOW = 3
+    SYNCHRONIZED = 4
+
+
+class EncoderQuadratureMode(IntEnum):
+    NONE = 0
+    X1 = 1
+    X2 = 2
+    X4 = 4
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What a board may do between the expiry of its watchdog and the next write.
+
+    again : how often it expires again before something is written, once cleared; until it is stopped for ``inf``
+    runs_on : whether it goes on running, once cleared
+    restores : whether clearing it sets the outputs to what they were
+    locks : what it locks: outputs, or inputs as well
+    stops : whether it can be stopped while it is expired
+    """
+
+    again: float = 0
+    runs_on: bool = False
+    restores: bool = False
+    locks: str = "outputs"
+    stops: bool = True
+
+
+VARIANTS = {
+    "once cleared it stands": Variant(),
+    "it runs on": Variant(runs_on=True),
+    "the outputs come back": Variant(restores=True),
+    "they come back and it runs on": Variant(restores=True, runs_on=True),
+    "it expires once more before a write": Variant(again=1, runs_on=True),
+    "they come back and it expires twice more": Variant(again=2, runs_on=True, restores=True),
+    "it expires until it is stopped": Variant(again=math.inf, runs_on=True),
+    "they come back and it expires until it is stopped": Variant(again=math.inf, runs_on=True, restores=True),
+    "it locks inputs, too": Variant(locks="all"),
+    "it locks inputs, too, and cannot be stopped": Variant(locks="all", stops=False, restores=True, runs_on=True),
+}
+
+_TYPES: dict[str, tuple[Any, str]] = {
+    "channels": (np.uint32, "I"),
+    "modes": (np.uint32, "I"),
+    "counts": (np.int32, "i"),
+    "voltages": (np.float64, "d"),
+    "levels": (np.int8, "b"),
+}
+
+
+def _buffer(kind: str, buffer: Any, size: int, name: str = "") -> None:
+    """A numpy array or an array.array of the documented type, long enough."""
+    dtype, code = _TYPES[kind]
+    if isinstance(buffer, np.ndarray):
+        fits = buffer.dtype == dtype and buffer.ndim == 1
+    else:
+        fits = isinstance(buffer, array.array) and buffer.typecode == code
+    if not fits or len(buffer) < size:
+        raise TypeError(f"the buffer of {name or kind} is no array of {size} {np.dtype(dtype).name}")
+
+
+def _count(*numbers: Any) -> None:
+    for number in numbers:
+        if not isinstance(number, int) or isinstance(number, bool) or number < 0:
+            raise TypeError(f"an integer is required, not {number!r}")
+
+
+class HIL:
+    """The maker's class, with the documented methods and no others."""
+
+    #: Set by :func:`package`: makes what hangs on the card, and says what happens after the watchdog expired.
+    make: Callable[[], VirtualBoard]
+    variant: Variant
+    opened: list[HIL]
+
+    def __init__(self, card_type: str | None = None, card_identifier: str = "0") -> None:
+        self._inner: VirtualBoard | None = None
+        self._watching = False
+        self._again = 0.0
+        self._held: dict[int, float] = {}
+        self._modes: dict[int, int] = {}
+        self._capacity: dict[int, int] = {}
+        self._running: set[int] = set()
+        if card_type is not None:
+            self.open(card_type, card_identifier)
+
+    def __getattr__(self, name: str) -> Any:
+        raise Undocumented(f"HIL has no documented {name}")
+
+    # --- the card ------------------------------------------------------------------------------------------------
+
+    def open(self, card_type: str, card_identifier: str = "0") -> None:
+        if self._inner is not None:
+            raise Undocumented("a card is opened that is open")
+        if not isinstance(card_type, str) or not isinstance(card_identifier, str):
+            raise TypeError("card type and identifier are text")
+        if card_type not in ("q2_usb", "qpid_e"):
+            raise HILError(-1075, f"The specified board type {card_type} is not supported.")
+        if card_identifier != "0" and "@tcpip://" not in card_identifier:
+            raise HILError(-1073, "The specified board was not found.")
+        self.simulated = "@" in card_identifier
+        self._inner = type(self).make()
+        self.opened.append(self)
+
+    def close(self) -> None:
+        self._card()
+        assert self._inner is not None
+        self._inner.close()
+
+    def is_valid(self) -> bool:
+        return self._inner is not None and self._inner.is_valid()
+
+    def set_card_specific_options(self, options: str, size: int) -> None:
+        if not isinstance(options, str):
+            raise TypeError("options are text")
+        _count(size)
+        if size != len(options):
+            raise Undocumented("the size of the options is not theirs")
+        self._do("set_card_specific_options", options, size)
+
+    # --- immediate -----------------------------------------------------------------------------------------------
+
+    def set_encoder_counts(self, channels: Any, num_channels: int, counts: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("counts", counts, num_channels)
+        self._do("set_encoder_counts", channels, num_channels, counts)
+
+    def set_encoder_quadrature_mode(self, channels: Any, num_channels: int, modes: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("modes", modes, num_channels)
+        self._do("set_encoder_quadrature_mode", channels, num_channels, modes)
+
+    def set_encoder_filter_frequency(self, channels: Any, num_channels: int, frequencies: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("voltages", frequencies, num_channels, "frequencies")
+        self._do("set_encoder_filter_frequency", channels, num_channels, frequencies)
+
+    def set_analog_input_ranges(self, channels: Any, num_channels: int, minima: Any, maxima: Any) -> None:
+        self._ranges("set_analog_input_ranges", channels, num_channels, minima, maxima)
+
+    def set_analog_output_ranges(self, channels: Any, num_channels: int, minima: Any, maxima: Any) -> None:
+        self._ranges("set_analog_output_ranges", channels, num_channels, minima, maxima)
+
+    def _ranges(self, verb: str, channels: Any, number: int, minima: Any, maxima: Any) -> None:
+        self._channels(channels, number)
+        _buffer("voltages", minima, number, "minima")
+        _buffer("voltages", maxima, number, "maxima")
+        self._do(verb, channels, number, minima, maxima)
+
+    def read_encoder(self, channels: Any, num_channels: int, buffer: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("counts", buffer, num_channels)
+        self._do("read_encoder", channels, num_channels, buffer, reads=True)
+
+    def read_analog(self, channels: Any, num_channels: int, buffer: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("voltages", buffer, num_channels)
+        self._do("read_analog", channels, num_channels, buffer, reads=True)
+
+    def write_analog(self, channels: Any, num_channels: int, buffer: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("voltages", buffer, num_channels)
+        if not all(math.isfinite(value) for value in buffer[:num_channels]):
+            raise Undocumented("a voltage is written that is no number")
+        self._do("write_analog", channels, num_channels, buffer, writes=True)
+        self._held |= dict(zip(list(channels)[:num_channels], list(buffer)[:num_channels], strict=True))
+
+    def write_digital(self, channels: Any, num_channels: int, buffer: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("levels", buffer, num_channels)
+        self._do("write_digital", channels, num_channels, buffer, writes=True)
+
+    def read(
+        self,
+        analog_channels: Any,
+        num_analog_channels: int,
+        encoder_channels: Any,
+        num_encoder_channels: int,
+        digital_channels: Any,
+        num_digital_channels: int,
+        other_channels: Any,
+        num_other_channels: int,
+        analog_buffer: Any,
+        encoder_buffer: Any,
+        digital_buffer: Any,
+        other_buffer: Any,
+    ) -> None:
+        groups = (
+            ("voltages", analog_channels, num_analog_channels, analog_buffer),
+            ("counts", encoder_channels, num_encoder_channels, encoder_buffer),
+            ("levels", digital_channels, num_digital_channels, digital_buffer),
+            ("voltages", other_channels, num_other_channels, other_buffer),
+        )
+        for kind, channels, number, buffer in groups:
+            self._channels(channels, number)
+            if number:
+                _buffer(kind, buffer, number)
+        asked = [one for _kind, channels, number, _buffer_ in groups for one in (channels, number)]
+        self._do("read", *asked, *[buffer for *_rest, buffer in groups], reads=True)
+
+    # --- tasks ---------------------------------------------------------------------------------------------------
+
+    def task_create_encoder_reader(self, samples_in_buffer: int, channels: Any, num_channels: int) -> int:
+        _count(samples_in_buffer)
+        self._channels(channels, num_channels)
+        task = self._do("task_create_encoder_reader", samples_in_buffer, channels, num_channels)
+        self._capacity[task], self._modes[task] = samples_in_buffer, BufferOverflowMode.ERROR_ON_OVERFLOW
+        return int(task)
+
+    def task_create_reader(
+        self,
+        samples_in_buffer: int,
+        analog_channels: Any,
+        num_analog_channels: int,
+        encoder_channels: Any,
+        num_encoder_channels: int,
+        digital_channels: Any,
+        num_digital_channels: int,
+        other_channels: Any,
+        num_other_channels: int,
+    ) -> int:
+        _count(samples_in_buffer)
+        asked = (analog_channels, num_analog_channels, encoder_channels, num_encoder_channels)
+        asked += (digital_channels, num_digital_channels, other_channels, num_other_channels)
+        for channels, number in zip(asked[::2], asked[1::2], strict=True):
+            self._channels(channels, number)
+        task = self._do("task_create_reader", samples_in_buffer, *asked)
+        self._capacity[task], self._modes[task] = samples_in_buffer, BufferOverflowMode.ERROR_ON_OVERFLOW
+        return int(task)
+
+    def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
+        _count(task, mode)
+        if task in self._running:
+            raise Undocumented("the overflow mode of a task that is running is changed")
+        if mode >= BufferOverflowMode.WAIT_ON_OVERFLOW and mode in list(BufferOverflowMode) and not self.simulated:
+            raise HILError(-1120, "The overflow mode is for simulated cards only.")
+        self._do("task_set_buffer_overflow_mode", task, mode)
+        self._modes[task] = mode
+
+    def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
+        _count(task, num_samples)
+        if not isinstance(clock, int) or not isinstance(frequency, float) or num_samples > FOREVER:
+            raise TypeError("a clock, a frequency and an unsigned number of samples are required")
+        if task in self._running:
+            raise Undocumented("a task is started that is running")
+        self._do("task_start", task, clock, frequency, num_samples)
+        self._running.add(task)
+
+    def task_read_encoder(self, task: int, num_samples: int, buffer: Any) -> int:
+        _count(task, num_samples)
+        self._samples(task, num_samples)
+        if task in self._running and num_samples:
+            _buffer("counts", buffer, num_samples)
+        return int(self._do("task_read_encoder", task, num_samples, buffer, reads=True))
+
+    def task_read(
+        self,
+        task: int,
+        num_samples: int,
+        analog_buffer: Any,
+        encoder_buffer: Any,
+        digital_buffer: Any,
+        other_buffer: Any,
+    ) -> int:
+        _count(task, num_samples)
+        self._samples(task, num_samples)
+        asked = (analog_buffer, encoder_buffer, digital_buffer, other_buffer)
+        return int(self._do("task_read", task, num_samples, *asked, reads=True))
+
+    def task_get_buffer_overflows(self, task: int) -> int:
+        _count(task)
+        return int(self._do("task_get_buffer_overflows", task))
+
+    def task_flush(self, task: int) -> None:
+        _count(task)
+        self._do("task_flush", task)
+
+    def task_stop(self, task: int) -> None:
+        _count(task)
+        self._do("task_stop", task)
+        self._running.discard(task)
+
+    def task_stop_all(self) -> None:
+        for task in list(self._running):
+            self.task_stop(task)
+
+    def task_delete(self, task: int) -> None:
+        _count(task)
+        self._do("task_delete", task)
+        self._running.discard(task)
+
+    def task_delete_all(self) -> None:
+        for task in list(self._capacity):
+            self.task_delete(task)
+
+    # --- the watchdog --------------------------------------------------------------------------------------------
+
+    def watchdog_set_analog_expiration_state(self, channels: Any, num_channels: int, voltages: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("voltages", voltages, num_channels)
+        self._do("watchdog_set_analog_expiration_state", channels, num_channels, voltages, writes=True)
+
+    def watchdog_start(self, timeout: float) -> None:
+        if not isinstance(timeout, float):
+            raise TypeError("a time-out is a float")
+        if self._watching:
+            raise Undocumented("a watchdog is started that is running")
+        self._do("watchdog_start", timeout)
+        self._watching, self._again = True, 0.0
+
+    def watchdog_reload(self) -> bool:
+        self._card()
+        if not self._watching:
+            raise Undocumented("a watchdog is reloaded that is not running")
+        return bool(self._do("watchdog_reload"))
+
+    def watchdog_is_expired(self) -> bool:
+        return bool(self._do("watchdog_is_expired"))
+
+    def watchdog_clear(self) -> None:
+        expired, inner = self.watchdog_is_expired(), self._card()
+        self._do("watchdog_clear")
+        if not expired:
+            return
+        if self.variant.restores:
+            inner.terminals.set(self._held)
+        if self.variant.runs_on:
+            inner._watchdog.deadline = inner.clock.now() + inner._watchdog.timeout
+            self._again = self._again if self._again else self.variant.again + 1
+        else:
+            self._do("watchdog_stop")
+            self._watching = False
+
+    def watchdog_stop(self) -> None:
+        if self.watchdog_is_expired() and not self.variant.stops:
+            raise HILError(-1085, "The watchdog has expired.")
+        self._do("watchdog_stop")
+        self._watching, self._again = False, 0.0
+
+    # --- how strict it is ----------------------------------------------------------------------------------------
+
+    def _card(self) -> VirtualBoard:
+        if self._inner is None or not self._inner.is_valid():
+            raise HILError(-1074, "The board is closed: its handle is not valid.")
+        return self._inner
+
+    def _channels(self, channels: Any, number: int) -> None:
+        self._card()
+        _count(number)
+        if number and channels is not None:
+            _buffer("channels", channels, 1)
+        elif number:
+            raise TypeError("the channels are no array of uint32")
+
+    def _samples(self, task: int, number: int) -> None:
+        self._card()
+        if number > self._capacity.get(task, number):
+            raise Undocumented("more samples are asked for than the buffer holds")
+
+    def _do(self, verb: str, *arguments: Any, reads: bool = False, writes: bool = False) -> Any:
+        inner = self._card()
+        if writes and self._again > 1 and self._watching:  # it expires again before something is written
+            self._again -= 1
+            inner.terminals.set(inner._watchdog.states)
+            inner._watchdog.expired = True
+        if (writes or (reads and self.variant.locks == "all")) and inner.watchdog_is_expired():
+            raise HILError(-1085, "The watchdog has expired, and prevents access.")
+        try:
+            return getattr(inner, verb)(*arguments)
+        except OurError as error:
+            raise HILError(-1001, str(error)) from None
+
+
+def package(
+    make: Callable[[], VirtualBoard], variant: Variant | None = None
+) -> tuple[dict[str, ModuleType], list[HIL]]:
+    """The maker's modules by name, and a list of the cards that will be opened."""
+    opened: list[HIL] = []
+    card = type("HIL", (HIL,), {"make": staticmethod(make), "variant": variant or Variant(), "opened": opened})
+    hardware, common, root = ModuleType("quanser.hardware"), ModuleType("quanser.common"), ModuleType("quanser")
+    for one in (HILError, Clock, BufferOverflowMode, EncoderQuadratureMode):
+        setattr(hardware, one.__name__, one)
+    hardware.HIL, common.GenericError = card, GenericError  # type: ignore[attr-defined]
+    root.hardware, root.common = hardware, common  # type: ignore[attr-defined]
+    return {"quanser": root, "quanser.hardware": hardware, "quanser.common": common}, opened
+
+
+def output(card: HIL, channel: int = 0) -> float:
+    """What is on an output now, V."""
+    assert card._inner is not None
+    return card._inner.terminals.commanded[channel]

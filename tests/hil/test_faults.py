@@ -1,0 +1,509 @@
+"""What goes wrong on a bench, one thing after the other: 0 V, nothing recorded lost, and the reason beside it.
+
+Each fault comes in the middle of a run in closed loop, on a bench that can come to harm. Time is the test's own.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+from fault_board import FAULT_AT, SAMPLE_TIME, FaultBoard, bench_of, counts_of
+
+from rotflex.config import srv02
+from rotflex.errors import BenchError, HILError, LimitExceeded, RunStopped
+from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Wiring
+from rotflex.hil.controllers import OpenLoop, StateFeedback
+from rotflex.hil.loop import run
+from rotflex.hil.unfinished import unfinished
+from rotflex.recording import Recording
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.units import DEG
+
+GAIN = [18.24, -17.15, 1.59, 0.63]
+SAMPLES = 600
+#: Turns at 0.25 s, so that the arm is in full motion at the fault.
+REFERENCE = smooth_square_wave(time_axis((SAMPLES - 1) * SAMPLE_TIME, SAMPLE_TIME), 2.0, 20 * DEG, 100.0)
+
+
+class Faulty(StateFeedback):
+    """State feedback to which something happens at a sample."""
+
+    def __init__(self, at: int, happens: Callable[[float], Any], until: int | None = None) -> None:
+        super().__init__(GAIN)
+        self.at, self.until, self.happens, self.sample = at, until or at, happens, -1
+
+    def __call__(self, reference: float, theta: float, alpha: float) -> float:
+        self.sample += 1
+        voltage = super().__call__(reference, theta, alpha)
+        return self.happens(voltage) if self.at <= self.sample <= self.until else voltage
+
+
+def raising(error: BaseException) -> Callable[[Any], Any]:
+    def happens(_value: Any) -> Any:
+        raise error
+
+    return happens
+
+
+def always(error_at: int = 0) -> Callable[[int], None]:
+    """A verb that fails from a sample on."""
+
+    def before(sample: int) -> None:
+        if sample >= error_at:
+            raise HILError("the board refused")
+
+    return before
+
+
+def once(error_at: int = 0, error: BaseException | None = None) -> Callable[[int], None]:
+    """A verb that fails once, at a sample or the first time after it."""
+    waiting = [error or HILError("the board refused")]
+
+    def before(sample: int) -> None:
+        if sample >= error_at and waiting:
+            raise waiting.pop()
+
+    return before
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that goes wrong.
+
+    error, reason : what is raised, and what the recording says; None where the run goes on
+    board : spoils the board before the run
+    controller : what runs
+    bench : limits and wiring
+    prepare : does something to the open bench
+    within : samples of motion that may pass from the fault to its discovery
+    watchdog : whether the board's watchdog is what sets 0 V
+    """
+
+    error: type[BaseException] | None
+    reason: str
+    board: Callable[[FaultBoard], None] = lambda board: None
+    controller: Callable[[FaultBoard], Any] = lambda board: StateFeedback(GAIN)
+    bench: dict[str, Any] = field(default_factory=dict)
+    prepare: Callable[[Bench], None] = lambda bench: None
+    within: int = 1
+    watchdog: bool = False
+
+
+def spoiled(**verbs: Callable[[int], None]) -> Callable[[FaultBoard], None]:
+    return lambda board: board.before.update(verbs)
+
+
+def unplugged(board: FaultBoard) -> None:
+    def pull(sample: int) -> None:
+        board.unplugged = board.unplugged or sample >= FAULT_AT
+
+    board.before["task_read_encoder"] = pull
+
+
+def short(came: int) -> Callable[[FaultBoard], None]:
+    def prepare(board: FaultBoard) -> None:
+        board.came = lambda sample: came if sample > FAULT_AT else None
+
+    return prepare
+
+
+def reading(spoil: Callable[[list[int], list[int], int], list[int]]) -> Callable[[FaultBoard], None]:
+    """A board whose counts are spoiled from the fault on; ``spoil`` is given the last right ones, too."""
+
+    def prepare(board: FaultBoard) -> None:
+        last = [0, 0]
+
+        def read(counts: list[int], sample: int) -> list[int]:
+            if sample < FAULT_AT:
+                last[:] = counts
+                return counts
+            return spoil(counts, last, sample)
+
+        board.spoil = read
+
+    return prepare
+
+
+def paused(pause: float) -> Callable[[FaultBoard], Any]:
+    """A controller that takes so long once."""
+
+    def make(board: FaultBoard) -> Any:
+        def happens(voltage: float) -> float:
+            board.time.pass_by(pause)
+            return voltage
+
+        return Faulty(FAULT_AT, happens)
+
+    return make
+
+
+def too_slow(board: FaultBoard) -> Any:
+    """A controller that takes a sample time and a half, always."""
+
+    def happens(voltage: float) -> float:
+        board.time.pass_by(1.5 * SAMPLE_TIME)
+        return voltage
+
+    return Faulty(FAULT_AT, happens, SAMPLES)
+
+
+def watched_by(error: BaseException) -> Callable[[Bench], None]:
+    """Somebody who watches the run, and raises."""
+
+    def on_sample(measured: Any, _voltage: float) -> None:
+        if measured.time >= FAULT_AT * SAMPLE_TIME:
+            raise error
+
+    return lambda bench: setattr(bench, "on_sample", on_sample)
+
+
+def at_fault(happens: Callable[[float], Any]) -> Callable[[FaultBoard], Any]:
+    return lambda board: Faulty(FAULT_AT, happens)
+
+
+def drawing_fails(bench: Bench) -> None:
+    """A plot of what is measured, of which matplotlib thinks nothing."""
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+
+    def draw(measured: Any, _voltage: float) -> None:
+        if measured.time >= FAULT_AT * SAMPLE_TIME:
+            axes.plot([measured.time, 1.0], [measured.theta])
+
+    bench.on_sample = draw
+
+
+def gone(board: FaultBoard) -> None:
+    """The board closes under the loop."""
+    board.before["task_read_encoder"] = lambda sample: board.inner.close() if sample >= FAULT_AT else None
+
+
+FAULTS: dict[str, Fault] = {
+    # --- the program ---
+    "nothing": Fault(None, ""),
+    "an exception in the controller": Fault(
+        ZeroDivisionError, "ZeroDivisionError: by nought", controller=at_fault(raising(ZeroDivisionError("by nought")))
+    ),
+    "Ctrl-C in the controller": Fault(
+        KeyboardInterrupt, "KeyboardInterrupt", controller=at_fault(raising(KeyboardInterrupt()))
+    ),
+    "the kernel is told to end": Fault(SystemExit, "SystemExit", controller=at_fault(raising(SystemExit()))),
+    "no memory": Fault(MemoryError, "MemoryError", controller=at_fault(raising(MemoryError()))),
+    "a voltage that is no number": Fault(
+        BenchError, r"asked for nan V\. The motor is at 0 V", controller=at_fault(lambda _: math.nan)
+    ),
+    "a voltage without end": Fault(BenchError, "asked for inf V", controller=at_fault(lambda _: math.inf)),
+    "a voltage that is None": Fault(TypeError, "NoneType", controller=at_fault(lambda _: None)),
+    "an exception in a callback": Fault(LookupError, "LookupError: where", prepare=watched_by(LookupError("where"))),
+    "somebody presses STOP": Fault(
+        RunStopped, "RunStopped: You stopped it", prepare=watched_by(RunStopped("You stopped it."))
+    ),
+    "an exception in plotting": Fault(ValueError, "same first dimension", prepare=drawing_fails),
+    "Ctrl-C while the board reads": Fault(
+        KeyboardInterrupt, "KeyboardInterrupt", board=spoiled(task_read_encoder=once(FAULT_AT, KeyboardInterrupt()))
+    ),
+    "Ctrl-C while the board writes": Fault(
+        KeyboardInterrupt, "KeyboardInterrupt", board=spoiled(write_analog=once(FAULT_AT, KeyboardInterrupt()))
+    ),
+    "Ctrl-C again while the motor is stopped": Fault(
+        KeyboardInterrupt,
+        "ValueError",
+        board=spoiled(watchdog_clear=once(FAULT_AT, KeyboardInterrupt())),
+        controller=at_fault(raising(ValueError("first"))),
+    ),
+    # --- the board ---
+    "reading fails": Fault(HILError, "the board refused", board=spoiled(task_read_encoder=once(FAULT_AT))),
+    "writing fails once": Fault(HILError, "the board refused", board=spoiled(write_analog=once(FAULT_AT))),
+    "writing fails for good": Fault(
+        HILError, "the board refused", board=spoiled(write_analog=always(FAULT_AT)), watchdog=True
+    ),
+    "reloading fails": Fault(HILError, "the board refused", board=spoiled(watchdog_reload=once(FAULT_AT))),
+    "clearing fails in the end": Fault(
+        HILError,
+        "ValueError: first",
+        board=spoiled(watchdog_clear=always(FAULT_AT)),
+        controller=at_fault(raising(ValueError("first"))),
+    ),
+    "stopping the watchdog fails in the end": Fault(
+        HILError,
+        "ValueError: first",
+        board=spoiled(watchdog_stop=always(FAULT_AT)),
+        controller=at_fault(raising(ValueError("first"))),
+    ),
+    "stopping the task fails in the end": Fault(
+        HILError,
+        "ValueError: first",
+        board=spoiled(task_stop=always(FAULT_AT)),
+        controller=at_fault(raising(ValueError("first"))),
+    ),
+    "deleting the task fails in the end": Fault(
+        HILError,
+        "ValueError: first",
+        board=spoiled(task_delete=always(FAULT_AT)),
+        controller=at_fault(raising(ValueError("first"))),
+    ),
+    "the cable is pulled": Fault(HILError, "does not answer", board=unplugged, watchdog=True),
+    "the board is gone": Fault(HILError, "closed", board=gone, watchdog=True),
+    "no sample comes": Fault(HILError, r"The board gave no sample\.", board=short(0)),
+    "more samples come than asked for": Fault(HILError, r"The board gave no sample\.", board=short(2)),
+    "the read is an error's number": Fault(HILError, r"The board gave no sample\.", board=short(-1)),
+    # --- the encoders ---
+    "the servo's counts freeze": Fault(
+        LimitExceeded, "stood still for", board=reading(lambda new, last, _: [last[0], new[1]]), within=50
+    ),
+    "both counts freeze, stale samples": Fault(
+        LimitExceeded, "stood still for", board=reading(lambda new, last, _: list(last)), within=50
+    ),
+    "the link's counts freeze": Fault(
+        LimitExceeded,
+        "does not move as voltage and spring drive it",
+        board=reading(lambda new, last, _: [new[0], last[1]]),
+        within=150,
+    ),
+    "the servo's counts jump": Fault(
+        LimitExceeded,
+        r"servo angle jumped by 20\.\d deg",
+        board=reading(lambda new, last, _: [new[0] + counts_of(20), new[1]]),
+    ),
+    "the link's counts jump": Fault(
+        LimitExceeded,
+        r"deflection jumped by -1\d\.\d deg",
+        board=reading(lambda new, last, _: [new[0], new[1] + counts_of(15)]),
+    ),
+    "the servo's encoder turns round": Fault(
+        LimitExceeded,
+        "does not move as voltage and spring drive it",
+        board=reading(lambda new, last, _: [2 * last[0] - new[0], new[1]]),
+        within=50,
+    ),
+    "the link's encoder turns round": Fault(
+        LimitExceeded,
+        "does not move as voltage and spring drive it",
+        board=reading(lambda new, last, _: [new[0], -new[1]]),
+        within=150,
+    ),
+    # --- limits ---
+    "the servo's limit": Fault(
+        LimitExceeded, "servo angle reached", bench={"limits": Limits(theta=12 * DEG)}, within=SAMPLES
+    ),
+    "the deflection's limit": Fault(
+        LimitExceeded, "deflection reached", bench={"limits": Limits(alpha=4 * DEG)}, within=SAMPLES
+    ),
+    "the limit of the rate": Fault(
+        LimitExceeded, r"turned at .*limit is ±2\.0 rad/s", bench={"limits": Limits(rate=2.0)}, within=SAMPLES
+    ),
+    "the limit of the duration": Fault(
+        LimitExceeded, "all that this bench allows", bench={"limits": Limits(duration=0.5)}, within=SAMPLES
+    ),
+    "the voltage's limit": Fault(None, "", bench={"limits": Limits(voltage=3.0)}),
+    # --- time ---
+    "a short pause": Fault(None, "", controller=paused(0.1)),
+    "a pause longer than the watchdog's": Fault(
+        HILError, "did not show for 0.2 s that it was alive", controller=paused(0.3), watchdog=True
+    ),
+    "the controller is too slow": Fault(
+        LimitExceeded, "too slow for its sample time", controller=too_slow, within=SAMPLES
+    ),
+}
+
+
+def test_there_are_faults_enough():
+    assert len(FAULTS) >= 25
+
+
+@pytest.fixture(params=list(FAULTS))
+def fault(request):
+    return FAULTS[request.param]
+
+
+def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, tmp_path):
+    board = FaultBoard()
+    bench = bench_of(board, tmp_path, **fault.bench)
+    controller = fault.controller(board)
+    if fault.error is None:
+        with bench:
+            fault.prepare(bench)
+            fault.board(board)
+            recording = run(bench, controller, REFERENCE, SAMPLE_TIME, progress=False)
+        assert len(recording) == SAMPLES
+        assert bench.kept is None and not unfinished(tmp_path)
+        assert not list(tmp_path.iterdir())
+    else:
+        with pytest.raises(BaseException) as caught, bench:
+            fault.prepare(bench)
+            fault.board(board)
+            run(bench, controller, REFERENCE, SAMPLE_TIME, progress=False)
+        assert isinstance(caught.value, fault.error)
+        recording = bench.kept
+        assert_kept(recording, fault)
+        ((_file, found),) = unfinished(tmp_path).items()
+        assert found.metadata == recording.metadata
+        for name in ("theta", "alpha", "vm"):
+            assert found[name].tolist() == recording[name].tolist()
+    if fault.watchdog:
+        board.let_time_pass()
+    assert board.voltage == 0.0
+    assert recording.metadata["timing"]["clock"] == "hardware"
+
+
+@functools.cache
+def undisturbed_run() -> Recording:
+    """The run to which nothing happens."""
+    with bench_of(FaultBoard()) as bench:
+        return run(bench, StateFeedback(GAIN), REFERENCE, SAMPLE_TIME, progress=False)
+
+
+def assert_kept(recording: Recording | None, fault: Fault) -> None:
+    """All that was sampled until the fault is there, with the reason, and what was set last was 0 V or held."""
+    assert recording is not None
+    assert re.search(fault.reason, recording.metadata["ended"])
+    if fault.within < SAMPLES:
+        assert FAULT_AT <= len(recording) <= FAULT_AT + 1 + fault.within
+    same = min(len(recording), FAULT_AT)
+    for name in ("theta", "alpha"):
+        assert recording[name][:same].tolist() == undisturbed_run()[name][:same].tolist()
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [
+        "set_encoder_counts",
+        "task_create_encoder_reader",
+        "task_set_buffer_overflow_mode",
+        "watchdog_start",
+        "task_start",
+        "watchdog_clear",
+        "watchdog_stop",
+        "write_analog",
+    ],
+)
+def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
+    board = FaultBoard()
+    with pytest.raises(HILError, match="the board refused"), bench_of(board, tmp_path) as bench:
+        board.before[verb] = once()
+        run(bench, OpenLoop(), REFERENCE, SAMPLE_TIME, progress=False)
+    assert board.voltage == 0.0
+    assert not list(tmp_path.iterdir())
+
+
+# --- what a pause does ------------------------------------------------------------------------------------------------
+
+
+def test_after_a_pause_only_the_newest_sample_is_answered_and_the_others_are_recorded():
+    board = FaultBoard()
+    written: list[float] = []
+    with bench_of(board) as bench:
+        bench.on_sample = lambda measured, voltage: written.append(measured.time)
+        recording = run(bench, paused(0.15)(board), REFERENCE, SAMPLE_TIME, progress=False)
+    late = 75
+    timing = recording.metadata["timing"]
+    assert timing["late"] == pytest.approx(late, abs=1)
+    assert timing["missed"] == 0
+    assert timing["latest"] == pytest.approx(0.15, abs=SAMPLE_TIME)
+    assert len(written) == SAMPLES - timing["late"]
+    skipped = set(np.round(np.arange(SAMPLES) * SAMPLE_TIME, 6)) - set(np.round(written, 6))
+    assert min(skipped) == pytest.approx((FAULT_AT + 1) * SAMPLE_TIME)
+    assert max(skipped) - min(skipped) == pytest.approx((timing["late"] - 1) * SAMPLE_TIME)
+    # The angles of the time that nobody answered are those of that time, and the voltage is the one that was held.
+    held = recording["vm"][FAULT_AT : FAULT_AT + timing["late"] + 1]
+    assert len(set(held.tolist())) == 1
+    assert np.count_nonzero(np.diff(recording["theta"][FAULT_AT : FAULT_AT + 20])) > 10
+
+
+def test_a_run_without_a_pause_is_reported_so():
+    board = FaultBoard()
+    with bench_of(board) as bench:
+        timing = run(bench, StateFeedback(GAIN), REFERENCE, SAMPLE_TIME, progress=False).metadata["timing"]
+    assert (timing["late"], timing["missed"], timing["latest"]) == (0, 0, 0.0)
+    assert timing["period"] == {"p50": 0.002, "p99": 0.002, "p99.9": 0.002, "max": 0.002}
+    assert timing["answer"]["max"] == 0.0
+
+
+def test_stale_samples_at_the_start_are_read_and_no_part_of_the_run():
+    board = FaultBoard()
+    with bench_of(board) as bench:
+        bench.start(SAMPLE_TIME)
+        board.time.pass_by(0.1)
+        first = bench.read()
+        assert (first.time, bench.late) == (0.0, [])
+        assert board.sample == 51  # 0 to 100 ms
+        assert bench.read().time == SAMPLE_TIME
+        assert bench.late == []
+        assert bench.timing["timing"]["late"] == 0
+
+
+def test_a_clock_that_drifts_is_no_lateness():
+    """The board's crystal is 400 ppm slower than the computer's: after 16 s that would be three samples."""
+    board = FaultBoard()
+    bench = bench_of(board)
+    bench._now = lambda: 1.0004 * board.time.now()
+    with bench:
+        bench.start(SAMPLE_TIME)
+        for _sample in range(8_000):
+            bench.read()
+            bench.write(0.0)
+        assert bench.timing["timing"]["late"] == 0
+
+
+# --- signs -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("amplitude", [5.0, 20.0])
+@pytest.mark.parametrize("signs", list(itertools.product((1, -1), repeat=3)))
+def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
+    """Motor, servo's encoder, link's encoder. With all three wrong the bench is its own mirror image, and works."""
+    board = FaultBoard()
+    motor, servo, link = signs
+    wiring = Wiring(motor_sign=motor, servo_sign=servo, link_sign=-link)
+    reference = smooth_square_wave(time_axis(2.0, SAMPLE_TIME), 0.25, amplitude * DEG, 100.0)
+    if len(set(signs)) == 1:
+        with bench_of(board, wiring=wiring) as bench:
+            recording = run(bench, StateFeedback(GAIN), reference, SAMPLE_TIME, progress=False)
+        assert np.abs(recording["theta"]).max() < 1.1 * amplitude * DEG
+        return
+    with pytest.raises(LimitExceeded, match="a sign of the motor or of an encoder is wrong"):  # noqa: SIM117
+        with bench_of(board, wiring=wiring) as bench:
+            run(bench, StateFeedback(GAIN), reference, SAMPLE_TIME, progress=False)
+    # Against the command, where servo and motor disagree; where only the link is wrong, not beyond what was commanded.
+    bound = 6 * DEG if motor != servo else max(1.1 * amplitude * DEG, 6 * DEG)
+    assert np.abs(bench.kept["theta"]).max() < bound
+    assert board.voltage == 0.0
+
+
+def test_an_arm_that_is_moved_by_hand_at_0_V_is_no_runaway():
+    board = FaultBoard()
+    board.spoil = lambda counts, sample: [round(300 * math.sin(sample / 60)), round(60 * math.sin(sample / 9))]
+    with bench_of(board) as bench:
+        assert len(run(bench, OpenLoop(), np.zeros(1000), SAMPLE_TIME, progress=False)) == 1000
+
+
+def test_signs_are_one_or_minus_one():
+    for name in ("motor_sign", "servo_sign", "link_sign"):
+        with pytest.raises(Exception, match=f"{name} must be 1 or -1; it is 0"):
+            Wiring(**{name: 0})
+
+
+def test_the_wirings_signs_reach_voltage_and_angles():
+    board = FaultBoard()
+    board.spoil = lambda counts, sample: [counts_of(10), counts_of(5)]
+    with bench_of(board, wiring=Wiring(motor_sign=-1, servo_sign=-1, link_sign=1)) as bench:
+        bench.start(SAMPLE_TIME)
+        measured = bench.read()
+        assert measured.theta == pytest.approx(-10 * DEG, abs=srv02().K_enc)
+        assert measured.alpha == pytest.approx(5 * DEG, abs=srv02().K_enc)
+        assert bench.write(2.0) == 2.0
+        assert board.voltage == -2.0
+
+
+def test_the_watchdogs_timeout_is_longer_than_any_pause_that_is_skipped():
+    """A pause either ends a run, by the watchdog, or costs no more samples than fit into the task's buffer."""
+    assert round(1 / SAMPLE_TIME) > WATCHDOG_TIMEOUT / SAMPLE_TIME

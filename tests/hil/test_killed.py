@@ -1,0 +1,104 @@
+"""The program is killed in the middle of a run, its board in a process of its own: 0 V, and what was recorded stays."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import board_process
+import numpy as np
+import pytest
+from board_process import RemoteBoard
+from checkout import ROOT
+from jupyter_client.manager import KernelManager
+
+from rotflex.hil.unfinished import unfinished
+
+HELPER = board_process.__file__
+ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(Path(HELPER).parent)])}
+_PATIENCE = 300.0  # s; a busy computer takes its time
+
+
+def until(true: Callable[[], object], alive: Callable[[], bool] = lambda: True) -> None:
+    """Wait for something."""
+    end = time.monotonic() + _PATIENCE
+    while not true():
+        assert time.monotonic() < end and alive()
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def board(tmp_path) -> Iterator[RemoteBoard]:
+    server = subprocess.Popen([sys.executable, HELPER, "serve", str(tmp_path)], env=ENVIRONMENT)
+    try:
+        until((tmp_path / "address").exists, lambda: server.poll() is None)
+        yield RemoteBoard(tmp_path)
+    finally:
+        server.kill()
+        server.wait()
+
+
+def assert_at_0_V_and_recorded(board: RemoteBoard, folder: Path, why: str) -> None:
+    ((_file, recording),) = unfinished(folder / "unfinished").items()
+    assert why in recording.metadata["ended"]
+    assert len(recording) > 500
+    assert set(np.abs(recording["vm"][:-1])) == {board_process.VOLTS}
+    assert np.abs(recording["theta"]).max() > 0.05
+    assert board.voltage() == 0.0
+
+
+def test_a_program_that_is_killed_leaves_0_V_by_the_watchdog_and_what_it_recorded(board, tmp_path):
+    program = subprocess.Popen([sys.executable, HELPER, "drive", str(tmp_path)], env=ENVIRONMENT)
+    try:
+        until((tmp_path / "moves").exists, lambda: program.poll() is None)
+    finally:
+        program.kill()
+        program.wait()
+    assert abs(board.voltage()) == board_process.VOLTS
+    board.let_time_pass()
+    assert_at_0_V_and_recorded(board, tmp_path, "The program ended without a word")
+
+
+@pytest.fixture
+def kernel(tmp_path) -> Iterator[KernelManager]:
+    manager = KernelManager()
+    manager.start_kernel(env=ENVIRONMENT, cwd=str(tmp_path))
+    try:
+        yield manager
+    finally:
+        manager.shutdown_kernel(now=True)
+
+
+def run_cell(kernel: KernelManager, folder: Path) -> None:
+    client = kernel.blocking_client()
+    client.start_channels()
+    client.wait_for_ready(timeout=_PATIENCE)
+    client.execute(f"import pathlib, board_process; board_process.drive(pathlib.Path({str(folder)!r}))")
+    until((folder / "moves").exists, kernel.is_alive)
+    client.stop_channels()
+
+
+def test_a_kernel_that_is_restarted_leaves_0_V_by_the_watchdog_and_what_it_recorded(board, kernel, tmp_path):
+    run_cell(kernel, tmp_path)
+    kernel.restart_kernel(now=True)
+    assert abs(board.voltage()) == board_process.VOLTS
+    board.let_time_pass()
+    assert_at_0_V_and_recorded(board, tmp_path, "The program ended without a word")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="on Windows a kernel is interrupted by an event of its own")
+def test_a_kernel_that_is_interrupted_sets_0_V_itself(board, kernel, tmp_path):
+    run_cell(kernel, tmp_path)
+    kernel.signal_kernel(signal.SIGINT)
+    until(lambda: board.voltage() == 0.0)
+    until(
+        lambda: any(
+            "KeyboardInterrupt" in one.metadata["ended"] for one in unfinished(tmp_path / "unfinished").values()
+        )
+    )
+    assert_at_0_V_and_recorded(board, tmp_path, "KeyboardInterrupt")

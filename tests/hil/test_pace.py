@@ -1,0 +1,160 @@
+"""How steadily samples come; and tasks of a board without a clock, which report the same."""
+
+from __future__ import annotations
+
+import gc
+import sys
+
+import numpy as np
+import pytest
+from fault_board import SAMPLE_TIME, FaultBoard, Stopwatch
+
+from rotflex.config import joint, srv02
+from rotflex.errors import HILError
+from rotflex.hil.bench import Bench
+from rotflex.hil.board import Clock
+from rotflex.hil.controllers import OpenLoop
+from rotflex.hil.loop import run
+from rotflex.hil.pace import TOO_SLOW, Pace, undisturbed
+from rotflex.hil.software_tasks import SoftwareTasks
+
+BOTH = np.array([0, 1], dtype=np.uint32)
+
+
+def pace_of(arrivals: list[float], period: float = 1.0) -> tuple[Pace, list[int]]:
+    """A pace on which samples arrived at these times, and how many it took to be waiting behind each."""
+    time = Stopwatch()
+    pace, waiting = Pace(period, "hardware", time.now), []
+    for sample, time.time in enumerate(arrivals):
+        waiting.append(pace.arrived(sample))
+    return pace, waiting
+
+
+def test_a_sample_that_comes_a_period_late_has_others_behind_it():
+    assert pace_of([0.0, 1.0, 2.9, 3.0])[1] == [0, 0, 0, 0]
+    assert pace_of([0.0, 1.0, 3.1, 3.2, 4.0])[1] == [0, 0, 1, 0, 0]
+    assert pace_of([0.0, 1.0, 9.5])[1] == [0, 0, 7]
+
+
+def test_the_quickest_arrival_tells_when_samples_are_due():
+    """The first came late itself: those that come in time afterwards put that right."""
+    assert pace_of([0.9, 1.0, 2.0, 4.1])[1] == [0, 0, 0, 1]
+
+
+def test_what_is_reported():
+    pace, _waiting = pace_of([0.0, 1.0, 2.0, 3.5, 4.0])
+    report = pace.report()
+    assert report["period"] == {"p50": 1.0, "p99": 1.485, "p99.9": 1.4985, "max": 1.5}
+    assert report["latest"] == pytest.approx(0.5, abs=0.01)
+    assert report["clock"] == "hardware" and "answer" not in report
+
+
+def test_answers_are_too_slow_when_samples_wait_time_and_again():
+    time = Stopwatch()
+    pace = Pace(1.0, "hardware", time.now)
+    for sample in range(0, 2 * TOO_SLOW, 2):
+        assert not pace.too_slow
+        pace.arrived(sample)
+        time.pass_by(3.0)
+        pace.answered()
+    assert pace.too_slow and pace.answer > 1.0
+
+
+def test_python_does_not_tidy_up_in_a_run_and_does_so_again_afterwards():
+    switching = sys.getswitchinterval()
+    with undisturbed(True):
+        assert not gc.isenabled() and sys.getswitchinterval() <= 0.0005
+    assert gc.isenabled() and sys.getswitchinterval() == switching
+    with pytest.raises(ZeroDivisionError), undisturbed(True):
+        raise ZeroDivisionError
+    assert gc.isenabled()
+    with undisturbed(False):
+        assert gc.isenabled()
+
+
+# --- a board without a clock of its own ------------------------------------------------------------------------------
+
+
+class Clockless(FaultBoard):
+    """A board whose tasks are paced by the computer."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tasks = SoftwareTasks(self.inner.read_encoder, self.time)
+
+    def task_create_encoder_reader(self, *arguments):
+        return self.tasks.create_encoder_reader(*arguments)
+
+    def task_set_buffer_overflow_mode(self, task, mode):
+        pass
+
+    def task_start(self, task, clock, frequency, samples):
+        assert clock == Clock.SYSTEM_CLOCK_1
+        self.tasks.start(task, frequency, samples)
+
+    def task_read_encoder(self, *arguments):
+        return self.tasks.read_encoder(*arguments)
+
+    def task_get_buffer_overflows(self, task):
+        return self.tasks.get_buffer_overflows(task)
+
+    def task_stop(self, task):
+        self.tasks.stop(task)
+
+    def task_delete(self, task):
+        self.tasks.delete(task)
+
+
+def test_on_a_software_clock_missed_samples_are_told_and_bridged():
+    board = Clockless()
+    bench = Bench(
+        lambda: board,
+        srv02(),
+        joint(1),
+        {"uri": "test", "clock": "wall"},
+        clock=Clock.SYSTEM_CLOCK_1,
+        now=board.time.now,
+    )
+
+    def pause(measured, _voltage):
+        if measured.time == 0.2:
+            board.time.pass_by(0.05)
+
+    with bench:
+        bench.on_sample = pause
+        recording = run(bench, OpenLoop(), np.full(200, 1.0), SAMPLE_TIME, progress=False)
+    timing = recording.metadata["timing"]
+    assert timing["clock"] == "software"
+    assert (timing["missed"], timing["late"]) == (24, 0)
+    bridged = recording["theta"][100:126]
+    assert np.diff(bridged) == pytest.approx((bridged[-1] - bridged[0]) / 25, abs=1e-9)
+    assert recording["theta"][130] > bridged[-1] > bridged[0]
+    assert board.voltage == 0.0
+
+
+def test_software_tasks_end_and_refuse_as_a_boards_own():
+    time = Stopwatch()
+    tasks = SoftwareTasks(lambda channels, number, buffer: buffer.fill(7), time)
+    with pytest.raises(HILError, match="at least one sample"):
+        tasks.create_encoder_reader(0, BOTH, 2)
+    task = tasks.create_encoder_reader(10, BOTH, 2)
+    buffer = np.zeros(8, dtype=np.int32)
+    with pytest.raises(HILError, match="not been started"):
+        tasks.read_encoder(task, 1, buffer)
+    with pytest.raises(HILError, match="cannot take"):
+        tasks.start(task, 0.0, 5)
+    tasks.start(task, 100.0, 5)
+    with pytest.raises(HILError, match="asked for 0"):
+        tasks.read_encoder(task, 0, buffer)
+    with pytest.raises(HILError, match="must hold 10 counts"):
+        tasks.read_encoder(task, 5, buffer)
+    assert tasks.read_encoder(task, 3, buffer) == 3
+    assert buffer.tolist() == [7] * 6 + [0] * 2
+    time.pass_by(0.011)
+    assert tasks.read_encoder(task, 4, buffer) == 1
+    assert tasks.get_buffer_overflows(task) == 1
+    assert tasks.read_encoder(task, 1, buffer) == 0
+    tasks.stop(task)
+    tasks.delete(task)
+    with pytest.raises(HILError, match="no task"):
+        tasks.read_encoder(task, 1, buffer)

@@ -1,0 +1,176 @@
+"""The adapter to the maker's package: what it says when that is missing, its errors' words, and 0 V after an expiry."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+import quanser_double
+from quanser_double import VARIANTS, Undocumented, output
+
+from rotflex import experiments, hil
+from rotflex.errors import BenchError, HILError
+from rotflex.hil import quanser
+from rotflex.hil.board import VERBS, Board
+from rotflex.hil.controllers import OpenLoop, StateFeedback
+from rotflex.hil.loop import run
+from rotflex.hil.real import Setup
+from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import VirtualBoard
+
+SIMULATOR = "quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'"
+GAIN = [18.24, -17.15, 1.59, 0.63]
+MOTOR = np.array([0], dtype=np.uint32)
+COMMISSIONED = Setup(commissioned=lambda: "")
+
+
+def physical() -> VirtualBoard:
+    bench = preset("real_bench")
+    return VirtualBoard(bench.parameters, timing=bench.timing)
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """The maker's package is there; gives a function that chooses what its watchdog does, and the cards."""
+
+    def install(variant: quanser_double.Variant | None = None) -> list[quanser_double.HIL]:
+        modules, opened = quanser_double.package(physical, variant)
+        for name, module in modules.items():
+            monkeypatch.setitem(sys.modules, name, module)
+        return opened
+
+    return install
+
+
+@pytest.fixture(autouse=True)
+def settings(monkeypatch, tmp_path):
+    """What a run keeps on disk lands in the test's own folder."""
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path))
+
+
+# --- the package ------------------------------------------------------------------------------------------------------
+
+
+def test_opening_an_address_imports_nothing(monkeypatch):
+    monkeypatch.setattr(importlib, "import_module", lambda name: pytest.fail(f"{name} was imported"))
+    bench = hil.open("quanser:q2_usb/0")
+    assert bench.identity == {"uri": "quanser:q2_usb/0", "arm_position": 1, "encoder": "E", "clock": "wall"}
+
+
+@pytest.mark.parametrize(
+    ("failure", "said"),
+    [
+        (ModuleNotFoundError("No module named 'quanser'"), "is not installed here .*No module named 'quanser'"),
+        (ImportError("cannot import name 'HIL'"), "is not installed here .*cannot import name 'HIL'"),
+        (OSError("cannot load library 'hil.dll'"), "the libraries of the Quanser SDK.*cannot load library 'hil.dll'"),
+    ],
+)
+def test_a_package_that_is_missing_or_broken_is_told_with_what_to_install(failure, said, monkeypatch):
+    def refuse(name: str) -> ModuleType:
+        raise failure
+
+    monkeypatch.setattr(importlib, "import_module", refuse)
+    with pytest.raises(BenchError, match=said) as caught, hil.open("quanser:q2_usb/0"):
+        pytest.fail("the block must not be entered")
+    for word in ("Quanser SDK", "QSDK_DIR", "pip install", "A bench without a Quanser board needs none of it"):
+        assert word in str(caught.value)
+
+
+def test_an_error_of_the_boards_is_told_in_the_makers_words(installed):
+    installed()
+    with pytest.raises(HILError, match=r"failed at open: The specified board type q9 is not supported \(error -1075\)"):
+        quanser.connect("q9", "0")
+    board = quanser.connect("q2_usb", "0")
+    with pytest.raises(HILError, match=r"failed at task_stop: There is no task 7 \(error -1001\)"):
+        board.task_stop(7)
+    with pytest.raises(HILError, match="told something unfit at write_analog: the buffer of voltages is no array"):
+        board.write_analog(MOTOR, 1, [0.0])  # type: ignore[arg-type]
+
+
+def test_every_verb_is_passed_on_and_nothing_undocumented_is_asked_for(installed):
+    installed()
+    board = quanser.connect("q2_usb", "0")
+    assert isinstance(board, Board)
+    for verb in VERBS:
+        assert callable(getattr(board, verb))
+    with pytest.raises(Undocumented, match="no documented task_peek"):
+        board._card.task_peek(1)  # type: ignore[attr-defined]
+
+
+# --- a bench on it ---------------------------------------------------------------------------------------------------
+
+
+def test_experiments_run_on_the_makers_simulator_as_on_the_virtual_bench(installed):
+    """Time waits there, so that both give the same to the last bit."""
+    cards = installed()
+    with hil.open(SIMULATOR, setup=COMMISSIONED) as bench:
+        ours = experiments.tracking(bench, GAIN, duration=2.0, progress=False)
+    with hil.open("virtual:?preset=real_bench") as bench:
+        virtual = experiments.tracking(bench, GAIN, duration=2.0, progress=False)
+    for name in virtual.channels:
+        assert ours[name].tolist() == virtual[name].tolist()
+    assert ours.metadata["bench"]["uri"] == SIMULATOR
+    assert output(cards[0]) == 0.0 and not cards[0].is_valid()
+
+
+def test_without_a_record_of_commissioning_no_loop_is_closed_and_a_voltage_may_be_set(installed):
+    cards = installed()
+    with hil.open(SIMULATOR) as bench:
+        with pytest.raises(BenchError, match="has not been commissioned as it is wired now, so no loop is closed"):
+            run(bench, StateFeedback(GAIN), np.zeros(50), progress=False)
+        assert len(run(bench, OpenLoop(), np.full(50, 0.5), progress=False)) == 50
+        assert len(experiments.watch(bench, 0.1, progress=False)) == 51
+    assert output(cards[0]) == 0.0
+
+
+def test_a_board_is_prepared_before_it_is_used_and_closed_if_that_fails(installed):
+    cards = installed()
+
+    def prepare(board: Board) -> None:
+        board.set_encoder_quadrature_mode(MOTOR, 1, np.array([3], dtype=np.uint32))
+
+    with pytest.raises(HILError, match="given the mode 3"), hil.open(SIMULATOR, setup=Setup(prepare=prepare)):
+        pytest.fail("the block must not be entered")
+    assert not cards[0].is_valid()
+
+
+# --- the watchdog has expired ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_whatever_an_expired_watchdog_does_the_bench_ends_at_0_V(installed, variant):
+    cards = installed(VARIANTS[variant])
+    with pytest.raises(HILError, match="watchdog"), hil.open(SIMULATOR, setup=COMMISSIONED) as bench:
+        bench.start(0.002)
+        for _sample in range(20):
+            bench.read()
+            bench.write(3.0)
+        inner = cards[0]._inner
+        assert inner is not None and output(cards[0]) == 3.0
+        inner.clock.wait_until(inner.clock.now() + 1.0)  # the program says no word
+        bench.read()
+    assert output(cards[0]) == 0.0
+    inner.clock.wait_until(inner.clock.now() + 1.0)
+    inner._catch_up(inner.clock.now())
+    assert output(cards[0]) == 0.0
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_after_an_expiry_the_bench_runs_again(installed, variant):
+    cards = installed(VARIANTS[variant])
+    with hil.open(SIMULATOR, setup=COMMISSIONED) as bench:
+        bench.start(0.002)
+        bench.read()
+        bench.write(3.0)
+        inner = cards[0]._inner
+        assert inner is not None
+        inner.clock.wait_until(inner.clock.now() + 1.0)
+        with pytest.raises(HILError, match="watchdog"):
+            bench.write(1.0)
+        bench.stop()
+        assert output(cards[0]) == 0.0
+        assert len(run(bench, OpenLoop(), np.full(50, 0.5), progress=False)) == 50
+    assert output(cards[0]) == 0.0
