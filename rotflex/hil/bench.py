@@ -71,7 +71,8 @@ class Bench:
     ----------
     late : the samples that waited before the one that was read last, where time does not wait
     kept : what the last run recorded that did not end as it should, with the reason in its metadata
-    on_sample : called once a sample, with what was measured and the voltage that is about to be set; None for nobody.
+    on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
+        the sample came late; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
     """
 

@@ -157,14 +157,16 @@ def _catch_up(
     bench: Bench, controller: Controller, targets: NDArray[np.float64], signals: NDArray[np.float64], index: int
 ) -> int:
     """Record the samples that were late, answer the newest, and return which it is."""
-    held = signals[2, index - 1] if index else 0.0
+    held = float(signals[2, index - 1]) if index else 0.0
     newest = bench.sample
     signals[2, index:newest] = held
-    for sample, (_time, *angles) in enumerate([*bench.late, bench.latest], newest - len(bench.late)):
+    for sample, measured in enumerate([*bench.late, bench.latest], newest - len(bench.late)):
         if sample >= targets.size:
             return newest
-        signals[:2, sample] = angles
-        asked = controller(float(targets[sample]), *angles)
+        _time, signals[0, sample], signals[1, sample] = measured
+        asked = controller(float(targets[sample]), measured.theta, measured.alpha)
+        if sample < newest and bench.on_sample is not None:
+            bench.on_sample(measured, held)
     signals[2, newest] = bench.write(asked)
     return newest
 
