@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
-from rotflex.hil import bench
+from rotflex.hil import bench, guard
 from rotflex.instructor.batch import Settings
 from rotflex.instructor.isolation import outcome
 from rotflex.instructor.running import runner
@@ -133,7 +133,15 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "instructor.running.inside.main:_TRIAL_TIMEOUT": (MINUTE, "as a cell has"),
     "instructor.running.inside.watch:GRACE": (5.0, "to tidy up after an interrupt"),
     "instructor.running.inside.watch:_LONGEST_PAUSE": (0.05, "nobody waits noticeably"),
-    "hil.bench:WATCHDOG_TIMEOUT": (0.2, "an arm at 30 rad/s turns a whole turn meanwhile, and no more"),
+    "hil.halt:WATCHDOG_TIMEOUT": (0.2, "an arm at 30 rad/s turns a whole turn meanwhile, and no more"),
+    "hil.halt:_AGAIN": (3, "times 0 V is written before a watchdog is stopped that lets nothing be written"),
+    "hil.pace:DRIFT": (5e-4, "a cheap crystal is off by 1e-4, and one that is hot by as much again"),
+    "hil.pace:TOO_SLOW": (5, "reads in a row; a pause makes one late"),
+    "hil.pace:_FRESH": (2, "periods; a board may take its first sample one after the start"),
+    "hil.pace:_SWITCH": (5e-4, "s; a quarter of a sample"),
+    "hil.guard:_LIGHTEST_LINK": (1e-3, "kg·m²; a third of the lightest arm there is"),
+    "hil.guard:_A_FEW_COUNTS": (0.0087, "rad; half a degree, 6 counts"),
+    "hil.bench:_RATE_OVER": (0.01, "s; a count is worth 0.15 rad/s then"),
     # --- what is taken in ---
     "instructor.running.intake.limits:MAX_CLASS_ENTRIES": (100_000, "1000 students with 100 files each"),
     "instructor.running.intake.limits:MAX_ENTRIES": (5000, "as the guide says"),
@@ -223,6 +231,7 @@ NO_BOUNDS = {
     "instructor.course_check.times": "how long a notebook takes; tests/instructor/test_reading_time.py",
     "hil.controllers:DERIVATIVE_CUTOFF": "tests/hil/test_controllers.py",
     "hil.terminals": "how finely time is cut; tests/hil/test_terminals.py",
+    "hil.sensors": "channels, as they are wired; tests/hil/test_virtual.py",
     "hil.virtual": "channels, as they are wired; tests/hil/test_virtual.py",
     "hil.student_benches": "the draw; tests/hil/test_student_benches.py",
 }
@@ -251,6 +260,17 @@ DEFAULTS: dict[type, dict[str, tuple[float, str]]] = {
         "voltage": (10.0, "V; what the board gives"),
         "theta": (3.14159, "rad; half a turn"),
         "alpha": (0.5236, "rad; 30 deg"),
+        "rate": (float("inf"), "none on a virtual bench; a real one has hil.real.LIMITS"),
+        "duration": (float("inf"), "none on a virtual bench"),
+    },
+    guard.Allowance: {
+        "share": (0.6, "right signs stay below 0.4, a wrong one or a still counter comes to 1"),
+        "motion": (0.0349, "rad; 2 deg: the worst of honest runs have half of it"),
+        "friction": (0.03, "N·m; the stickiest of real logs has 0.024"),
+        "memory": (0.1, "s; three time constants of the servo"),
+        "smoothing": (0.006, "s; three samples"),
+        "jump": (2, "times the quickest motion"),
+        "stiffness": (1.4, "N·m/rad; the workbook's"),
     },
     Settings: {"jobs": (1, "one after the other")},
 }

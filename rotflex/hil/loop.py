@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex import __version__
-from rotflex.errors import BenchError
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError, RotflexError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import Controller, OpenLoop
 from rotflex.hil.halt import reason
@@ -128,6 +129,8 @@ def _sampled(
         finally:
             _note_last(bench, recorded.signals)
             bench.kept = recorded.broken_off(reason(error), bench.timing)
+        if not isinstance(error, RotflexError):  # ours say so themselves
+            error.add_note(_("The motor is at 0 V. What was recorded until then is in the bench's `kept`."))
         raise
     bench.stop()
     return filled(recorded.finished())
