@@ -205,7 +205,7 @@ FAULTS: dict[str, Fault] = {
     "a voltage that is None": Fault(TypeError, "NoneType", controller=at_fault(lambda _: None)),
     "an exception in a callback": Fault(LookupError, "LookupError: where", prepare=watched_by(LookupError("where"))),
     "somebody presses STOP": Fault(
-        RunStopped, "RunStopped: You stopped it", prepare=watched_by(RunStopped("You stopped it."))
+        RunStopped, "RunStopped: You", prepare=watched_by(RunStopped("You stopped it. The motor is at 0 V."))
     ),
     "an exception in plotting": Fault(ValueError, "same first dimension", prepare=drawing_fails),
     "Ctrl-C while the board reads": Fault(
@@ -343,6 +343,7 @@ def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, t
             fault.board(board)
             run(bench, controller, REFERENCE, SAMPLE_TIME, progress=False)
         assert isinstance(caught.value, fault.error)
+        assert "The motor is at 0 V" in said_of(caught.value) or isinstance(caught.value, HILError)
         recording = bench.kept
         assert_kept(recording, fault)
         ((_file, found),) = unfinished(tmp_path).items()
@@ -353,6 +354,11 @@ def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, t
         board.let_time_pass()
     assert board.voltage == 0.0
     assert recording.metadata["timing"]["clock"] == "hardware"
+
+
+def said_of(error: BaseException) -> str:
+    """What somebody reads of an error."""
+    return " ".join([str(error), *getattr(error, "__notes__", [])])
 
 
 @functools.cache
