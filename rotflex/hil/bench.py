@@ -18,7 +18,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Any, NamedTuple, NoReturn, Self
+from typing import Any, NoReturn, Self
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts
 from rotflex.hil.guard import Guard
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt
 from rotflex.hil.pace import Pace
-from rotflex.hil.parts import Limits, Safety, Wiring
+from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -43,14 +43,6 @@ _EXPIRED = _(
 
 
 __all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
-
-
-class Measurement(NamedTuple):
-    """One sample: time since the start (s), servo angle and deflection (rad)."""
-
-    time: float
-    theta: float
-    alpha: float
 
 
 class Bench:
@@ -235,11 +227,11 @@ class Bench:
             raise BenchError("The bench is not sampling; call start() first.")
         self._fetch(board, self._counts, 1)
         lost, waiting = (0, 0) if self._pace is None else self._waiting(board, self._pace)
+        self._sample += lost
+        measured = self._taken(*self._counts.tolist(), 1 + lost)
         if not board.watchdog_reload():
             self.stop()
             raise HILError(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
-        self._sample += lost
-        measured = self._taken(*self._counts.tolist(), 1 + lost)
         return self._newest(board, measured, waiting) if waiting else measured
 
     def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
@@ -319,12 +311,25 @@ class Bench:
             raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
         if self.on_sample is not None:
             self.on_sample(self.latest, applied)
-        self._set_motor(applied)
+        try:
+            self._set_motor(applied)
+        except HILError:
+            self._explain_expiry()
+            raise
         if self._pace is not None:
             self._pace.answered()
         if self.safety.guard is not None:
             self.safety.guard.drive(applied)
         return applied
+
+    def _explain_expiry(self) -> None:
+        """A board refuses a voltage mostly because its watchdog has expired: then that is said."""
+        try:
+            expired = self.board.watchdog_is_expired()
+        except HILError:
+            return
+        if expired:
+            raise HILError(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
 
     @property
     def sample(self) -> int:

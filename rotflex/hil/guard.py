@@ -114,7 +114,7 @@ class Guard:
         self.moved = forget * self.moved + judged * (abs(self._rate) + abs(self._expected))
 
     def _reason(self) -> str:
-        if self._stood * self._period > self._allowed.memory / 2:
+        if self._stood * self._period > self._allowed.memory / 10:
             return _(
                 "The servo's encoder has stood still for {time:.0f} ms while {volts:.1f} V drove the motor: look at "
                 "the encoder's cable, at the amplifier, and whether something holds the arm."

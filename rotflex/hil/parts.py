@@ -1,4 +1,4 @@
-"""What a bench may do, how it is wired, and what keeps it from harm; each can be a laboratory's own."""
+"""What a bench measures, what it may do, how it is wired, and what keeps it from harm: a laboratory has its own."""
 
 from __future__ import annotations
 
@@ -6,11 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.hil.guard import Guard
 from rotflex.units import DEG
+
+
+class Measurement(NamedTuple):
+    """One sample: time since the start (s), servo angle and deflection (rad)."""
+
+    time: float
+    theta: float
+    alpha: float
 
 
 @dataclass(frozen=True)

@@ -271,7 +271,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "the servo's counts jump": Fault(
         LimitExceeded,
-        r"servo angle jumped by 20\.\d deg",
+        r"servo angle jumped by (19|2\d)\.\d deg",
         board=reading(lambda new, last, _: [new[0] + counts_of(20), new[1]]),
     ),
     "the link's counts jump": Fault(
@@ -288,7 +288,7 @@ FAULTS: dict[str, Fault] = {
     "the link's encoder turns round": Fault(
         LimitExceeded,
         "does not move as voltage and spring drive it",
-        board=reading(lambda new, last, _: [new[0], -new[1]]),
+        board=reading(lambda new, last, _: [new[0], 2 * last[1] - new[1]]),
         within=150,
     ),
     # --- limits ---
@@ -389,7 +389,6 @@ def assert_kept(recording: Recording | None, fault: Fault) -> None:
         "task_start",
         "watchdog_clear",
         "watchdog_stop",
-        "write_analog",
     ],
 )
 def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
@@ -416,7 +415,7 @@ def test_after_a_pause_only_the_newest_sample_is_answered_and_the_others_are_rec
     timing = recording.metadata["timing"]
     assert timing["late"] == pytest.approx(late, abs=1)
     assert timing["missed"] == 0
-    assert timing["latest"] == pytest.approx(0.15, abs=SAMPLE_TIME)
+    assert timing["latest"] == pytest.approx(0.15 - SAMPLE_TIME, abs=1e-5)
     skipped = set(range(SAMPLES)) - written
     assert skipped == set(range(FAULT_AT + 1, FAULT_AT + 1 + timing["late"]))
     assert seen == pytest.approx(recording.time.tolist())  # whoever watches sees each of them, once
@@ -442,7 +441,7 @@ def test_stale_samples_at_the_start_are_read_and_no_part_of_the_run():
         board.time.pass_by(0.1)
         first = bench.read()
         assert (first.time, bench.late) == (0.0, [])
-        assert board.sample == 51  # 0 to 100 ms
+        assert board.sample == 52  # 0 to 100 ms, and the one after them
         assert bench.read().time == SAMPLE_TIME
         assert bench.late == []
         assert bench.timing["timing"]["late"] == 0
@@ -480,8 +479,8 @@ def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
     with pytest.raises(LimitExceeded, match="a sign of the motor or of an encoder is wrong"):  # noqa: SIM117
         with bench_of(board, wiring=wiring) as bench:
             run(bench, StateFeedback(GAIN), reference, SAMPLE_TIME, progress=False)
-    # Against the command, where servo and motor disagree; where only the link is wrong, not beyond what was commanded.
-    bound = 6 * DEG if motor != servo else max(1.1 * amplitude * DEG, 6 * DEG)
+    # Against the command, where servo and motor disagree; with the link alone wrong, hardly beyond the command.
+    bound = (6 if motor != servo else amplitude + 2) * DEG
     assert np.abs(bench.kept["theta"]).max() < bound
     assert board.voltage == 0.0
 

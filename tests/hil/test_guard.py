@@ -44,16 +44,15 @@ def test_no_honest_run_is_stopped(address, experiment):
     assert judged(recording) == ("", len(recording))
 
 
-def test_the_log_of_a_real_bench_passes_and_no_other_sign_of_it(real_log):
+def test_the_log_of_a_real_bench_passes_and_not_with_motor_or_encoder_the_other_way(real_log):
+    """(That the link alone counts the other way shows in closed loop, see test_faults.py.)"""
     assert judged(real_log)[0] == ""
     assert judged(real_log, -1, -1, -1)[0] == ""
-    for signs in ((-1, 1, 1), (1, -1, 1), (1, 1, -1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)):
+    first = int(np.flatnonzero(np.abs(real_log["vm"]) > 0.5)[0])
+    for signs in ((-1, 1, 1), (1, -1, 1), (-1, 1, -1), (1, -1, -1)):
         why, sample = judged(real_log, *signs)
         assert "a sign of the motor or of an encoder is wrong" in why
-        assert np.abs(real_log["theta"][:sample]).max() < 30.5 * DEG
-        if signs[0] != signs[1]:
-            first = int(np.flatnonzero(np.abs(real_log["vm"]) > 0.5)[0])
-            assert np.abs(real_log["theta"][first : sample + 1] - real_log["theta"][first]).max() < 6 * DEG
+        assert np.abs(real_log["theta"][first : sample + 1] - real_log["theta"][first]).max() < 6 * DEG
 
 
 def test_a_counter_that_stands_still_is_told_apart_from_one_that_turns_the_wrong_way():

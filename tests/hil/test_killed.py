@@ -83,12 +83,12 @@ def run_cell(kernel: KernelManager, folder: Path) -> None:
     client.stop_channels()
 
 
-def test_a_kernel_that_is_restarted_leaves_0_V_by_the_watchdog_and_what_it_recorded(board, kernel, tmp_path):
+def test_a_kernel_that_is_restarted_leaves_0_V_and_what_it_recorded(board, kernel, tmp_path):
+    """Jupyter interrupts a kernel before it kills it: whichever comes first sets 0 V, the program or the watchdog."""
     run_cell(kernel, tmp_path)
     kernel.restart_kernel(now=True)
-    assert abs(board.voltage()) == board_process.VOLTS
     board.let_time_pass()
-    assert_at_0_V_and_recorded(board, tmp_path, "The program ended without a word")
+    assert_at_0_V_and_recorded(board, tmp_path, "")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="on Windows a kernel is interrupted by an event of its own")

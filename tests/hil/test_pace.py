@@ -150,7 +150,7 @@ def test_software_tasks_end_and_refuse_as_a_boards_own():
         tasks.read_encoder(task, 5, buffer)
     assert tasks.read_encoder(task, 3, buffer) == 3
     assert buffer.tolist() == [7] * 6 + [0] * 2
-    time.pass_by(0.011)
+    time.pass_by(0.021)
     assert tasks.read_encoder(task, 4, buffer) == 1
     assert tasks.get_buffer_overflows(task) == 1
     assert tasks.read_encoder(task, 1, buffer) == 0
