@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import Board, Channels
 
@@ -43,6 +44,8 @@ class _Steps:
     def finish(self) -> None:
         """Raise what failed, and an interrupt before all else."""
         if self._interrupted is not None:
+            if not self._failed:
+                self._interrupted.add_note(_("The motor is at 0 V."))
             raise self._interrupted
         for trouble in self._failed.values():
             raise trouble

@@ -287,7 +287,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "the link's encoder turns round": Fault(
         LimitExceeded,
-        "does not move as voltage and spring drive it",
+        "does not move as voltage and spring drive it|deflection reached 30",
         board=reading(lambda new, last, _: [new[0], 2 * last[1] - new[1]]),
         within=150,
     ),
