@@ -228,7 +228,8 @@ class Bench:
         self._fetch(board, self._counts, 1)
         lost, waiting = (0, 0) if self._pace is None else self._waiting(board, self._pace)
         self._sample += lost
-        measured = self._taken(*self._counts.tolist(), 1 + lost)
+        servo, link = self._counts.tolist()
+        measured = self._taken(servo, link, 1 + lost)
         if not board.watchdog_reload():
             self.stop()
             raise HILError(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
