@@ -11,7 +11,6 @@ Inside, the plant moves in whole ticks of 1/64 ms; outputs take effect when :cla
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
@@ -387,7 +386,6 @@ class VirtualBoard:
 
 def _put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | None], at: int) -> None:
     """Put one sample of each channel into the buffers, as sample number ``at``."""
-    found: Sequence[float]
     for found, buffer in zip(values, buffers, strict=True):
         if found and buffer is not None:
             for place, value in enumerate(found, at * len(found)):

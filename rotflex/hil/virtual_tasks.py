@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rotflex.hil.clock import Sampling
 
-Values = tuple[list[float], list[int], list[int]]  #: analog, encoders, digital
+Values = tuple[Sequence[float], Sequence[float], Sequence[float]]  #: analog, encoders, digital; counts are numbers, too
 
 
 @dataclass
