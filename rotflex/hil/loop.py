@@ -113,27 +113,32 @@ def _sampled(
     controller.reset()
     if bench.recorded is not None:
         bench.recorded.rewind()
-    # Whatever takes its time is done before the first sample: a bar, for one, that is imported.
+    # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
     coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
-    try:
-        bench.start(described["sample_time"])
-    except BaseException:
-        recorded.finished()
-        raise
-    try:
-        with undisturbed(not bench.is_simulated):
-            _sample(bench, controller, targets, coming, recorded.signals)
-    except BaseException as error:
+    with undisturbed(not bench.is_simulated):
         try:
-            bench.stop()
-        finally:
-            _note_last(bench, recorded.signals)
-            bench.kept = recorded.broken_off(reason(error), bench.timing)
-        if not isinstance(error, RotflexError):  # ours say so themselves
-            error.add_note(_("The motor is at 0 V. What was recorded until then is in the bench's `kept`."))
-        raise
-    bench.stop()
+            bench.start(described["sample_time"])
+        except BaseException:
+            recorded.finished()
+            raise
+        try:
+            _sample(bench, controller, targets, coming, recorded.signals)
+        except BaseException as error:
+            _break_off(bench, error, recorded)
+            raise
+        bench.stop()
     return filled(recorded.finished())
+
+
+def _break_off(bench: Bench, error: BaseException, recorded: Unfinished) -> None:
+    """0 V, and what was recorded is kept, whatever fails on the way."""
+    try:
+        bench.stop()
+    finally:
+        _note_last(bench, recorded.signals)
+        bench.kept = recorded.broken_off(reason(error), bench.timing)
+    if not isinstance(error, RotflexError):  # ours say so themselves
+        error.add_note(_("The motor is at 0 V. What was recorded until then is in the bench's `kept`."))
 
 
 def _sample(

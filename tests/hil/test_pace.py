@@ -72,6 +72,17 @@ def test_python_does_not_tidy_up_in_a_run_and_does_so_again_afterwards():
         assert gc.isenabled()
 
 
+def test_what_takes_its_time_is_done_before_the_watchdog_runs(monkeypatch):
+    """On a slow computer collecting rubbish takes longer than the watchdog waits."""
+    board = FaultBoard()
+    monkeypatch.setattr(gc, "collect", lambda: board.time.pass_by(0.5))
+    bench = Bench(lambda: board, srv02(), joint(1), {"uri": "test", "clock": "wall"}, now=board.time.now)
+    with bench:
+        recording = run(bench, OpenLoop(), np.zeros(50), SAMPLE_TIME, progress=False)
+    assert board.time.now() == pytest.approx(0.5 + 49 * SAMPLE_TIME)
+    assert recording.metadata["timing"]["late"] == 0
+
+
 # --- a board without a clock of its own ------------------------------------------------------------------------------
 
 
