@@ -40,7 +40,10 @@ _EXPIRED = _(
     "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the motor to 0 V. Close "
     "what else keeps this computer busy, and run it again."
 )
-
+_TOO_SLOW = _(
+    "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow for its "
+    "sample time."
+)
 
 __all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
 
@@ -230,20 +233,24 @@ class Bench:
         self._sample += lost
         servo, link = self._counts.tolist()
         measured = self._taken(servo, link, 1 + lost)
-        if not board.watchdog_reload():
-            self.stop()
-            raise HILError(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
+        self._show_alive(board)
         return self._newest(board, measured, waiting) if waiting else measured
 
     def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
         if self._task is None or board.task_read_encoder(self._task, samples, counts) != samples:
             raise HILError("The board gave no sample.")
 
+    def _show_alive(self, board: Board) -> None:
+        if not board.watchdog_reload():
+            self.stop()
+            raise HILError(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
+
     def _drop_stale(self, board: Board, pace: Pace) -> None:
         """A run begins with a sample of now: older ones are read, for flushing has no effect on readers."""
         stale = pace.stale() if self._sample == 0 else 0
         if stale:
             self._fetch(board, np.zeros(2 * stale, dtype=np.int32), stale)
+            self._show_alive(board)
             self._fetch(board, self._counts, 1)
 
     def _taken(self, servo: int, link: int, samples: int = 1) -> Measurement:
@@ -273,7 +280,7 @@ class Bench:
         if not behind:
             return 0, 0
         if pace.too_slow and self.safety.guard is not None:  # a virtual bench may run on a computer that is busy
-            self._end(self._too_slow(pace))
+            self._end(_TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3))
         lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
         self._lost += lost
         waiting = max(behind - lost, 0)
@@ -281,16 +288,11 @@ class Bench:
         pace.late += waiting
         return lost, waiting
 
-    def _too_slow(self, pace: Pace) -> str:
-        return _(
-            "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow "
-            "for its sample time."
-        ).format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
-
     def _newest(self, board: Board, measured: Measurement, waiting: int) -> Measurement:
         """The newest of the samples that wait; those before it are late."""
         counts = np.zeros(2 * waiting, dtype=np.int32)
         self._fetch(board, counts, waiting)
+        self._show_alive(board)
         for servo, link in counts.reshape(-1, 2).tolist():
             self.late.append(measured)
             measured = self._taken(servo, link)

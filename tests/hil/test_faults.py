@@ -425,6 +425,21 @@ def test_after_a_pause_only_the_newest_sample_is_answered_and_the_others_are_rec
     assert np.count_nonzero(np.diff(recording["theta"][FAULT_AT : FAULT_AT + 20])) > 10
 
 
+def test_catching_up_after_a_pause_is_a_sign_of_life():
+    """The pause and what it takes to look at the samples that were late are longer together than the watchdog waits."""
+    board = FaultBoard()
+    bench = bench_of(board)
+
+    def look(_measured: Any, _voltage: float) -> None:
+        board.time.pass_by(0.001 if bench.late else 0.0)
+
+    with bench:
+        bench.on_sample = look
+        recording = run(bench, paused(0.15)(board), REFERENCE, SAMPLE_TIME, progress=False)
+    assert len(recording) == SAMPLES
+    assert 100 < recording.metadata["timing"]["late"] < 200
+
+
 def test_a_run_without_a_pause_is_reported_so():
     board = FaultBoard()
     with bench_of(board) as bench:
