@@ -1,0 +1,97 @@
+#include "encoders.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <util/atomic.h>
+
+#define MISSED 2
+
+/* By the lines before (AB) and now (AB); A is the lower bit. */
+static const int8_t WAY[16] = {0, 1, -1, MISSED, -1, 0, MISSED, 1, 1, MISSED, 0, -1, MISSED, -1, 1, 0};
+
+static int32_t total[ENCODERS];            /* up to the last latch */
+static volatile int16_t since[ENCODERS];   /* short, for interrupts to be short */
+static uint8_t before[ENCODERS];
+static volatile uint16_t missed;
+
+static inline uint8_t lines(uint8_t encoder)
+{
+    return encoder ? PINC & 3 : (PIND >> 2) & 3;
+}
+
+static inline __attribute__((always_inline)) void edge(uint8_t encoder)
+{
+    uint8_t now = lines(encoder);
+    int8_t way = WAY[before[encoder] | now];
+    before[encoder] = (uint8_t)(now << 2);
+    if (way == MISSED)
+        missed++;
+    else
+        since[encoder] += way;
+}
+
+ISR(INT0_vect)
+{
+    edge(0);
+}
+
+ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
+
+ISR(PCINT1_vect)
+{
+    edge(1);
+}
+
+void encoders_begin(void)
+{
+    PORTD |= _BV(PD2) | _BV(PD3); /* pull-ups, for encoders with open collectors */
+    PORTC |= _BV(PC0) | _BV(PC1);
+    EICRA = _BV(ISC00) | _BV(ISC10); /* any edge */
+    EIMSK = _BV(INT0) | _BV(INT1);
+    PCMSK1 = _BV(PCINT8) | _BV(PCINT9);
+    PCICR = _BV(PCIE1);
+    for (uint8_t encoder = 0; encoder < ENCODERS; encoder++)
+        before[encoder] = (uint8_t)(lines(encoder) << 2);
+}
+
+void encoders_fold(void)
+{
+    for (uint8_t encoder = 0; encoder < ENCODERS; encoder++) {
+        total[encoder] += since[encoder];
+        since[encoder] = 0;
+    }
+}
+
+void encoders_latch(int32_t counts[ENCODERS])
+{
+    encoders_fold();
+    for (uint8_t encoder = 0; encoder < ENCODERS; encoder++)
+        counts[encoder] = total[encoder];
+}
+
+void encoders_set(uint8_t encoder, int32_t count)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        total[encoder] = count;
+        since[encoder] = 0;
+    }
+}
+
+uint16_t encoders_missed(void)
+{
+    uint16_t value;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        value = missed;
+    }
+    return value;
+}
+
+void encoders_forget_missed(void)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        missed = 0;
+    }
+}
