@@ -143,6 +143,7 @@ static uint8_t obey(uint8_t type, const request *asked)
         for (uint8_t encoder = 0; encoder < ENCODERS; encoder++)
             if (asked->counts.mask & 1 << encoder)
                 encoders_set(encoder, asked->counts.counts[encoder]);
+        encoders_forget_missed();
         return OK;
     case START:
         if (!asked->period || asked->period > SLOWEST_MS)

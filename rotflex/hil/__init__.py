@@ -13,6 +13,7 @@
 ``replay:file.mat``                    a recording in the plant's place, for what it is a recording of
 ``replay:file.mat?clock=wall``         in real time
 ``quanser:q2_usb/0``                   a board of the maker's, through the maker's own Python package
+``serial:/dev/ttyACM0?supply=12``      a bench of one's own at a serial port, its motor fed with 12 V
 =====================================  ============================================================
 """
 
@@ -81,10 +82,13 @@ def open(
         return _replay(uri, rest)
     if scheme == "quanser":
         return quanser_bench(uri, rest, setup)
+    if scheme == "serial":
+        return _serial(uri, rest, plant, servo)
     if scheme != "virtual":
         raise BenchError(
             f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "
-            "in 'replay:recording.mat', or with quanser, as in 'quanser:q2_usb/0'."
+            "in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as in "
+            "'serial:/dev/ttyACM0?supply=12'."
         )
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
@@ -158,6 +162,15 @@ def _replay(uri: str, rest: str) -> Bench:
         limits=Limits(theta=math.inf, alpha=math.inf),  # there is nothing to come to harm
         recorded=plant,
     )
+
+
+def _serial(uri: str, rest: str, plant: object, servo: Servo | None) -> Bench:
+    from rotflex.hil.serial import address
+
+    if plant is not None:
+        raise BenchError(_("A bench at a serial port has a plant already: {uri!r}.").format(uri=uri))
+    name, mark, query = rest.partition("?")
+    return address.bench(uri, name, _options(uri, mark + query, address.OPTIONS, address.EXAMPLE), servo)
 
 
 def _arm(about: Mapping[str, Any], position: int) -> Joint:

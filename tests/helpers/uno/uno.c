@@ -32,6 +32,8 @@ typedef struct uno {
     avr_cycle_count_t came_at[ROOM]; /* when the byte was whole on the line */
     uint32_t coming_start, coming_end, going_start, going_end;
     bool feeding;
+    uint32_t hung_at;
+    uint8_t hung_was[2];
 } uno;
 
 static void no_sleep(avr_t *avr, avr_cycle_count_t cycles)
@@ -217,17 +219,14 @@ void uno_hang(uno *board, bool interrupts)
     avr_t *avr = board->avr;
     while (avr->state != cpu_Running || !avr->sreg[S_I])
         avr_run(avr);
+    board->hung_at = avr->pc;
+    memcpy(board->hung_was, avr->flash + avr->pc, sizeof board->hung_was);
     avr->flash[avr->pc] = 0xff, avr->flash[avr->pc + 1] = 0xcf; /* rjmp to itself */
     avr->sreg[S_I] = interrupts;
 }
 
-/* Undoes it: as it was flashed. */
-int uno_flash(uno *board, const char *firmware)
+/* The program would not hang there again. */
+void uno_mend(uno *board)
 {
-    elf_firmware_t loaded;
-    memset(&loaded, 0, sizeof loaded);
-    if (elf_read_firmware(firmware, &loaded))
-        return 0;
-    memcpy(board->avr->flash + loaded.flashbase, loaded.flash, loaded.flashsize);
-    return 1;
+    memcpy(board->avr->flash + board->hung_at, board->hung_was, sizeof board->hung_was);
 }

@@ -1,0 +1,193 @@
+"""Requests and answers on the line to the board, samples that come unasked, and what went wrong on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rotflex.courseware.messages import _
+from rotflex.errors import HILError
+from rotflex.hil.serial.port import Port
+from rotflex.hil.serial.protocol import (
+    VERSION,
+    Booted,
+    Cause,
+    Flag,
+    Foreign,
+    Receiver,
+    Reply,
+    Sample,
+    Status,
+    Type,
+    message,
+    request,
+)
+
+ALIVE_AFTER = 0.02  #: s without a frame to the board, after which it is told that the program lives
+_PATIENCE = 0.25  # s for an answer, before the request is sent again
+_ATTEMPTS = 3
+_STARTING = 5.0  # s that a board takes to start when its port is opened, at most
+_POSTED = (Type.OUTPUT, Type.RELOAD, Type.ALIVE)
+
+
+class Line:
+    """The line to a board.
+
+    Parameters
+    ----------
+    port : a line, open
+
+    Attributes
+    ----------
+    on_sample : called with each sample that comes
+    flags : how the board was when it was heard last
+    accepted : sequence number of the output that it had obeyed last then
+    """
+
+    def __init__(self, port: Port) -> None:
+        self.port = port
+        self.flags = Flag(0)
+        self.accepted = -1
+        self.on_sample: Callable[[Sample], None] | None = None
+        self._receiver = Receiver()
+        self._sequence = 0
+        self._sent = port.now()
+        self._reply: Reply | None = None
+        self._in_session = False
+        self._gone: HILError | None = None
+        self._attempts = _ATTEMPTS
+
+    @property
+    def damaged(self) -> int:
+        """How many frames from the board came damaged."""
+        return self._receiver.damaged
+
+    def greet(self) -> Reply:
+        """Begin a session, as soon as the board has started: many start anew when their port is opened.
+
+        Raises
+        ------
+        HILError
+            If nothing answers, or not in this version of the protocol.
+        """
+        end = self.port.now() + _STARTING
+        while self.port.now() < end:
+            reply = self._attempt(Type.HELLO, b"", _PATIENCE)
+            if reply is not None:
+                self._in_session = True
+                return _checked(reply)
+        raise HILError(
+            _(
+                "Nothing answers at this port. Is it the board's, is its firmware on it (docs/serial_bench.md: make "
+                "flash), and does no other program have the port?"
+            )
+        )
+
+    def post(self, kind: Type, payload: bytes = b"") -> int:
+        """Send what is not answered, and return its sequence number."""
+        if self._gone is not None:
+            raise self._gone
+        self._sequence = (self._sequence + 1) % 256
+        self.port.write(request(kind, self._sequence, payload))
+        self._sent = self.port.now()
+        return self._sequence
+
+    def ask(self, kind: Type, payload: bytes = b"") -> Reply:
+        """Send a request, and wait for its answer. It is sent again where none comes: each can be obeyed twice.
+
+        Raises
+        ------
+        HILError
+            If none comes, or the board refuses.
+        """
+        for _attempt in range(self._attempts):
+            reply = self._attempt(kind, payload, _PATIENCE)
+            if reply is not None:
+                self._attempts = _ATTEMPTS
+                return _checked(reply)
+        self._attempts = 1  # what else is asked is not to take as long
+        raise HILError(
+            _(
+                "The board does not answer. It sets the motor to 0 V by itself. Look at the cable, and whether the "
+                "board has power."
+            )
+        )
+
+    def keep_alive(self) -> None:
+        """Tell the board that the program lives, if it has heard nothing for a while."""
+        if self.port.now() - self._sent >= ALIVE_AFTER:
+            self.post(Type.ALIVE)
+
+    def listen(self, until: float) -> bool:
+        """Take what comes, as soon as anything does; False if nothing does until then (s).
+
+        Raises
+        ------
+        HILError
+            If the line is broken, or the board has started anew.
+        """
+        if self._gone is not None:
+            raise self._gone
+        incoming = self.port.read(until)
+        for body in self._receiver.take(incoming):
+            self._take(body)
+        return bool(incoming)
+
+    def _attempt(self, kind: Type, payload: bytes, patience: float) -> Reply | None:
+        sequence = self.post(kind, payload)
+        self._reply = None
+        end = self.port.now() + patience
+        while self.port.now() < end:
+            self.listen(end)
+            reply: Reply | None = self._reply
+            if reply is not None and (reply.sequence, reply.to) == (sequence, kind):
+                return reply
+        return None
+
+    def _take(self, body: bytes) -> None:
+        heard = message(body)
+        if isinstance(heard, Sample):
+            self.flags, self.accepted = heard.flags, heard.accepted
+            if self.on_sample is not None:
+                self.on_sample(heard)
+        elif isinstance(heard, Reply):
+            self.flags, self.accepted = heard.flags, heard.accepted
+            self._reply = heard
+            if heard.status is Status.NO_SESSION and self._in_session:
+                self._lose(Cause(0))
+        elif isinstance(heard, Booted) and self._in_session:
+            self._lose(heard.cause)
+        elif isinstance(heard, Foreign):
+            raise HILError(
+                _(
+                    "The board speaks version {theirs} of the protocol, this program version {ours}. Flash the "
+                    "firmware that belongs to this version of rotflex (docs/serial_bench.md)."
+                ).format(theirs=heard.version, ours=VERSION)
+            )
+
+    def _lose(self, cause: Cause) -> None:
+        """The board does not know of the session any more, and obeys nothing until the next."""
+        self._gone = HILError(
+            _("The board has started anew in the middle ({why}); its motor is at 0 V. Open the bench again.").format(
+                why=_cause(cause)
+            )
+        )
+        raise self._gone
+
+
+def _cause(cause: Cause) -> str:
+    for bit, words in (
+        (Cause.HANG, _("its program hung")),
+        (Cause.BROWN_OUT, _("its power was too low")),
+        (Cause.POWER, _("its power was cut")),
+        (Cause.RESET, _("by its reset button or line")),
+    ):
+        if bit in cause:
+            return words
+    return _("it does not say why")
+
+
+def _checked(reply: Reply) -> Reply:
+    """A reply, if it is a good one."""
+    if reply.status is Status.OK:
+        return reply
+    raise HILError(_("The board refused request {number} ({why}).").format(number=reply.to, why=reply.status.name))

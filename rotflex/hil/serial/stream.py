@@ -1,0 +1,149 @@
+"""The samples that the board sends unasked, and the tasks that wait for them."""
+
+from __future__ import annotations
+
+import math
+
+from rotflex.courseware.messages import _
+from rotflex.errors import HILError
+from rotflex.hil.serial import protocol
+from rotflex.hil.serial.line import ALIVE_AFTER, Line
+from rotflex.hil.serial.protocol import Flag, Inputs, Sample, Type
+from rotflex.hil.serial.tasks import Task
+
+SLOWEST = 10_000  #: ms between samples, at most
+_LATE = 0.1  # s by which a sample may be late
+_NUMBERS = 2**16
+
+
+class Stream:
+    """Samples, given to all tasks that are started.
+
+    Parameters
+    ----------
+    line : the line to the board
+
+    Attributes
+    ----------
+    tasks : by their handles
+    lost : how many samples did not come, since the board was opened
+    """
+
+    def __init__(self, line: Line) -> None:
+        self.tasks: dict[int, Task] = {}
+        self.lost = 0
+        self._line = line
+        self._next_task = 1
+        self._period = 0  # ms; 0 while nothing is sampled
+        self._expected = 0  # number of the next sample
+        line.on_sample = self._on_sample
+
+    @property
+    def running(self) -> bool:
+        """Whether the board has been asked for samples."""
+        return self._period > 0
+
+    def add(self, task: Task) -> int:
+        """A new task's handle."""
+        handle = self._next_task
+        self._next_task += 1
+        self.tasks[handle] = task
+        return handle
+
+    def start(self, task: Task, frequency: float, samples: int) -> None:
+        """Begin a task; the first sample is taken now, or with those of the other tasks.
+
+        Raises
+        ------
+        HILError
+            If the board cannot sample at that rate (Hz), or does so at another.
+        """
+        period = milliseconds(frequency, samples)
+        task.end()
+        if not self._wanted():
+            self._line.ask(Type.START, protocol.PERIOD.pack(period))
+            self._period, self._expected = period, 0
+        elif period != self._period:
+            raise HILError(
+                _(
+                    "The board samples at one rate at a time, which is {rate:g} Hz now: stop the other task first."
+                ).format(rate=1000 / self._period)
+            )
+        task.begin(samples)
+
+    def rest(self) -> None:
+        """Sample no more, if no task wants it."""
+        if self.running and not self._wanted():
+            self._period = 0
+            self._line.ask(Type.STOP)
+
+    def fetch(self, task: Task) -> Inputs | None:
+        """The next sample of a task, or None at its end.
+
+        Raises
+        ------
+        HILError
+            If none comes, if one was lost and that is an error, or if the encoders have miscounted.
+        """
+        if not task.waiting and task.remaining:
+            self._await(task)
+        task.check()
+        if Flag.MISCOUNTED in self._line.flags:
+            raise HILError(
+                _(
+                    "An encoder turned faster than the board can count, or its wires pick up noise: the counts are "
+                    "wrong from here on. Look at its wires, and set the counts anew."
+                )
+            )
+        return task.waiting.popleft() if task.waiting else None
+
+    def _await(self, task: Task) -> None:
+        """Wait until a sample is there, or the task is at its end."""
+        port, patience = self._line.port, self._period / 1000 + _LATE
+        latest = port.now() + patience
+        while task.remaining and not task.waiting:
+            self._line.keep_alive()
+            heard = self._line.listen(min(latest, port.now() + ALIVE_AFTER))
+            if not heard and port.now() >= latest:
+                raise HILError(
+                    _(
+                        "The board gave no sample for {time:.2f} s. Look at the cable, and whether the board has power."
+                    ).format(time=patience)
+                )
+
+    def _on_sample(self, sample: Sample) -> None:
+        if not self.running:
+            return
+        missing = (sample.number - self._expected) % _NUMBERS
+        self._expected = (sample.number + 1) % _NUMBERS
+        self.lost += missing
+        for task in self.tasks.values():
+            if task.started:
+                task.give(missing, sample.inputs)
+
+    def _wanted(self) -> bool:
+        """Whether any task wants samples."""
+        return any(task.started for task in self.tasks.values())
+
+
+def milliseconds(frequency: float, samples: int) -> int:
+    """The time between samples, in ms.
+
+    Raises
+    ------
+    HILError
+        If it is none that the board can keep.
+    """
+    if not 0 < frequency < math.inf or samples < 1:
+        raise HILError(
+            _("A task cannot take {samples} samples at {frequency} Hz.").format(samples=samples, frequency=frequency)
+        )
+    period = 1000 / frequency
+    if not math.isclose(period, round(period), rel_tol=1e-6) or not 1 <= round(period) <= SLOWEST:
+        raise HILError(
+            _(
+                "The board cannot take samples at {frequency:g} Hz: the time between two is a whole number of "
+                "milliseconds, from 1 to {slowest}, as at 500 Hz or 1000 Hz."
+            ).format(frequency=frequency, slowest=SLOWEST)
+        )
+    return round(period)

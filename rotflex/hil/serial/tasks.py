@@ -1,0 +1,105 @@
+"""Samples that came unasked, kept for each task until it is asked for them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rotflex.courseware.messages import _
+from rotflex.errors import HILError
+from rotflex.hil.board import BufferOverflowMode
+from rotflex.hil.serial.protocol import Inputs
+
+#: Modes in which the hardware would have to wait for the program. It does not.
+_WAITING = ("WAIT_ON_OVERFLOW", "SYNCHRONIZED")
+
+
+@dataclass
+class Task:
+    """What is sampled, and the samples that nobody has fetched.
+
+    Attributes
+    ----------
+    analog, encoders, digital : channels
+    capacity : how many samples are kept
+    overflow : what happens to those for which there is no room
+    remaining : how many are still to come
+    lost : how many were lost since the start, on the line or for lack of room
+    """
+
+    analog: Sequence[int]
+    encoders: Sequence[int]
+    digital: Sequence[int]
+    capacity: int
+    overflow: BufferOverflowMode = BufferOverflowMode.ERROR_ON_OVERFLOW
+    started: bool = False
+    remaining: int = 0
+    lost: int = 0
+    waiting: deque[Inputs] = field(default_factory=deque)
+
+    def begin(self, samples: int) -> None:
+        """Wait for so many samples."""
+        self.started, self.remaining, self.lost = True, samples, 0
+        self.waiting.clear()
+
+    def end(self) -> None:
+        """Wait for no more."""
+        self.started, self.remaining = False, 0
+        self.waiting.clear()
+
+    def give(self, missing: int, inputs: Inputs) -> None:
+        """A sample, before which some went missing."""
+        missing = min(missing, self.remaining)
+        self.remaining -= missing
+        self.lost += missing
+        if not self.remaining:
+            return
+        self.remaining -= 1
+        if len(self.waiting) < self.capacity:
+            self.waiting.append(inputs)
+            return
+        self.lost += 1
+        if self.overflow is not BufferOverflowMode.OVERWRITE_ON_OVERFLOW:
+            return
+        self.waiting.popleft()
+        self.waiting.append(inputs)
+
+    def check(self) -> None:
+        """Raise, if samples were lost and that is an error.
+
+        Raises
+        ------
+        HILError
+            If so.
+        """
+        if self.lost and self.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
+            raise HILError(
+                _("The task lost {lost} samples: on the line, or because they were not fetched in time.").format(
+                    lost=self.lost
+                )
+            )
+
+
+def overflow_mode(mode: int) -> BufferOverflowMode:
+    """A mode that this board can keep to.
+
+    Raises
+    ------
+    HILError
+        If there is no such mode, or the board would have to wait for the program.
+    """
+    try:
+        chosen = BufferOverflowMode(mode)
+    except ValueError:
+        listed = ", ".join(f"{mode.value} ({mode.name})" for mode in BufferOverflowMode)
+        raise HILError(
+            _("There is no buffer overflow mode {mode}; there are {listed}.").format(mode=mode, listed=listed)
+        ) from None
+    if chosen.name in _WAITING:
+        raise HILError(
+            _(
+                "The board's clock waits for nobody: it cannot keep to overflow mode {mode}, which is for simulators."
+            ).format(mode=chosen.name)
+        )
+    return chosen
