@@ -7,8 +7,6 @@
 #include "encoders.h"
 #include "motor.h"
 
-#define OFTEN_ENOUGH 64 /* ms; at 500 edges a millisecond the encoders' short counters would just hold */
-
 static volatile uint8_t ticks, flags;
 static volatile bool waiting; /* a sample is */
 static clock_sample latest;
@@ -24,7 +22,7 @@ static void expire(uint8_t why)
 
 static void latch(void)
 {
-    encoders_latch(latest.counts);
+    encoders_latch(latest.turned);
     latest.number = next_number++;
     until_sample = period;
     waiting = true;
@@ -42,8 +40,6 @@ ISR(TIMER2_COMPA_vect)
         expire(0);
     if (flags & FLAG_SAMPLING && !--until_sample)
         latch();
-    else if (ticks % OFTEN_ENOUGH == 0)
-        encoders_fold();
 }
 
 void clock_begin(void)

@@ -9,7 +9,7 @@
 
 typedef struct {
     uint16_t number; /* from the start of sampling */
-    int32_t counts[ENCODERS];
+    uint16_t turned[ENCODERS];
 } clock_sample;
 
 void clock_begin(void);

@@ -9,8 +9,9 @@
 /* By the lines before (AB) and now (AB); A is the lower bit. */
 static const int8_t WAY[16] = {0, 1, -1, MISSED, -1, 0, MISSED, 1, 1, MISSED, 0, -1, MISSED, -1, 1, 0};
 
-static int32_t total[ENCODERS];            /* up to the last latch */
-static volatile int16_t since[ENCODERS];   /* short, for interrupts to be short */
+static volatile uint16_t turning[ENCODERS];
+static uint16_t folded[ENCODERS]; /* what of it is in the total */
+static int32_t total[ENCODERS];
 static uint8_t before[ENCODERS];
 static volatile uint16_t missed;
 
@@ -27,7 +28,7 @@ static inline __attribute__((always_inline)) void edge(uint8_t encoder)
     if (way == MISSED)
         missed++;
     else
-        since[encoder] += way;
+        turning[encoder] += way;
 }
 
 ISR(INT0_vect)
@@ -54,28 +55,34 @@ void encoders_begin(void)
         before[encoder] = (uint8_t)(lines(encoder) << 2);
 }
 
-void encoders_fold(void)
+void encoders_latch(uint16_t turned[ENCODERS])
 {
-    for (uint8_t encoder = 0; encoder < ENCODERS; encoder++) {
-        total[encoder] += since[encoder];
-        since[encoder] = 0;
-    }
+    turned[0] = turning[0];
+    turned[1] = turning[1];
 }
 
-void encoders_latch(int32_t counts[ENCODERS])
+void encoders_counts(const uint16_t turned[ENCODERS], int32_t counts[ENCODERS])
 {
-    encoders_fold();
     for (uint8_t encoder = 0; encoder < ENCODERS; encoder++)
-        counts[encoder] = total[encoder];
+        counts[encoder] = total[encoder] + (int16_t)(turned[encoder] - folded[encoder]);
+}
+
+void encoders_fold(void)
+{
+    uint16_t now[ENCODERS];
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        encoders_latch(now);
+    }
+    encoders_counts(now, total);
+    folded[0] = now[0];
+    folded[1] = now[1];
 }
 
 void encoders_set(uint8_t encoder, int32_t count)
 {
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
-        total[encoder] = count;
-        since[encoder] = 0;
-    }
+    encoders_fold();
+    total[encoder] = count;
 }
 
 uint16_t encoders_missed(void)

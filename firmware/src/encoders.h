@@ -9,10 +9,13 @@
 
 void encoders_begin(void);
 
-/* The counts now; interrupts have to be off, as for encoders_fold. */
-void encoders_latch(int32_t counts[ENCODERS]);
+/* Interrupts count in short numbers that wrap, to be quick. What they are now; interrupts have to be off. */
+void encoders_latch(uint16_t turned[ENCODERS]);
 
-/* To be called now and then, for the short counters not to overflow. */
+/* The counts when those numbers were latched. */
+void encoders_counts(const uint16_t turned[ENCODERS], int32_t counts[ENCODERS]);
+
+/* To be called often enough for no number to wrap unseen: each 0.3 s at 100 000 edges a second. */
 void encoders_fold(void);
 
 void encoders_set(uint8_t encoder, int32_t count);

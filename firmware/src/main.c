@@ -52,6 +52,7 @@ int main(void)
             wdt_reset();
             last_tick = tick;
         }
+        encoders_fold();
         inputs_attend();
         session_attend();
         sleep_until_interrupt();

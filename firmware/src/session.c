@@ -181,10 +181,12 @@ static void reply(uint8_t type, uint8_t sequence, uint8_t status)
         length += sizeof said.reply.hello;
     } else if (type == READ && status == OK) {
         int32_t counts[ENCODERS];
+        uint16_t turned[ENCODERS];
         ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
         {
-            encoders_latch(counts);
+            encoders_latch(turned);
         }
+        encoders_counts(turned, counts);
         memcpy(said.reply.read.counts, counts, sizeof counts);
         said.reply.read.lines = inputs_lines();
         for (uint8_t input = 0; input < ANALOG_INPUTS; input++)
@@ -245,7 +247,9 @@ static void handle(uint8_t length)
 static void send_sample(const clock_sample *taken)
 {
     answer said = {.head = HEAD(SAMPLE), .sample = {.number = taken->number}};
-    memcpy(said.sample.counts, taken->counts, sizeof taken->counts);
+    int32_t counts[ENCODERS];
+    encoders_counts(taken->turned, counts);
+    memcpy(said.sample.counts, counts, sizeof counts);
     said.sample.flags = all_flags();
     said.sample.accepted = accepted;
     said.sample.lines = inputs_lines();

@@ -1,7 +1,7 @@
 """The real firmware on a simulated Arduino Uno (simavr), with a plant on its pins, in lockstep with the program.
 
-Time is the controller's own: it passes only while the program waits for the line, or by :meth:`SimulatedUno.run`. Nothing
-here depends on how quick the computer is.
+Time is the controller's own: it passes only while the program waits for the line, or by :meth:`SimulatedUno.run`.
+Nothing here depends on how quick the computer is.
 """
 
 from __future__ import annotations

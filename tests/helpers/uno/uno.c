@@ -50,6 +50,9 @@ static void show(encoder *shown)
 {
     int state = shown->at & 3, a = state == 1 || state == 2, b = state >= 2;
     avr_t *avr = shown->uno->avr;
+    /* For simavr an input with a pull-up is high, unless it is told what drives it. */
+    avr_ioport_external_t driven = {.name = shown->port, .mask = 3 << shown->pin, .value = (a | b << 1) << shown->pin};
+    avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(shown->port), &driven);
     avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(shown->port), shown->pin), a);
     avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(shown->port), shown->pin + 1), b);
 }
