@@ -48,6 +48,7 @@ void encoders_begin(void)
     PORTD |= _BV(PD2) | _BV(PD3); /* pull-ups, for encoders with open collectors */
     PORTC |= _BV(PC0) | _BV(PC1);
     EICRA = _BV(ISC00) | _BV(ISC10); /* any edge */
+    EIFR = _BV(INTF0) | _BV(INTF1); /* edges from before are none */
     EIMSK = _BV(INT0) | _BV(INT1);
     PCMSK1 = _BV(PCINT8) | _BV(PCINT9);
     PCICR = _BV(PCIE1);

@@ -15,7 +15,7 @@
 #define BYTE_TIME 320 /* cycles: 10 bits at 500 kbaud */
 
 /* Addresses of the ATmega328P's registers. */
-enum { DDRB = 0x24, PORTB = 0x25, TCCR1A = 0x80, ICR1L = 0x86, OCR1AL = 0x88 };
+enum { PINC = 0x26, PIND = 0x29, DDRD = 0x2a, PORTD = 0x2b, DDRB = 0x24, PORTB = 0x25, TCCR1A = 0x80, ICR1L = 0x86, OCR1AL = 0x88 };
 
 typedef struct encoder {
     struct uno *uno;
@@ -48,7 +48,9 @@ static void silent(avr_t *avr, const int level, const char *format, va_list argu
 
 static void show(encoder *shown)
 {
-    int state = shown->at & 3, a = state == 1 || state == 2, b = state >= 2;
+    /* Both lines are high at 0: of one that is low before the firmware has chosen edges, simavr makes an interrupt
+     * that never ends. */
+    int state = (shown->at + 2) & 3, a = state == 1 || state == 2, b = state >= 2;
     avr_t *avr = shown->uno->avr;
     /* For simavr an input with a pull-up is high, unless it is told what drives it. */
     avr_ioport_external_t driven = {.name = shown->port, .mask = 3 << shown->pin, .value = (a | b << 1) << shown->pin};
@@ -200,7 +202,7 @@ double uno_duty(uno *board)
 /* The levels of port D's pins 4 to 7. */
 int uno_lines(uno *board)
 {
-    return (board->avr->data[0x2b] & board->avr->data[0x2a]) >> 4;
+    return (board->avr->data[PORTD] & board->avr->data[DDRD]) >> 4;
 }
 
 void uno_analog(uno *board, int input, uint32_t millivolts)
@@ -211,9 +213,9 @@ void uno_analog(uno *board, int input, uint32_t millivolts)
 /* The reset button. */
 void uno_reset(uno *board)
 {
+    uint8_t *data = board->avr->data, pin_c = data[PINC], pin_d = data[PIND];
     avr_reset(board->avr);
-    for (int which = 0; which < ENCODERS; which++)
-        show(&board->encoders[which]);
+    data[PINC] = pin_c, data[PIND] = pin_d; /* what is wired to the pins stays */
 }
 
 /* The program hangs where it is, with interrupts or without. */

@@ -1,0 +1,221 @@
+"""Whole experiments at ``serial:``, on the real firmware in simavr with a plant on its pins."""
+
+from __future__ import annotations
+
+import builtins
+import os
+import select
+import threading
+
+import numpy as np
+import pytest
+from simulated_uno import SimulatedPort, SimulatedUno, needs_simavr
+
+from rotflex import experiments, hil
+from rotflex.config import joint
+from rotflex.errors import BenchError, HILError, LimitExceeded
+from rotflex.hil.serial import address, line, stream
+from rotflex.hil.serial.port import SerialPort
+from rotflex.hil.student_benches import VirtualPlantSpec, preset
+from rotflex.hil.terminals import Timing
+from rotflex.units import DEG
+
+PLANT = preset("real_bench").parameters
+URI = "serial:/dev/ttyACM0?supply=12"
+DELAY = 0.00075  # s: a sample of 24 bytes, and an output of 9, at 20 us each, and the plant's steps of 1/8 ms
+K = [13.04, -17.26, 1.32, -0.05]
+
+
+@pytest.fixture
+def uno(monkeypatch):
+    """What is at the address."""
+    made = SimulatedUno(PLANT)
+    monkeypatch.setattr(address, "open_port", lambda name: SimulatedPort(made))
+    return made
+
+
+# --- experiments -----------------------------------------------------------------------------------------------------
+
+
+@needs_simavr
+def test_state_feedback_at_the_serial_bench_is_that_at_a_virtual_one(uno):
+    settings = {"amplitude": 20 * DEG, "duration": 3.0, "progress": False}
+    with hil.open(URI) as bench:
+        recorded = experiments.tracking(bench, K, **settings)
+        condition = bench.board.condition()
+    assert uno.voltage == 0.0
+    assert condition == (0, 0, 0, 0, 0)
+    with hil.open("virtual", plant=VirtualPlantSpec(joint(1), PLANT, Timing(delay=DELAY))) as bench:
+        expected = experiments.tracking(bench, K, **settings)
+    for name, largest in (("theta", 0.5 * DEG), ("alpha", 0.5 * DEG)):
+        assert np.abs(recorded[name] - expected[name]).max() < largest
+    assert np.ptp(recorded["theta"]) > 35 * DEG
+    assert recorded.metadata["bench"]["board"] == "serial"
+    assert recorded.metadata["source"] == "bench"
+
+
+@needs_simavr
+def test_a_sweep_at_the_serial_bench_is_that_at_a_virtual_one(uno):
+    settings = {"f_start": 2.0, "f_stop": 5.0, "duration": 3.0, "progress": False}
+    with hil.open(URI) as bench:
+        recorded = experiments.sweep(bench, **settings)
+    assert uno.voltage == 0.0
+    with hil.open("virtual", plant=VirtualPlantSpec(joint(1), PLANT, Timing(delay=DELAY))) as bench:
+        expected = experiments.sweep(bench, **settings)
+    assert np.abs(recorded["alpha"] - expected["alpha"]).max() < 0.5 * DEG
+    assert np.ptp(recorded["alpha"]) > 5 * DEG
+
+
+@needs_simavr
+def test_a_limit_ends_at_0_v(uno):
+    with hil.open(URI) as bench:
+        bench.start(0.002)
+        with pytest.raises(LimitExceeded, match="servo angle"):
+            for _ in range(3000):
+                bench.read()
+                bench.write(6.0)
+        assert uno.voltage == 0.0
+
+
+@needs_simavr
+def test_an_exception_ends_at_0_v(uno):
+    def stumble() -> None:
+        with hil.open(URI) as bench:
+            bench.start(0.002)
+            for _ in range(20):
+                bench.read()
+                bench.write(6.0)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        stumble()
+    assert uno.voltage == 0.0
+
+
+@needs_simavr
+def test_a_voltage_ends_at_the_supply(uno):
+    with hil.open("serial:COM3?supply=5") as bench:
+        bench.start(0.002)
+        bench.read()
+        assert bench.write(9.0) == 5.0
+
+
+# --- addresses -------------------------------------------------------------------------------------------------------
+
+
+def test_an_address_tells_all_of_it():
+    bench = hil.open("serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2")
+    assert bench.identity == {
+        "uri": "serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2",
+        "board": "serial",
+        "supply": 12.0,
+        "arm_position": 2,
+        "encoder": "EHR",
+    }
+    assert bench.servo.cable_gain == 1
+    assert not bench.is_simulated
+
+
+@pytest.mark.parametrize("uri", ["serial:/dev/ttyACM0", "serial:COM3?supply=much", "serial:COM3?supply=230"])
+def test_the_supply_has_to_be_told(uri):
+    with pytest.raises(BenchError, match=r"fed with, 3 to 32 V, as in 'serial:/dev/ttyACM0\?supply=12'"):
+        hil.open(uri)
+
+
+@pytest.mark.parametrize(
+    ("uri", "words"),
+    [
+        ("serial:", "names no port"),
+        ("serial:?supply=12", "names no port"),
+        ("serial:COM3?seed=7", "supply, encoder, arm_position"),
+        ("serial:COM3?supply=12&arm_position=x", "arm_position"),
+        ("serial:COM3?supply=12&arm_position=9", "arm_position|anchor"),
+    ],
+)
+def test_an_address_that_is_not_understood(uri, words):
+    with pytest.raises(ValueError if "arm_position=" in uri else BenchError, match=words):
+        hil.open(uri)
+
+
+def test_a_plant_is_not_given_to_a_real_bench():
+    with pytest.raises(BenchError, match="has a plant already"):
+        hil.open(URI, plant=PLANT)
+
+
+# --- pyserial --------------------------------------------------------------------------------------------------------
+
+
+def test_without_pyserial_it_is_said_what_to_install(monkeypatch):
+    real = builtins.__import__
+
+    def without(name, *arguments, **named):
+        if name.split(".")[0] == "serial":
+            raise ImportError(name)
+        return real(name, *arguments, **named)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(BenchError, match=r"pip install pyserial \(or rotflex\[serial\]\)"), hil.open(URI):
+        pass
+
+
+def test_a_port_that_is_not_there():
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    with pytest.raises(BenchError, match=r"'/dev/no-such-port' cannot be opened.*(There are|plugged in)"):
+        SerialPort("/dev/no-such-port")
+
+
+def test_a_port_that_breaks_is_told_in_words():
+    serial = pytest.importorskip("serial", reason="pyserial is not installed")
+
+    class Pulled:
+        in_waiting = 1
+
+        def read(self, _count: int) -> bytes:
+            raise serial.SerialException("device reports readiness to read but returned no data")
+
+        write = read
+
+    port = SerialPort("loop://")
+    port._line = Pulled()
+    for call in (lambda: port.write(b"x"), lambda: port.read(port.now())):
+        with pytest.raises(HILError, match=r"at loop:// is broken: device reports.*sets the motor to 0 V by itself"):
+            call()
+
+
+@needs_simavr
+def test_the_whole_way_through_a_terminal_of_this_computer(monkeypatch):
+    """pyserial at one end of a pseudo-terminal, the firmware at the other; its time passes as it is spoken to."""
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    import pty
+
+    for module, name in ((line, "_STARTING"), (line, "_PATIENCE"), (stream, "_LATE")):
+        monkeypatch.setattr(module, name, 300.0)  # s of this computer, however busy it is
+    ours, theirs = pty.openpty()
+    ended = threading.Event()
+
+    def pump() -> None:
+        uno = SimulatedUno(PLANT)
+        uno.run(0.01)
+        while not ended.is_set():
+            if select.select([ours], [], [], 0.05)[0]:
+                uno.feed(os.read(ours, 4096))
+                uno.run(0.004)
+                os.write(ours, uno.take())
+
+    thread = threading.Thread(target=pump)
+    thread.start()
+    try:
+        with hil.open(f"serial:{os.ttyname(theirs)}?supply=12") as bench:
+            bench.start(0.002)
+            angles = []
+            for _ in range(100):
+                angles.append(bench.read().theta)
+                bench.write(3.0)
+            assert bench.board.condition().damaged_there == 0
+        assert angles[0] == 0.0
+        assert angles[-1] > 5 * DEG
+    finally:
+        ended.set()
+        thread.join()
+        os.close(ours)
+        os.close(theirs)

@@ -1,0 +1,231 @@
+"""The board at the end of a serial line: the real firmware in simavr, a plant on its pins, in lockstep."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from simulated_uno import MS, SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
+
+from rotflex.config import srv02
+from rotflex.errors import HILError
+from rotflex.hil.board import Board, BufferOverflowMode, Clock
+from rotflex.hil.serial.board import SerialBoard
+from rotflex.hil.student_benches import preset
+
+pytestmark = needs_simavr
+
+PLANT = preset("real_bench").parameters
+MOTOR = np.array([0], dtype=np.uint32)
+BOTH = np.array([0, 1], dtype=np.uint32)
+FOREVER = 2**32 - 1
+STEP = SUPPLY / 800  # V, of the motor's output
+
+
+class Bench:
+    """A board, and what is behind it."""
+
+    def __init__(self, plant: object = None) -> None:
+        self.uno = SimulatedUno(plant)
+        self.port = SimulatedPort(self.uno)
+        self.board = SerialBoard(self.port, SUPPLY)
+        self.counts = np.zeros(2, dtype=np.int32)
+        self.task = 0
+
+    def start(self, mode: BufferOverflowMode = BufferOverflowMode.OVERWRITE_ON_OVERFLOW, rate: float = 500.0) -> None:
+        self.task = self.board.task_create_encoder_reader(500, BOTH, 2)
+        self.board.task_set_buffer_overflow_mode(self.task, mode)
+        self.board.task_start(self.task, Clock.HARDWARE_CLOCK_0, rate, FOREVER)
+
+    def read(self) -> list[int]:
+        assert self.board.task_read_encoder(self.task, 1, self.counts) == 1
+        return self.counts.tolist()
+
+    def write(self, volts: float) -> None:
+        self.board.write_analog(MOTOR, 1, np.array([volts]))
+
+    def cycle(self, volts: float) -> list[int]:
+        """What a bench does in a sample."""
+        counts = self.read()
+        assert self.board.watchdog_reload() is True
+        self.write(volts)
+        return counts
+
+
+@pytest.fixture
+def bench():
+    return Bench(PLANT)
+
+
+@pytest.fixture
+def bare():
+    """With nothing on its pins."""
+    return Bench()
+
+
+def test_it_is_a_board(bench):
+    assert isinstance(bench.board, Board)
+
+
+def test_500_round_trips_none_lost_counts_exact(bench):
+    """The servo runs to and fro; each sample has the plant's counts of its own instant."""
+    K_enc, seen = srv02().K_enc, []
+    bench.board.watchdog_start(0.2)
+    bench.start()
+    for number in range(500):
+        counts = bench.cycle(2.0 if number // 100 % 2 else -2.0)
+        seen.append(counts[0])
+    assert bench.board.condition() == (0, 0, 0, 0, 0)
+    assert bench.board.task_get_buffer_overflows(bench.task) == 0
+    assert max(seen) - min(seen) > 300
+    bench.write(0.0)
+    bench.board.task_stop(bench.task)
+    bench.uno.run(1.0)  # comes to rest
+    bench.board.read_encoder(BOTH, 2, bench.counts)
+    state = bench.uno.plant.state
+    assert bench.counts.tolist() == [round(state.theta / K_enc), round(-state.alpha / K_enc)]
+
+
+def test_samples_are_of_the_boards_own_clock(bare):
+    """However long the program takes to answer: what turns evenly is sampled evenly."""
+    bare.uno.turn(0, 100_000, 10_000 * MS)  # 20 counts a sample
+    bare.start()
+    draw = random.Random(1)
+    first = bare.read()[0]
+    for number in range(1, 300):
+        assert bare.read()[0] - first == pytest.approx(20 * number, abs=1)
+        bare.uno.run(draw.choice([0.0, 0.0005, 0.003, 0.008]) * (number < 200))
+
+
+def test_what_is_written_is_at_the_motor(bench):
+    for volts in (1.0, -3.0, 7.5, 0.0):
+        bench.write(volts)
+        assert bench.uno.voltage == pytest.approx(volts, abs=STEP / 2)
+    bench.write(99.0)
+    assert bench.uno.voltage == SUPPLY
+
+
+def test_closing_leaves_0_v_and_lets_the_line_go(bench):
+    bench.write(5.0)
+    bench.board.close()
+    bench.board.close()
+    assert bench.uno.voltage == 0.0
+    assert not bench.port.open
+    assert not bench.board.is_valid()
+
+
+def test_a_board_can_be_opened_again(bench):
+    bench.write(5.0)
+    bench.start()
+    again = SerialBoard(SimulatedPort(bench.uno), SUPPLY)
+    assert bench.uno.voltage == 0.0
+    again.read_encoder(BOTH, 2, bench.counts)
+
+
+# --- what it cannot do -----------------------------------------------------------------------------------------------
+
+REFUSED: dict[str, Callable[[SerialBoard], object]] = {
+    "X4": lambda b: b.set_encoder_quadrature_mode(BOTH, 2, np.array([4, 1], dtype=np.uint32)),
+    "no filter": lambda b: b.set_encoder_filter_frequency(BOTH, 2, np.array([1e6, 1e6])),
+    "0 to 5 V": lambda b: b.set_analog_input_ranges(BOTH, 2, np.array([-10.0, -10.0]), np.array([10.0, 10.0])),
+    "±12 V": lambda b: b.set_analog_output_ranges(MOTOR, 1, np.array([-10.0]), np.array([10.0])),
+    "0 V, and cannot": lambda b: b.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([1.0])),
+    "at most 65 s": lambda b: b.watchdog_start(100.0),
+    "whole number of milliseconds": lambda b: b.task_start(
+        b.task_create_encoder_reader(5, BOTH, 2), Clock.HARDWARE_CLOCK_0, 300.0, 5
+    ),
+    "from 1 to 10000": lambda b: b.task_start(
+        b.task_create_encoder_reader(5, BOTH, 2), Clock.HARDWARE_CLOCK_0, 2000.0, 5
+    ),
+    "waits for nobody": lambda b: b.task_set_buffer_overflow_mode(
+        b.task_create_encoder_reader(5, BOTH, 2), BufferOverflowMode.SYNCHRONIZED
+    ),
+    "no other channels": lambda b: b.task_create_reader(5, None, 0, BOTH, 2, None, 0, BOTH, 1),
+    "1 analog output channels": lambda b: b.write_analog(BOTH, 2, np.zeros(2)),
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_what_it_cannot_do_is_refused_in_words(bare, words):
+    with pytest.raises(HILError, match=words):
+        REFUSED[words](bare.board)
+
+
+def test_what_it_has_anyway_may_be_asked_for(bare):
+    bare.board.set_encoder_quadrature_mode(BOTH, 2, np.array([4, 4], dtype=np.uint32))
+    bare.board.set_analog_input_ranges(BOTH, 2, np.zeros(2), np.full(2, 5.0))
+    bare.board.set_analog_output_ranges(MOTOR, 1, np.array([-SUPPLY]), np.array([SUPPLY]))
+
+
+def test_two_tasks_have_one_rate(bare):
+    bare.start()
+    second = bare.board.task_create_encoder_reader(5, BOTH, 2)
+    with pytest.raises(HILError, match="500 Hz now"):
+        bare.board.task_start(second, Clock.HARDWARE_CLOCK_0, 250.0, 5)
+    bare.board.task_start(second, Clock.HARDWARE_CLOCK_0, 500.0, 5)
+    bare.board.task_stop(bare.task)
+    assert bare.board.task_read_encoder(second, 1, bare.counts) == 1
+
+
+# --- samples that nobody fetched -------------------------------------------------------------------------------------
+
+
+def overrun(bare: Bench, mode: BufferOverflowMode) -> list[int]:
+    """What a task with room for 10 samples gives, when 25 were taken: by number."""
+    bare.uno.turn(0, 100_000, 10_000 * MS)
+    bare.task = bare.board.task_create_encoder_reader(10, BOTH, 2)
+    bare.board.task_set_buffer_overflow_mode(bare.task, mode)
+    bare.board.task_start(bare.task, Clock.HARDWARE_CLOCK_0, 500.0, FOREVER)
+    first = bare.read()[0]
+    bare.uno.run(0.050)
+    return [round((bare.read()[0] - first) / 20) for _ in range(10)]
+
+
+def test_old_samples_are_overwritten(bare):
+    numbers = overrun(bare, BufferOverflowMode.OVERWRITE_ON_OVERFLOW)
+    assert numbers == list(range(numbers[0], numbers[0] + 10))
+    lost = bare.board.task_get_buffer_overflows(bare.task)
+    assert numbers[0] == 1 + lost
+    assert lost > 10
+
+
+def test_new_samples_are_thrown_away(bare):
+    discard = next((mode for mode in BufferOverflowMode if mode.name == "DISCARD_ON_OVERFLOW"), None)
+    if discard is None:
+        pytest.skip("The board's table has no DISCARD_ON_OVERFLOW.")
+    assert overrun(bare, discard) == list(range(1, 11))
+
+
+def test_or_it_is_an_error(bare):
+    with pytest.raises(HILError, match=r"lost \d+ samples"):
+        overrun(bare, BufferOverflowMode.ERROR_ON_OVERFLOW)
+
+
+def test_flushing_a_reader_does_nothing(bare):
+    bare.uno.turn(0, 100_000, 10_000 * MS)
+    bare.start()
+    first = bare.read()[0]
+    bare.uno.run(0.02)
+    bare.board.task_flush(bare.task)
+    assert bare.read()[0] - first == pytest.approx(20, abs=1)
+
+
+def test_starting_leaves_no_old_sample(bare):
+    bare.uno.turn(0, 100_000, 10_000 * MS)
+    bare.start()
+    bare.uno.run(0.2)
+    bare.board.task_stop(bare.task)
+    bare.board.set_encoder_counts(BOTH, 2, np.zeros(2, dtype=np.int32))
+    bare.board.task_start(bare.task, Clock.HARDWARE_CLOCK_0, 500.0, FOREVER)
+    assert 0 <= bare.read()[0] < 60
+
+
+def test_while_the_program_waits_for_a_slow_sample_it_is_known_to_live(bare):
+    """At 20 Hz a sample comes each 50 ms; a motor that is driven meanwhile is not taken for forgotten."""
+    bare.start(rate=20.0)
+    bare.write(3.0)
+    for _ in range(10):
+        bare.read()
+        assert bare.uno.voltage == 3.0

@@ -1,0 +1,269 @@
+"""Faults of the line and of the board: the motor is at 0 V, the program is told in words, and nothing is made up."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
+from test_serial_board import BOTH, MOTOR, Bench
+
+from rotflex.errors import HILError
+from rotflex.hil.board import BufferOverflowMode
+from rotflex.hil.serial.board import SerialBoard
+from rotflex.hil.serial.protocol import Type, pack
+
+pytestmark = needs_simavr
+
+
+@pytest.fixture
+def bench():
+    """In the middle of a run, with 6 V on the motor."""
+    made = Bench()
+    made.board.watchdog_start(0.2)
+    made.start()
+    for _ in range(20):
+        made.cycle(6.0)
+    made.uno.run(0.001)
+    assert made.uno.voltage == 6.0
+    return made
+
+
+def cut(_content: bytes) -> bytes:
+    return b""
+
+
+def test_a_program_that_falls_silent_finds_the_motor_at_0_v(bench):
+    bench.uno.run(0.049)
+    assert bench.uno.voltage == 0.0
+    bench.uno.run(0.03)
+    bench.read()
+    assert bench.board.watchdog_reload() is False
+    assert bench.board.watchdog_is_expired()
+    with pytest.raises(HILError, match="heard nothing for 50 ms"):
+        bench.write(6.0)
+    assert bench.uno.voltage == 0.0
+    bench.board.watchdog_clear()
+    bench.cycle(1.5)
+    bench.read()
+    assert bench.uno.voltage == 1.5
+
+
+def test_a_program_that_waits_and_does_not_reload_finds_its_watchdog_expired(bench):
+    for _ in range(110):
+        bench.read()
+    assert bench.uno.voltage == 0.0
+    assert bench.board.watchdog_reload() is False
+    with pytest.raises(HILError, match="watchdog has expired and holds the output at 0 V"):
+        bench.write(6.0)
+
+
+def test_a_cable_that_is_pulled(bench):
+    bench.port.to_board = bench.port.from_board = cut
+    pulled = bench.uno.now
+    with pytest.raises(HILError, match="no sample for 0.10 s"):
+        for _ in range(100):
+            bench.cycle(6.0)
+    assert bench.uno.voltage == 0.0
+    assert bench.uno.now - pulled < 0.15
+    with pytest.raises(HILError, match="does not answer"):
+        bench.board.watchdog_stop()
+    bench.board.close()
+    assert not bench.port.open
+
+
+def test_a_line_that_is_broken_one_way_only(bench):
+    """The board is heard, and does not hear."""
+    bench.port.to_board = cut
+    with pytest.raises(HILError, match="watchdog has expired"):
+        for _ in range(100):
+            bench.read()
+            bench.write(6.0)
+    assert bench.uno.voltage == 0.0
+
+
+def test_a_board_that_hears_and_is_not_heard(bench):
+    bench.port.from_board = cut
+    with pytest.raises(HILError, match="no sample"):
+        for _ in range(100):
+            bench.cycle(6.0)
+    bench.uno.run(0.05)
+    assert bench.uno.voltage == 0.0
+
+
+def test_a_reset_in_the_middle(bench):
+    bench.uno.reset()
+    assert bench.uno.voltage == 0.0
+    with pytest.raises(HILError, match="started anew in the middle"):
+        for _ in range(20):
+            bench.cycle(6.0)
+    assert bench.uno.voltage == 0.0
+    with pytest.raises(HILError, match="Open the bench again"):
+        bench.write(6.0)
+    bench.board.close()
+    again = SerialBoard(SimulatedPort(bench.uno), SUPPLY)
+    again.write_analog(MOTOR, 1, np.array([3.0]))
+    assert bench.uno.voltage == 3.0
+
+
+def test_a_reset_that_was_not_heard(bench):
+    """Nothing of the board's start is heard; but it answers that it knows of no session."""
+    bench.uno.reset()
+    bench.uno.run(0.02)
+    bench.uno.take()
+    with pytest.raises(HILError, match="started anew in the middle"):
+        bench.board.watchdog_stop()
+
+
+def test_a_hang(bench):
+    bench.uno.hang(interrupts=False)
+    bench.uno.run(0.065)
+    assert bench.uno.voltage == 0.0
+    bench.uno.mend()
+    with pytest.raises(HILError, match="its program hung"):
+        for _ in range(100):
+            bench.cycle(6.0)
+
+
+def test_noise_on_the_line_to_the_board(bench):
+    """Of 300 outputs, each fourth is spoilt: no voltage is at the motor that was not asked for, and the next is heard."""
+    draw, seen, asked = random.Random(7), set(), set()
+
+    def noisy(content: bytes) -> bytes:
+        if draw.random() < 0.25:
+            place = draw.randrange(len(content))
+            return content[:place] + draw.randbytes(draw.randrange(1, 9)) + content[place + 1 :]
+        return content
+
+    bench.port.to_board = noisy
+    for number in range(300):
+        volts = 1.5 * (number % 8 - 3.5)
+        asked.add(round(volts, 6))
+        bench.read()
+        bench.write(volts)
+        seen.add(round(bench.uno.voltage, 6))
+    bench.port.to_board = bytes
+    assert seen - {6.0} <= asked
+    assert len(seen) == len(asked) + 1
+    condition = bench.board.condition()
+    assert condition.damaged_there > 30
+    assert condition.lost_there > 30
+    assert (condition.samples_lost, condition.damaged_here) == (0, 0)
+    bench.cycle(-4.5)
+    bench.read()
+    assert bench.uno.voltage == -4.5
+
+
+def test_noise_on_the_line_from_the_board(bench):
+    """Samples that were spoilt are counted, and all others are as they were."""
+    draw = random.Random(8)
+    bench.board.task_stop(bench.task)
+    bench.uno.turn(0, 100_000, 16_000 * 10_000)  # 20 counts a sample
+    bench.start()
+    first = bench.read()[0]
+
+    def noisy(content: bytes) -> bytes:
+        if content and draw.random() < 0.03:
+            place = draw.randrange(len(content))
+            return content[:place] + draw.randbytes(3) + content[place:]
+        return content
+
+    bench.port.from_board = noisy
+    before = 0
+    for number in range(1, 400):
+        counts = bench.read()[0]
+        bench.write(1.0)
+        lost = bench.board.task_get_buffer_overflows(bench.task)
+        # The sample may be from before the last loss, where several came at once; it is at its own place all the same.
+        place = (counts - first) / 20
+        assert place == pytest.approx(round(place), abs=0.06)
+        assert number + before <= round(place) <= number + lost
+        before = round(place) - number
+    bench.port.from_board = bytes
+    condition = bench.board.condition()
+    assert condition.samples_lost == bench.board.task_get_buffer_overflows(bench.task) > 5
+    assert condition.damaged_here >= condition.samples_lost / 2
+
+
+def test_a_lost_sample_is_an_error_where_one_is_asked_for(bench):
+    bench.board.task_set_buffer_overflow_mode(bench.task, BufferOverflowMode.ERROR_ON_OVERFLOW)
+    bench.read()
+    bench.uno.run(0.005)
+    bench.uno.take()
+    with pytest.raises(HILError, match=r"lost [23] samples"):
+        bench.read()
+
+
+def test_the_last_0_v_is_sent_until_it_is_obeyed(bench):
+    lost = 0
+
+    def loses_outputs(content: bytes) -> bytes:
+        nonlocal lost
+        if len(content) >= 8 and content[2] & 0xF == Type.OUTPUT and lost < 2:
+            lost += 1
+            return b""
+        return content
+
+    bench.port.to_board = loses_outputs
+    bench.board.watchdog_clear()
+    bench.port.uno.run(0.001)
+    bench.write(0.0)
+    bench.board.watchdog_stop()
+    assert lost == 2
+    assert bench.uno.voltage == 0.0
+
+
+def test_an_answer_that_is_lost_is_asked_for_again(bench):
+    spoilt = 0
+
+    def loses_answers(content: bytes) -> bytes:
+        nonlocal spoilt
+        if b"\x1d" in content and spoilt < 1:
+            spoilt += 1
+            return b""
+        return content
+
+    bench.board.task_stop(bench.task)
+    bench.port.from_board = loses_answers
+    bench.board.read_encoder(BOTH, 2, bench.counts)
+    assert spoilt == 1
+
+
+def test_another_version_of_the_protocol():
+    uno = SimulatedUno(defines="-DPROTOCOL_VERSION=2")
+    with pytest.raises(HILError, match=r"version 2 of the protocol, this program version 1\. Flash"):
+        SerialBoard(SimulatedPort(uno), SUPPLY)
+
+
+def test_a_port_at_which_nothing_answers():
+    port = SimulatedPort(SimulatedUno())
+    port.from_board = cut
+    with pytest.raises(HILError, match="Nothing answers at this port"):
+        SerialBoard(port, SUPPLY)
+    assert not port.open
+
+
+def test_a_port_at_which_something_else_talks():
+    port = SimulatedPort(SimulatedUno())
+    port.from_board = lambda content: b"OK\r\nready>\0" if content else b""
+    with pytest.raises(HILError, match="Nothing answers at this port"):
+        SerialBoard(port, SUPPLY)
+
+
+def test_what_no_board_says_is_passed_over(bench):
+    bench.port.from_board = lambda content: content + pack(b"\x1c\x00") + pack(b"\x1d\x00\x00\xff\x00\x00")
+    bench.cycle(6.0)
+    bench.board.read_encoder(BOTH, 2, bench.counts)
+
+
+def test_an_encoder_that_is_too_quick_ends_the_run(bench):
+    bench.uno.turn(0, 30_000, 16_000 * 200)
+    bench.uno.turn(1, 30_000, 16_000 * 200)
+    with pytest.raises(HILError, match="counts are wrong from here on"):
+        for _ in range(100):
+            bench.cycle(6.0)
+    bench.uno.run(0.3)
+    bench.board.set_encoder_counts(BOTH, 2, np.zeros(2, dtype=np.int32))
+    bench.board.read_encoder(BOTH, 2, bench.counts)
+    assert bench.counts.tolist() == [0, 0]
