@@ -6,6 +6,13 @@ command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
 command -v chromium >/dev/null 2>&1 || missing="$missing chromium"
 has_postgresql() { ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1; }
 has_postgresql || missing="$missing postgresql"
+command -v avr-gcc >/dev/null 2>&1 || missing="$missing gcc-avr"
+has_avr_libc() { [ -e /usr/lib/avr/include/avr/io.h ]; }
+has_avr_libc || missing="$missing avr-libc"
+has_simavr() { [ -e /usr/include/simavr/sim_avr.h ]; }
+has_simavr || missing="$missing libsimavr-dev"
+has_libelf() { [ -e /usr/include/libelf.h ]; }
+has_libelf || missing="$missing libelf-dev"
 [ -n "$missing" ] || exit 0
 
 if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
@@ -14,7 +21,15 @@ if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
     { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing; } >/dev/null 2>&1
 fi
 for package in $missing; do
-    case $package in bubblewrap) command=bwrap ;; postgresql) command=has_postgresql ;; *) command=$package ;; esac
-    if [ $command = has_postgresql ]; then has_postgresql; else command -v $command >/dev/null 2>&1; fi || echo "NOT INSTALLED: $package. Tests that use it are skipped, with this reason. Install it by hand: apt-get install $package"
+    case $package in
+        bubblewrap) command=bwrap ;;
+        gcc-avr) command=avr-gcc ;;
+        postgresql) command=has_postgresql ;;
+        avr-libc) command=has_avr_libc ;;
+        libsimavr-dev) command=has_simavr ;;
+        libelf-dev) command=has_libelf ;;
+        *) command=$package ;;
+    esac
+    case $command in has_*) $command ;; *) command -v $command >/dev/null 2>&1 ;; esac || echo "NOT INSTALLED: $package. Tests that use it are skipped, with this reason. Install it by hand: apt-get install $package"
 done
 exit 0

@@ -15,6 +15,7 @@ pytestmark = needs_simavr
 
 STEPS = 800
 SILENCE = 0.050
+RESOLUTION = 2e-5  # s, of what is measured here
 
 
 class Talk:
@@ -58,7 +59,7 @@ class Talk:
     def time_to_zero(self, longest: float) -> float:
         start = self.uno.now
         while self.uno.voltage and self.uno.now < start + longest:
-            self.uno.run(0.0001)
+            self.uno.run(RESOLUTION)
         assert self.uno.voltage == 0.0
         return self.uno.now - start
 
@@ -190,8 +191,8 @@ def test_both_count_exactly_at_once_while_samples_are_sent(talk, rate):
 
 
 def test_an_encoder_that_is_too_quick_is_told(talk):
-    talk.uno.turn(0, 30_000, CYCLES // 5)
-    talk.uno.turn(1, 30_000, CYCLES // 5)
+    talk.uno.turn(0, 18_000, CYCLES // 5)
+    talk.uno.turn(1, 18_000, CYCLES // 5)
     talk.uno.run(0.25)
     assert Flag.MISCOUNTED in talk.ask(Type.READ).flags
     assert Flag.MISCOUNTED not in talk.ask(Type.COUNTS, protocol.COUNTS.pack(3, 0, 0)).flags
@@ -207,8 +208,10 @@ def test_samples_come_unasked_by_its_own_clock(talk, period):
     talk.uno.turn(0, per_ms * 5000, 5000 * MS)
     assert talk.ask(Type.START, protocol.PERIOD.pack(period)).status is Status.OK
     heard = [sample for sample in talk.hear(samples * period / 1000) if isinstance(sample, Sample)]
-    assert [sample.number for sample in heard] == list(range(len(heard)))
-    assert len(heard) >= samples - 3  # the first ones came before the answer was read
+    begun = heard[0].number
+    assert begun <= 3  # the first ones came with the answer
+    assert [sample.number - begun for sample in heard] == list(range(len(heard)))
+    assert len(heard) >= samples - 3
     first = heard[0].inputs.counts[0]
     for number, sample in enumerate(heard):
         assert sample.inputs.counts[0] - first == pytest.approx(per_ms * period * number, abs=1)
@@ -235,7 +238,8 @@ def test_inputs_and_lines(talk):
     assert talk.uno.lines == 0b0100
     talk.uno.run(0.01)
     _servo, _link, lines, first, second, *_rest = protocol.READ.unpack(talk.ask(Type.READ).payload)
-    assert (lines, first) == (0b0100, 256)
+    assert lines == 0b0100
+    assert first == pytest.approx(256, abs=1)
     assert second >= 1022
 
 
@@ -245,8 +249,8 @@ def test_inputs_and_lines(talk):
 def test_silence_sets_the_motor_to_0_v_within_50_ms(talk):
     assert talk.drive(6.0) == 6.0
     talk.say(Type.ALIVE)
-    talk.uno.run(0.0002)  # it takes 120 us to come
-    assert SILENCE - 0.002 <= talk.time_to_zero(1.0) <= SILENCE
+    talk.uno.run(0.0002)  # its 7 bytes take 140 us to come, and some more to be understood
+    assert SILENCE - 0.002 <= talk.time_to_zero(1.0) <= SILENCE + RESOLUTION
     assert talk.ask(Type.READ).flags & (Flag.EXPIRED | Flag.SILENT) == Flag.EXPIRED | Flag.SILENT
     assert talk.drive(6.0) == 0.0
     talk.ask(Type.WATCHDOG, protocol.WATCHDOG.pack(protocol.Operation.CLEAR, 0))
