@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from simulated_uno import MS, SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
+from serial_benches import BOTH, FOREVER, MOTOR, Bench
+from simulated_uno import MS, SUPPLY, SimulatedPort, needs_simavr
 
 from rotflex.config import srv02
 from rotflex.errors import HILError
@@ -18,40 +19,7 @@ from rotflex.hil.student_benches import preset
 pytestmark = needs_simavr
 
 PLANT = preset("real_bench").parameters
-MOTOR = np.array([0], dtype=np.uint32)
-BOTH = np.array([0, 1], dtype=np.uint32)
-FOREVER = 2**32 - 1
 STEP = SUPPLY / 800  # V, of the motor's output
-
-
-class Bench:
-    """A board, and what is behind it."""
-
-    def __init__(self, plant: object = None) -> None:
-        self.uno = SimulatedUno(plant)
-        self.port = SimulatedPort(self.uno)
-        self.board = SerialBoard(self.port, SUPPLY)
-        self.counts = np.zeros(2, dtype=np.int32)
-        self.task = 0
-
-    def start(self, mode: BufferOverflowMode = BufferOverflowMode.OVERWRITE_ON_OVERFLOW, rate: float = 500.0) -> None:
-        self.task = self.board.task_create_encoder_reader(500, BOTH, 2)
-        self.board.task_set_buffer_overflow_mode(self.task, mode)
-        self.board.task_start(self.task, Clock.HARDWARE_CLOCK_0, rate, FOREVER)
-
-    def read(self) -> list[int]:
-        assert self.board.task_read_encoder(self.task, 1, self.counts) == 1
-        return self.counts.tolist()
-
-    def write(self, volts: float) -> None:
-        self.board.write_analog(MOTOR, 1, np.array([volts]))
-
-    def cycle(self, volts: float) -> list[int]:
-        """What a bench does in a sample."""
-        counts = self.read()
-        assert self.board.watchdog_reload() is True
-        self.write(volts)
-        return counts
 
 
 @pytest.fixture

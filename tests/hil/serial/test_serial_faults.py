@@ -6,8 +6,8 @@ import random
 
 import numpy as np
 import pytest
+from serial_benches import BOTH, MOTOR, Bench
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
-from test_serial_board import BOTH, MOTOR, Bench
 
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode
