@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from unittest.mock import patch
 
 import numpy as np
+import pytest
 import quanser_double
+from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, lacking
 
 from rotflex.hil import quanser
 from rotflex.hil.board import Board
 from rotflex.hil.replay import RecordedPlant
+from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
@@ -48,12 +51,19 @@ def _quanser(identifier: str) -> Board:
         return quanser.connect("q2_usb", identifier)
 
 
+def _serial() -> Board:
+    if lacking():
+        pytest.skip(lacking())
+    return SerialBoard(SimulatedPort(SimulatedUno(preset("real_bench").parameters)), SUPPLY)
+
+
 SIMULATOR = "0@tcpip://localhost:18000?nagle='off'"
 BOARDS: dict[str, Entry] = {
     "virtual": Entry(_virtual),
     "replay": Entry(_replay, moves=False),
     "quanser": Entry(lambda: _quanser("0"), lenient=False, time_waits=False),
     "quanser's simulator": Entry(lambda: _quanser(SIMULATOR), lenient=False),
+    "serial": Entry(_serial, time_waits=False),
 }
 MOVING = [name for name, entry in BOARDS.items() if entry.moves]
 LENIENT = [name for name, entry in BOARDS.items() if entry.lenient]

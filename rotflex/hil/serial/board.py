@@ -334,8 +334,7 @@ class SerialBoard:
     def _hear(self) -> None:
         """Take what has come, and wait for nothing."""
         self._check_open()
-        while self._line.listen(self._port.now()):
-            pass
+        self._line.listen(self._port.now())
 
     def _rest(self) -> None:
         """Sample no more, if no task wants it; the last output is obeyed by then."""

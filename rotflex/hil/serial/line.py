@@ -117,8 +117,8 @@ class Line:
         if self.port.now() - self._sent >= ALIVE_AFTER:
             self.post(Type.ALIVE)
 
-    def listen(self, until: float) -> bool:
-        """Take what comes, as soon as anything does; False if nothing does until then (s).
+    def listen(self, until: float) -> None:
+        """Take what has come; if nothing has, wait for it until then (s).
 
         Raises
         ------
@@ -127,10 +127,8 @@ class Line:
         """
         if self._gone is not None:
             raise self._gone
-        incoming = self.port.read(until)
-        for body in self._receiver.take(incoming):
+        for body in self._receiver.take(self.port.read(until)):
             self._take(body)
-        return bool(incoming)
 
     def _attempt(self, kind: Type, payload: bytes, patience: float) -> Reply | None:
         sequence = self.post(kind, payload)

@@ -103,8 +103,8 @@ class Stream:
         latest = port.now() + patience
         while task.remaining and not task.waiting:
             self._line.keep_alive()
-            heard = self._line.listen(min(latest, port.now() + ALIVE_AFTER))
-            if not heard and port.now() >= latest:
+            self._line.listen(min(latest, port.now() + ALIVE_AFTER))
+            if port.now() >= latest and not task.waiting:
                 raise HILError(
                     _(
                         "The board gave no sample for {time:.2f} s. Look at the cable, and whether the board has power."

@@ -11,6 +11,7 @@ from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode
+from rotflex.hil.serial import line
 from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.serial.protocol import Type, pack
 
@@ -35,7 +36,7 @@ def cut(_content: bytes) -> bytes:
 
 
 def test_a_program_that_falls_silent_finds_the_motor_at_0_v(bench):
-    bench.uno.run(0.049)
+    bench.uno.run(0.050)
     assert bench.uno.voltage == 0.0
     bench.uno.run(0.03)
     bench.read()
@@ -92,6 +93,18 @@ def test_a_board_that_hears_and_is_not_heard(bench):
     assert bench.uno.voltage == 0.0
 
 
+def test_a_line_that_babbles_is_not_listened_to_for_ever(bench):
+    def babble(_content: bytes) -> bytes:
+        bench.uno.run(0.0005)
+        return b"U" * 20
+
+    bench.port.from_board = babble
+    with pytest.raises(HILError, match="no sample"):
+        bench.cycle(6.0)
+    bench.uno.run(0.05)
+    assert bench.uno.voltage == 0.0
+
+
 def test_a_reset_in_the_middle(bench):
     bench.uno.reset()
     assert bench.uno.voltage == 0.0
@@ -141,6 +154,7 @@ def test_noise_on_the_line_to_the_board(bench):
         volts = 1.5 * (number % 8 - 3.5)
         asked.add(round(volts, 6))
         bench.read()
+        bench.board.watchdog_reload()
         bench.write(volts)
         seen.add(round(bench.uno.voltage, 6))
     bench.port.to_board = bytes
@@ -172,8 +186,7 @@ def test_noise_on_the_line_from_the_board(bench):
     bench.port.from_board = noisy
     before = 0
     for number in range(1, 400):
-        counts = bench.read()[0]
-        bench.write(1.0)
+        counts = bench.cycle(1.0)[0]
         lost = bench.board.task_get_buffer_overflows(bench.task)
         # The sample may be from before the last loss, where several came at once; it is at its own place all the same.
         place = (counts - first) / 20
@@ -236,7 +249,12 @@ def test_another_version_of_the_protocol():
         SerialBoard(SimulatedPort(uno), SUPPLY)
 
 
-def test_a_port_at_which_nothing_answers():
+@pytest.fixture
+def short_start(monkeypatch):
+    monkeypatch.setattr(line, "_STARTING", 0.6)
+
+
+def test_a_port_at_which_nothing_answers(short_start):
     port = SimulatedPort(SimulatedUno())
     port.from_board = cut
     with pytest.raises(HILError, match="Nothing answers at this port"):
@@ -244,7 +262,7 @@ def test_a_port_at_which_nothing_answers():
     assert not port.open
 
 
-def test_a_port_at_which_something_else_talks():
+def test_a_port_at_which_something_else_talks(short_start):
     port = SimulatedPort(SimulatedUno())
     port.from_board = lambda content: b"OK\r\nready>\0" if content else b""
     with pytest.raises(HILError, match="Nothing answers at this port"):
@@ -252,7 +270,7 @@ def test_a_port_at_which_something_else_talks():
 
 
 def test_what_no_board_says_is_passed_over(bench):
-    bench.port.from_board = lambda content: content + pack(b"\x1c\x00") + pack(b"\x1d\x00\x00\xff\x00\x00")
+    bench.port.from_board = lambda content: content and content + pack(b"\x1c\x00") + pack(b"\x1d\x00\x00\xff\x00\x00")
     bench.cycle(6.0)
     bench.board.read_encoder(BOTH, 2, bench.counts)
 
