@@ -47,7 +47,7 @@ def test_a_program_that_falls_silent_finds_the_motor_at_0_v(bench):
     assert bench.uno.voltage == 0.0
     bench.board.watchdog_clear()
     bench.cycle(1.5)
-    bench.read()
+    bench.uno.run(0.001)
     assert bench.uno.voltage == 1.5
 
 
@@ -270,7 +270,8 @@ def test_a_port_at_which_something_else_talks(short_start):
 
 
 def test_what_no_board_says_is_passed_over(bench):
-    bench.port.from_board = lambda content: content and content + pack(b"\x1c\x00") + pack(b"\x1d\x00\x00\xff\x00\x00")
+    strange = b"\0" + pack(b"\x1c\x00") + pack(b"\x1d\x00\x00\xff\x00\x00")
+    bench.port.from_board = lambda content: content.replace(b"\0", strange)
     bench.cycle(6.0)
     bench.board.read_encoder(BOTH, 2, bench.counts)
 
