@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex import mat_files
 from rotflex.courseware import files
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
@@ -39,7 +40,6 @@ UNITS = {
     "alpha_model": "rad",
     "vm": "V",
 }
-_METADATA = "rotflex_metadata"
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
 
@@ -250,7 +250,7 @@ class Recording:
             lost = set(self.channels) - set(self._from_arrays(arrays, self.metadata).channels if arrays else ())
             if lost:
                 raise RecordingError(f"A .mat file has no place here for {', '.join(sorted(lost))}; save as .csv.")
-        content[_METADATA] = self._description()
+        content[mat_files.METADATA] = self._description()
         savemat(str(path), content, appendmat=False, format="5", do_compression=True)
 
     def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
@@ -293,32 +293,8 @@ def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
 
 
 def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any]]:
-    from scipy.io import loadmat
-
-    columns = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}
-    try:
-        content = loadmat(str(path), variable_names=[*columns, _METADATA])
-    except FileNotFoundError:
-        raise RecordingError(f"There is no file {path}.") from None
-    except Exception as error:  # scipy's reader fails on a broken file in many ways
-        raise RecordingError(f"{path.name} cannot be read as a .mat file up to version 7: {error}") from None
-    arrays = {}
-    for name, allowed in columns.items():
-        if name not in content:
-            continue
-        array = np.asarray(content[name])
-        if array.ndim != 2 or array.shape[1] not in allowed or array.dtype.kind not in "fiu":
-            raise RecordingError(
-                f"{path.name}: {name} is {array.shape} of {array.dtype}; "
-                f"it should be a time column and {' or '.join(str(n - 1) for n in allowed)} more, all numbers."
-            )
-        arrays[name] = array.astype(np.float64)
-    if not arrays:
-        raise RecordingError(f"{path.name} holds none of {', '.join(columns)}.")
-    metadata: dict[str, Any] = {}
-    if _METADATA in content and content[_METADATA].size:
-        metadata = _metadata(str(content[_METADATA].flat[0]), path.name)
-    return arrays, metadata
+    arrays, described = mat_files.arrays(path)
+    return arrays, _metadata(described, path.name) if described else {}
 
 
 def _read_csv(path: Path) -> Recording:

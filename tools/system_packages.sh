@@ -4,6 +4,7 @@ set -u
 missing=""
 command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
 command -v chromium >/dev/null 2>&1 || missing="$missing chromium"
+command -v octave-cli >/dev/null 2>&1 || missing="$missing octave"
 has_postgresql() { ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1; }
 has_postgresql || missing="$missing postgresql"
 command -v avr-gcc >/dev/null 2>&1 || missing="$missing gcc-avr"
@@ -24,6 +25,7 @@ for package in $missing; do
     case $package in
         bubblewrap) command=bwrap ;;
         gcc-avr) command=avr-gcc ;;
+        octave) command=octave-cli ;;
         postgresql) command=has_postgresql ;;
         avr-libc) command=has_avr_libc ;;
         libsimavr-dev) command=has_simavr ;;

@@ -1,0 +1,190 @@
+"""The laboratory's arrays in a ``.mat`` file, however MATLAB, Simulink or Octave put them there.
+
+An array of time and signals, ``data_theta``, is found as
+
+* a matrix with a row for each sample, or with a column for each;
+* a structure with time, as Simulink leaves it: ``data_theta.time`` and ``data_theta.signals.values``, in rows or
+  columns, of one signal or several;
+* one of these within other structures, as ``log.run.data_theta``.
+
+Names are found however they are capitalised (the workbook has ``data_Vm`` and ``data_vm``). Where none of them is
+there, vectors named as the columns of a ``.csv`` file are taken, in rows or columns: ``t_s``, ``theta_deg``, ``vm_V``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.courseware.messages import _
+from rotflex.errors import RecordingError
+
+COLUMNS = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}  #: of an array, its time among them
+METADATA = "rotflex_metadata"  #: name of the text that says where a recording comes from
+_DEEPEST = 5  # structures within structures
+#: How files begin that are saved otherwise, and what they are.
+_OTHERWISE = {
+    b"# Created by Octave": _("is in Octave's own text format"),
+    b"\x89HDF": _("is in the format HDF5"),
+    b"MATLAB 7.3 MAT-file": _("is in MATLAB's format 7.3"),
+}
+
+Array = NDArray[np.float64]
+
+
+def arrays(path: Path) -> tuple[dict[str, Array], str]:
+    """The known arrays of a file, each with a row for each sample, and what it says of itself ("" for nothing).
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, holds none of the arrays, or one in several places, or one of another form.
+    """
+    content = _content(path)
+    places = list(_places(content))
+    found: dict[str, tuple[str, Any]] = {}
+    for name, where, value in places:
+        if name in found and not _same(found[name][1], value):
+            raise RecordingError(
+                _("{file} holds {name} twice, as {one} and as {other}: save the one that is meant by itself.").format(
+                    file=path.name, name=name, one=found[name][0], other=where
+                )
+            )
+        found.setdefault(name, (where, value))
+    made = {name: _array(path, *found[name], COLUMNS[name]) for name in COLUMNS if name in found}
+    if not made:
+        made = _of_vectors(path, content)
+    if not made:
+        raise RecordingError(_("{file} holds none of {names}.").format(file=path.name, names=", ".join(COLUMNS)))
+    described = np.asarray(content.get(METADATA, ""))
+    return made, str(described.flat[0]) if described.size else ""
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """The variables, structures as dictionaries; where not all can be read, those that are known."""
+    from scipy.io import loadmat
+
+    try:
+        try:
+            content: dict[str, Any] = loadmat(str(path))
+        except Exception:  # of what lies beside ours, too
+            content = loadmat(str(path), variable_names=[*COLUMNS, METADATA])
+    except FileNotFoundError:
+        raise RecordingError(_("There is no file {path}.").format(path=path)) from None
+    except Exception as error:  # scipy's reader fails on a broken file in many ways
+        raise RecordingError(_unreadable(path, error)) from None
+    return {name: _plain(value) for name, value in content.items() if not name.startswith("__")}
+
+
+def _plain(value: Any) -> Any:
+    """A structure as a dictionary, an array of structures as a list of them; all else as it is."""
+    names = getattr(getattr(value, "dtype", None), "names", None)
+    if not names:
+        return value
+    rows = [{name: _plain(row[name]) for name in names} for row in np.ravel(value)]
+    return rows[0] if len(rows) == 1 else rows
+
+
+def _unreadable(path: Path, error: Exception) -> str:
+    try:
+        with path.open("rb") as file:
+            begins = file.read(max(map(len, _OTHERWISE)))
+    except OSError:
+        begins = b""
+    for beginning, what in _OTHERWISE.items():
+        if begins.startswith(beginning):
+            return _("{file} {what}, which is not read here. Save it with the option -v7.").format(
+                file=path.name, what=what
+            )
+    return _("{file} cannot be read as a .mat file up to version 7: {error}").format(file=path.name, error=error)
+
+
+def _places(content: Mapping[str, Any], within: str = "", depth: int = 0) -> Iterator[tuple[str, str, Any]]:
+    """(name, where it is, value) of what is named like an array, in structures as well."""
+    for name, value in content.items():
+        where = f"{within}{name}"
+        if name.casefold() in COLUMNS:
+            yield name.casefold(), where, value
+        elif isinstance(value, Mapping) and depth < _DEEPEST:
+            yield from _places(value, f"{where}.", depth + 1)
+
+
+def _same(one: Any, other: Any) -> bool:
+    return not isinstance(one, Mapping) and not isinstance(other, Mapping) and np.array_equal(one, other)
+
+
+def _array(path: Path, where: str, value: Any, allowed: tuple[int, ...]) -> Array:
+    """A matrix of a time column and the signals."""
+    if isinstance(value, Mapping):
+        value = _with_time(path, where, value)
+    array = np.asarray(value)
+    if array.ndim == 2 and array.shape[1] not in allowed and array.shape[0] in allowed:
+        array = array.T
+    if array.ndim != 2 or array.shape[1] not in allowed or array.dtype.kind not in "fiu":
+        raise RecordingError(
+            _(
+                "{file}: {where} is {shape} of {dtype}; it should be a time column and {columns} more, all numbers."
+            ).format(
+                file=path.name,
+                where=where,
+                shape=array.shape,
+                dtype=array.dtype,
+                columns=_(" or ").join(str(columns - 1) for columns in allowed),
+            )
+        )
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _with_time(path: Path, where: str, value: Mapping[str, Any]) -> Array:
+    """The matrix of a structure with time."""
+    signals = value.get("signals")
+    one_or_more = signals if isinstance(signals, list) else [signals]
+    try:
+        time = np.asarray(value["time"], dtype=np.float64).ravel()
+        columns = [_columns(one["values"], time.size) for one in one_or_more]
+        return np.column_stack([time, *columns])
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise RecordingError(
+            _(
+                "{file}: {where} is a structure; it should have the fields time and signals.values, of one length and "
+                "all numbers."
+            ).format(file=path.name, where=where)
+        ) from None
+
+
+def _columns(values: Any, samples: int) -> Array:
+    """Signals (samples, n), whether they come in rows or in columns."""
+    array = np.squeeze(np.asarray(values, dtype=np.float64))
+    if array.ndim == 2 and array.shape[0] != samples:
+        array = array.T
+    if array.shape[:1] != (samples,):
+        raise ValueError(array.shape)
+    return array.reshape(samples, -1)
+
+
+def _of_vectors(path: Path, content: Mapping[str, Any]) -> dict[str, Array]:
+    """The arrays, put together of vectors by the names of the columns of a ``.csv`` file."""
+    names = {
+        "data_theta": ("theta_ref_deg", "theta_model_deg", "theta_deg"),
+        "data_alpha": ("alpha_model_deg", "alpha_deg"),
+        "data_vm": ("vm_V",),
+    }
+    if "t_s" not in content:
+        return {}
+    made = {}
+    for array, vectors in names.items():
+        there = ["t_s", *(name for name in vectors if name in content)]
+        if there[-1] == vectors[-1]:
+            try:
+                made[array] = np.column_stack([np.asarray(content[name], dtype=np.float64).ravel() for name in there])
+            except (TypeError, ValueError):
+                raise RecordingError(
+                    _("{file}: {names} should be vectors of numbers, all of one length.").format(
+                        file=path.name, names=_(" and ").join(there)
+                    )
+                ) from None
+    return made

@@ -1,0 +1,184 @@
+"""Exchange with Octave, and so with MATLAB, whose files Octave reads and writes: a real one, both ways."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+from checkout import ROOT
+from octave import octave
+
+from rotflex import experiments, hil
+from rotflex.errors import RecordingError
+from rotflex.recording import Recording
+from rotflex.units import DEG
+
+T = np.arange(50) * 0.002
+#: What the programs below save.
+MADE = "t = (0:49)' * 0.002; theta = 20 * sin(t); alpha = 3 * cos(t); vm = 2 * t; "
+MATRICES = "data_theta = [t 20*ones(50,1) theta]; data_alpha = [t alpha]; data_vm = [t vm]; "
+#: Simulink's structure with time, as its scopes leave it.
+STRUCTURES = (
+    "data_theta.time = t; data_theta.signals = struct('values', {20*ones(50,1), theta}, 'label', {'ref', 'theta'}); "
+    "data_alpha.time = t; data_alpha.signals.values = alpha; "
+    "data_vm.time = t; data_vm.signals.values = vm; "
+)
+NAMED = "data_theta data_alpha data_vm"
+SAVED = {
+    "version 5": (MADE + MATRICES, f"-v6 log.mat {NAMED}"),
+    "version 7": (MADE + MATRICES, f"-v7 log.mat {NAMED}"),
+    "version 4": (MADE + MATRICES, f"-v4 log.mat {NAMED}"),
+    "everything that was there": (MADE + MATRICES + "note = 'x'; list = {1, 'a'}; other.x = {}; ", "-v7 log.mat"),
+    "a row for each signal": (
+        MADE + MATRICES + "data_theta = data_theta'; data_alpha = data_alpha'; data_vm = data_vm'; ",
+        f"-v7 log.mat {NAMED}",
+    ),
+    "as the workbook spells it once": (MADE + MATRICES + "data_Vm = data_vm; clear data_vm; ", "-v7 log.mat"),
+    "structures with time": (MADE + STRUCTURES, f"-v7 log.mat {NAMED}"),
+    "structures with time in rows": (
+        MADE + STRUCTURES + "data_alpha.time = t'; data_alpha.signals.values = alpha'; data_vm.time = t'; ",
+        f"-v6 log.mat {NAMED}",
+    ),
+    "two signals in one": (
+        MADE + STRUCTURES + "data_theta.signals = struct('values', [20*ones(50,1) theta]); ",
+        f"-v7 log.mat {NAMED}",
+    ),
+    "nested structures": (
+        MADE + MATRICES + "log.run.data_theta = data_theta; log.run.data_alpha = data_alpha; log.data_vm = data_vm; ",
+        "-v7 log.mat log",
+    ),
+    "structures in structures, version 5": (
+        MADE + STRUCTURES + "log.data_theta = data_theta; log.data_alpha = data_alpha; log.data_vm = data_vm; ",
+        "-v6 log.mat log",
+    ),
+    "vectors in columns": (
+        MADE + "t_s = t; theta_ref_deg = 20*ones(50,1); theta_deg = theta; alpha_deg = alpha; vm_V = vm; ",
+        "-v7 log.mat t_s theta_ref_deg theta_deg alpha_deg vm_V",
+    ),
+    "vectors in rows": (
+        MADE + "t_s = t'; theta_ref_deg = 20*ones(1,50); theta_deg = theta'; alpha_deg = alpha; vm_V = vm'; ",
+        "-v6 log.mat t_s theta_ref_deg theta_deg alpha_deg vm_V",
+    ),
+    "single precision": (
+        MADE + MATRICES + "data_theta = single(data_theta); ",
+        f"-v7 log.mat {NAMED}",
+    ),
+}
+
+
+@pytest.mark.parametrize("layout", SAVED)
+def test_what_octave_saves_is_read(tmp_path, layout):
+    program, how = SAVED[layout]
+    octave(f"{program} save {how}", tmp_path)
+    read = Recording.load(tmp_path / "log.mat")
+    assert set(read.channels) == {"theta_ref", "theta", "alpha", "vm"}
+    np.testing.assert_allclose(read.time, T, atol=1e-8)
+    np.testing.assert_allclose(read["theta"], 20 * np.sin(T) * DEG, atol=1e-7)
+    np.testing.assert_allclose(read["theta_ref"], 20 * DEG)
+    np.testing.assert_allclose(read["alpha"], 3 * np.cos(T) * DEG, rtol=1e-12)
+    np.testing.assert_allclose(read["vm"], 2 * T, atol=1e-12)
+
+
+def test_a_validation_from_octave_has_the_models_columns(tmp_path):
+    octave(
+        MADE + "data_theta = [t theta 2*theta]; data_alpha = [t alpha 2*alpha]; save -v7 log.mat data_theta data_alpha",
+        tmp_path,
+    )
+    read = Recording.load(tmp_path / "log.mat")
+    np.testing.assert_allclose(read["theta"], 2 * read["theta_model"])
+    np.testing.assert_allclose(read["alpha"], 2 * read["alpha_model"])
+
+
+@pytest.mark.parametrize(("how", "what"), [("-text", "Octave's own text format"), ("-hdf5", "the format HDF5")])
+def test_what_octave_saves_otherwise_is_told_with_what_to_do(tmp_path, how, what):
+    octave(MADE + MATRICES + f"save {how} log.mat data_theta", tmp_path)
+    with pytest.raises(RecordingError, match=rf"^log\.mat is in {what}, which is not read here\. Save .* -v7\.$"):
+        Recording.load(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize(
+    ("program", "told"),
+    [
+        (
+            "one.data_vm = [t vm]; two.data_vm = [t 2*vm]; save -v7 log.mat one two",
+            "holds data_vm twice, as one.data_vm and as two.data_vm",
+        ),
+        ("data_vm.time = t; data_vm.values = vm; save -v7 log.mat data_vm", "data_vm is a structure; it should have"),
+        ("t_s = t; vm_V = vm(2:end); save -v7 log.mat t_s vm_V", "t_s and vm_V should be vectors of numbers, all of"),
+        ("s.x = 3; save -v7 log.mat s", "holds none of data_theta, data_alpha, data_vm"),
+    ],
+)
+def test_what_cannot_be_understood_is_told(tmp_path, program, told):
+    octave(MADE + program, tmp_path)
+    with pytest.raises(RecordingError, match=told):
+        Recording.load(tmp_path / "log.mat")
+
+
+# --- the other way ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    with hil.open("virtual:?seed=3") as bench:
+        return experiments.free_decay(bench, duration=0.5, progress=False)
+
+
+def test_octave_reads_our_files_with_the_workbooks_names_and_shapes(recorded, tmp_path):
+    recorded.save(tmp_path / "decay.mat")
+    said = octave(
+        "load decay.mat; printf('%d %d, %d %d, %d %d\\n', size(data_theta), size(data_alpha), size(data_vm)); "
+        "printf('%s %s %s\\n', class(data_theta), class(data_vm), class(rotflex_metadata)); "
+        "printf('%.17g\\n', max(data_theta(:,3)), data_alpha(end,2), sum(data_vm(:,2)), data_theta(2,1)); "
+        "about = jsondecode(rotflex_metadata); printf('%s\\n', about.experiment);",
+        tmp_path,
+    ).splitlines()
+    assert said[:2] == ["251 3, 251 2, 251 2", "double double char"]
+    theta, alpha, volts, step = map(float, said[2:6])
+    assert theta == recorded.degrees("theta").max()
+    assert alpha == recorded.degrees("alpha")[-1]
+    assert volts == pytest.approx(recorded["vm"].sum(), abs=1e-9)
+    assert step == recorded.time[1]
+    assert said[6] == "free decay"
+
+
+def test_a_file_that_octave_loads_and_saves_again_is_the_same_recording(recorded, tmp_path):
+    recorded.save(tmp_path / "decay.mat")
+    octave("load decay.mat; save -v7 again.mat data_theta data_alpha data_vm rotflex_metadata", tmp_path)
+    again = Recording.load(tmp_path / "again.mat")
+    assert again.metadata == recorded.metadata
+    for name in recorded.channels:
+        np.testing.assert_allclose(again[name], recorded[name], rtol=1e-15, atol=0)
+
+
+#: In the place of Octave's own, which need a display or gnuplot: each says what it is given.
+DRAWING = {
+    "figure": "function f = figure(varargin) f = 1; printf('figure %s\\n', varargin{2}); end",
+    "subplot": "function subplot(rows, columns, which) printf('subplot %d\\n', which); end",
+    "plot": "function plot(x, y) printf('plot %d %.9g %.9g\\n', columns(y), x(end), max(max(y))); end",
+    "title": "function title(varargin) end",
+    "xlabel": "function xlabel(text) printf('xlabel %s\\n', text); end",
+    "ylabel": "function ylabel(text) printf('ylabel %s\\n', text); end",
+}
+
+
+def test_the_script_of_the_documentation_plots_a_recording(recorded, tmp_path):
+    recorded.save(tmp_path / "decay.mat")
+    shutil.copy(ROOT / "docs/octave/plot_recording.m", tmp_path)
+    for name, code in DRAWING.items():
+        (tmp_path / f"{name}.m").write_text(code, encoding="ascii")
+    said = [line.split(" ", 1) for line in octave("plot_recording('decay.mat', 'off');", tmp_path).splitlines()]
+    assert [what for what, _ in said] == ["figure", *["subplot", "plot", "ylabel"] * 3, "xlabel"]
+    plotted = [list(map(float, given.split())) for what, given in said if what == "plot"]
+    largest = [
+        max(recorded.degrees("theta_ref").max(), recorded.degrees("theta").max()),
+        recorded.degrees("alpha").max(),
+        recorded["vm"].max(),
+    ]
+    np.testing.assert_allclose(plotted, [[n, 0.5, top] for n, top in zip((2, 1, 1), largest, strict=True)], rtol=1e-8)
+    assert [given for what, given in said if what.endswith("label")] == [
+        "theta (deg)",
+        "alpha (deg)",
+        "V_m (V)",
+        "t (s)",
+    ]
