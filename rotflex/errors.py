@@ -11,6 +11,7 @@ RotflexError
 ├── CheckError           work that cannot be checked, packed or restored as asked
 ├── BenchError           anything between us and the bench
 │   ├── HILError         the board refused or failed a call
+│   ├── NotRecorded      an experiment of which there is no recording
 │   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
 │   └── RunStopped       somebody stopped the experiment; the motor is at 0 V
 └── GradingError         a class that cannot be graded as asked
@@ -95,6 +96,10 @@ class HILError(BenchError):
     def get_error_message(self) -> str:
         """The message, under the name that the maker's error uses."""
         return str(self)
+
+
+class NotRecorded(BenchError):
+    """An experiment that a bench of recordings has no recording of."""
 
 
 class LimitExceeded(BenchError):

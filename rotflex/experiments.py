@@ -22,6 +22,7 @@ from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import listen, run
+from rotflex.hil.recorded_runs import RecordedRuns
 from rotflex.recording import Channel, Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
@@ -139,7 +140,8 @@ def validation(
     BenchError
         If a recorded voltage is asked for, and none was recorded.
     """
-    one_of("signal", signal, ("square", "step") if bench.recorded is None else ("square", "step", "recorded"))
+    steered = bench.recorded is None or isinstance(bench.recorded, RecordedRuns)
+    one_of("signal", signal, ("square", "step") if steered else ("square", "step", "recorded"))
     model = _discrete_model(A, B)
     settings = {"experiment": "validation", "signal": signal}
     measured = _validated(bench, signal, amplitude, duration, settings, progress)
@@ -202,8 +204,11 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
         theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest. A replay gives at most
         what was recorded, with its voltage (no vm, where none was recorded).
     """
-    samples = time_axis(duration, SAMPLE_TIME).size
-    return listen(bench, samples, SAMPLE_TIME, {"experiment": "watch"}, progress)
+    samples, settings = time_axis(duration, SAMPLE_TIME).size, {"experiment": "watch"}
+    if isinstance(bench.recorded, RecordedRuns):
+        bench.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
+    heard = listen(bench, samples, SAMPLE_TIME, settings, progress)
+    return _handed_over(bench, _as_recorded(bench, heard))
 
 
 def rest(bench: Bench) -> None:
@@ -241,10 +246,24 @@ def _run(
     **channels: NDArray[np.float64],
 ) -> Recording:
     """Bring the arm to rest, run, and keep the reference with what was measured."""
+    if isinstance(bench.recorded, RecordedRuns):
+        bench.recorded.choose(settings, controller, reference, SAMPLE_TIME)
     rest(bench)
-    measured = run(bench, controller, reference, SAMPLE_TIME, settings, progress)
+    measured = _as_recorded(bench, run(bench, controller, reference, SAMPLE_TIME, settings, progress))
     kept = {name: Channel(values, "rad") for name, values in channels.items()}
-    return Recording(measured.time, {**kept, **measured.channels}, measured.metadata)
+    return _handed_over(bench, Recording(measured.time, {**kept, **measured.channels}, measured.metadata))
+
+
+def _as_recorded(bench: Bench, measured: Recording) -> Recording:
+    """What was measured, with the very angles of the recording where the bench is one of recordings."""
+    return bench.recorded.exactly(measured) if isinstance(bench.recorded, RecordedRuns) else measured
+
+
+def _handed_over(bench: Bench, recording: Recording) -> Recording:
+    """A recording, which whoever keeps those of the bench has been given, too."""
+    if bench.on_recorded is not None:
+        bench.on_recorded(recording)
+    return recording
 
 
 def _validated(

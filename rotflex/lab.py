@@ -16,13 +16,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
-from rotflex.courseware.benches import PRESET
+from rotflex.courseware.benches import PRESET, REAL
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.reflection import Check
 from rotflex.courseware.session import DEMO, Session, student_of
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
 from rotflex.practice import Practice
+from rotflex.recordings_folder import ADDRESS, RecordingsFolder
 from rotflex.workbook.questions import CATALOGUE
+
+VIRTUAL = "virtual"  #: the bench that the course gives the student
 
 
 def start(
@@ -60,10 +63,12 @@ class Lab(Session):
     address : of the bench, see :func:`rotflex.hil.open`
     seed : of the student's virtual bench
     policy : which bench the course gives each student
+    recordings : those that were made at a real bench
     """
 
     def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
         self.address = uri
+        self.recordings = RecordingsFolder(folder, student)
         self.policy = bench_policy(folder, DRAW)
         self.seed = self.policy.seed_for(student, student_seed)
         bench = self.bench()
@@ -89,9 +94,18 @@ class Lab(Session):
 
         No two runs of a real bench are the same. A virtual bench does the same every time, unless it is told that this
         is another ``run``: the same number gives the same recording, always.
+
+        What is recorded at a real bench is kept in the folder ``recordings``. The address "recorded" is that bench once
+        more, wherever the folder is: each experiment gives its recording, or says that there is none. Where the course
+        has benches of the laboratory's, "virtual" means the same.
         """
+        chosen = address or self.address
+        if chosen == ADDRESS or (chosen == VIRTUAL and self.policy.which == REAL):
+            return self.recordings.bench(run)
         preset = self.policy.preset if self.policy.which == PRESET else None
-        return hil.open(address or self.address, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
+        bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
+        at_a_real_one = chosen.partition(":")[0] not in (VIRTUAL, "replay")
+        return self.recordings.keeping(bench, run) if at_a_real_one else bench
 
     def practice(self, number: int | None = None) -> Practice:
         """A bench to practise on, drawn anew at each call and never the student's own; nothing is kept or marked.

@@ -474,7 +474,10 @@ def test_settings_that_are_not_understood_stop_every_command_in_words(tmp_path):
     done = rotflex("release", tmp_path / "out", "--course", course)
     assert done.exit_code == 2
     said = " ".join(done.output.split())
-    assert 'course.toml cannot be used: bench.which: it is \'mine\', and should be "own", "same" or "preset"' in said
+    assert (
+        'course.toml cannot be used: bench.which: it is \'mine\', and should be "own", "same", "preset" or "real"'
+        in said
+    )
 
 
 @pytest.mark.parametrize("command", [["release", "out"], ["notebooks"]])

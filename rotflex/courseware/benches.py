@@ -1,4 +1,4 @@
-"""Which virtual bench each student has: their own, the same for all, or a named one."""
+"""Which bench each student has: a virtual one (their own, the same for all, or a named one), or the laboratory's."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from typing import Any
 from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
-OWN, SAME, PRESET = "own", "same", "preset"
-WHICH = (OWN, SAME, PRESET)
+OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
+WHICH = (OWN, SAME, PRESET, REAL)
 FIRST_DRAW = 1  #: the version of the draws of whoever names none
 MOST_SEED = 2**32 - 1
 
 
 @dataclass(frozen=True)
 class BenchPolicy:
-    """Which virtual bench each student has.
+    """Which bench each student has.
 
     Attributes
     ----------
-    which : "own", drawn from the student's ID; "same", drawn from ``seed``; "preset", the one named ``preset``
+    which : "own", drawn from the student's ID; "same", drawn from ``seed``; "preset", the one named ``preset``; "real",
+        the one of the laboratory's at which they made their recordings
     seed : of everybody's bench, where it is the same
     preset : name of everybody's bench, where it is a preset
     draw : version of how benches are drawn from seeds
@@ -62,9 +63,9 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
     said, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
     if not isinstance(said, Mapping) or said.get("which", OWN) not in WHICH:
         raise ConfigurationError(
-            _('"bench" should be as {{"which": "own"}}, with "own", "same" or "preset"; it is {said!r:.80}.').format(
-                said=said
-            )
+            _(
+                '"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {said!r:.80}.'
+            ).format(said=said)
         )
     policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw)
     if not is_seed(policy.seed):

@@ -69,6 +69,7 @@ class Bench:
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
+    on_recorded : called with the recording of each experiment, once it is whole; None for nobody
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class Bench:
         self._connect = connect
         self._wiring = wiring or Wiring()
         self.on_sample: Callable[[Measurement, float], None] | None = None
+        self.on_recorded: Callable[[Recording], object] | None = None
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)

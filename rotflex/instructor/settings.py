@@ -109,7 +109,7 @@ _ENTRIES: Mapping[str, Mapping[str, _Entry]] = {
         "term": _Entry(_LINE, 'term = "2026 autumn"', _is_line),
     },
     "bench": {
-        "which": _Entry('"own", "same" or "preset"', 'which = "own"', lambda value: value in WHICH),
+        "which": _Entry('"own", "same", "preset" or "real"', 'which = "own"', lambda value: value in WHICH),
         "seed": _Entry(_("a whole number from 0 to {most}").format(most=MOST_SEED), "seed = 2026", is_seed),
         "preset": _Entry(
             _("the name of a bench"), 'preset = "workshop"', lambda value: _is_line(value) and bool(value)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rotflex import experiments, response
 from rotflex.courseware.messages import _
-from rotflex.errors import DesignError, LimitExceeded, RotflexError
+from rotflex.errors import DesignError, LimitExceeded, NotRecorded, RotflexError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
@@ -144,7 +144,7 @@ def _what_happens(bench: Callable[[], Bench], K: Gain, feedback: str) -> str:
             return ""
         with bench() as opened:
             run = experiments.tracking(opened, K, feedback, progress=False)
-    except (LimitExceeded, DesignError) as error:
+    except (LimitExceeded, DesignError, NotRecorded) as error:  # what passed a limit at the bench was not recorded
         return str(error)
     return "" if can_be_measured(run) else _("the servo does not get to where it is sent.")
 

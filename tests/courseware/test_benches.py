@@ -13,7 +13,8 @@ from rotflex.errors import ConfigurationError
 
 
 @pytest.mark.parametrize(
-    "policy", [BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2)]
+    "policy",
+    [BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), BenchPolicy("real")],
 )
 def test_a_policy_comes_back_from_plain_data(policy):
     course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
@@ -21,7 +22,7 @@ def test_a_policy_comes_back_from_plain_data(policy):
 
 
 def test_seeds_are_the_students_own_unless_everybody_has_the_same():
-    assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3]
+    assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3, 3]
 
 
 def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw():
@@ -32,7 +33,7 @@ def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw(
     ("course", "told"),
     [
         ({"bench": "own"}, '"bench" should be as'),
-        ({"bench": {"which": "mine"}}, '"own", "same" or "preset"; it is'),
+        ({"bench": {"which": "mine"}}, '"own", "same", "preset" or "real"; it is'),
         ({"bench": {"which": ["own"]}}, '"bench" should be as'),
         ({"bench": {"which": "same", "seed": -1}}, '"seed" is -1'),
         ({"bench": {"which": "preset", "preset": 3}}, '"preset" should be a name, not 3'),

@@ -70,7 +70,10 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ),
         ('[course]\ntitle = ""\n', "course.title: it is '', and should be a line of text"),
         ('[course]\nterm = "a\\nb"\n', "course.term: it is 'a\\nb', and should be a line of text"),
-        ('[bench]\nwhich = "mine"\n', 'bench.which: it is \'mine\', and should be "own", "same" or "preset", as in: '),
+        (
+            '[bench]\nwhich = "mine"\n',
+            'bench.which: it is \'mine\', and should be "own", "same", "preset" or "real", as in: ',
+        ),
         (
             '[bench]\nwhich = "same"\nseed = "x"\n',
             "bench.seed: it is 'x', and should be a whole number from 0 to 4294967295, as in: seed = 2026",

@@ -1,0 +1,148 @@
+"""Many recordings of a bench in the plant's place: each experiment is given its own, where it was recorded.
+
+Which one it is, the voltages say, as on any replay: a controller that is fed with the recorded angles has to set what
+was recorded. Of several that fit, the last one counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rotflex.courseware.messages import _
+from rotflex.errors import NotRecorded
+from rotflex.hil.controllers import Controller
+from rotflex.hil.replay import RecordedPlant
+from rotflex.recording import Channel, Recording
+
+SAME = 5e-3  #: of the recorded voltage (RMS): what a run with the same controller may differ by
+SAME_VOLTS = 1e-3  #: V, where hardly any voltage was recorded
+_MOST_LISTED = 12
+_NOTHING = Recording.of([0.0, 0.002], theta=[0.0, 0.0], alpha=[0.0, 0.0], vm=[0.0, 0.0])
+
+Vector = NDArray[np.float64]
+
+
+class RecordedRuns(RecordedPlant):
+    """Recordings of one bench, of which each experiment chooses its own.
+
+    Parameters
+    ----------
+    recordings : in the order in which they were made
+    v_max : to which voltages were cut, V
+    run : number of the run that is asked for
+
+    Raises
+    ------
+    RecordingError
+        If theta or alpha is missing in one.
+    """
+
+    def __init__(self, recordings: Sequence[Recording], v_max: float, run: int) -> None:
+        self._all, self._v_max, self._run = [RecordedPlant(one).recording for one in recordings], v_max, run
+        super().__init__(_NOTHING)
+
+    def choose(
+        self, settings: Mapping[str, Any], controller: Controller | None, reference: Vector, sample_time: float
+    ) -> None:
+        """Take the recording of an experiment.
+
+        Parameters
+        ----------
+        settings : what its recording says of itself; "experiment" is its name
+        controller : that is to run; None where nothing does
+        reference : (n,), as the controller takes it
+        sample_time : s
+
+        Raises
+        ------
+        NotRecorded
+            If it was not recorded; the message says what was.
+        """
+        name = str(settings.get("experiment", ""))
+        likely = [one for one in self._all if one.metadata.get("experiment") == name and run_of(one) == self._run]
+        for one in reversed(likely):
+            if controller is None or fits(one, controller, reference, sample_time, self._v_max):
+                super().__init__(one, _("the recording of your {experiment}").format(experiment=name))
+                return
+        raise NotRecorded(self._lacking(settings, bool(likely)))
+
+    def require_same(self, volts: Vector, asked: str) -> Vector:
+        """The recorded voltage. That it is this run was found when it was chosen.
+
+        (A board counts from where the arm stands at its start; what was recorded may have begun a count beside.)
+        """
+        return self.recording["vm"][: volts.size]
+
+    def exactly(self, given: Recording) -> Recording:
+        """A run on it with the angles as they were recorded."""
+        exact = {name: Channel(self.recording[name][: len(given)], "rad") for name in ("theta", "alpha")}
+        return Recording(given.time, {**given.channels, **exact}, given.metadata)
+
+    def _lacking(self, settings: Mapping[str, Any], some: bool) -> str:
+        """That an experiment was not recorded, and what was."""
+        asked = described(settings, run=self._run)
+        if not self._all:
+            return _(
+                "Nothing was recorded at the bench yet, and so not this either: {asked}. Record it there: start the "
+                "notebook with the bench's address, and run it."
+            ).format(asked=asked)
+        why = _("it was recorded with other settings only") if some else _("it was not recorded")
+        listed = list(dict.fromkeys(described(one.metadata, float(one.time[-1])) for one in self._all))
+        if len(listed) > _MOST_LISTED:
+            listed = [_("{more} before").format(more=len(listed) - _MOST_LISTED), *listed[-_MOST_LISTED:]]
+        return _(
+            "This experiment has no recording of your bench: {asked}; {why}. Recorded are: {listed}. Record it at the "
+            "bench with what your notebook has now, and hand in the folder with the new recording."
+        ).format(asked=asked, why=why, listed="; ".join(listed))
+
+
+def run_of(recording: Recording) -> int:
+    """The number of the run that a recording says it is; 1 where it says none."""
+    about = recording.metadata.get("bench")
+    run = about.get("run", 1) if isinstance(about, Mapping) else 1
+    return run if isinstance(run, int) else 1
+
+
+def described(settings: Mapping[str, Any], seconds: float = 0.0, run: int = 1) -> str:
+    """An experiment in words, as "tracking, feedback = full, K = 18.2 -17.2 1.6 0.6, 10 s"."""
+    about = settings.get("bench")
+    run = about.get("run", run) if isinstance(about, Mapping) else run
+    words = [str(settings.get("experiment", _("an experiment without a name")))]
+    for name in ("drive", "signal", "feedback", "f_start", "f_stop", "K"):
+        value = settings.get(name)
+        if value is not None:
+            text = " ".join(f"{one:.4g}" for one in value) if isinstance(value, list) else f"{value}"
+            words.append(f"{name} = {text}")
+    if seconds:
+        words.append(_("{seconds:.3g} s").format(seconds=seconds))
+    if run != 1:
+        words.append(_("run {run}").format(run=run))
+    return ", ".join(words)
+
+
+def fits(recording: Recording, controller: Controller, reference: Vector, sample_time: float, v_max: float) -> bool:
+    """Whether a run of a controller along a reference is what was recorded."""
+    if "vm" not in recording or reference.size > len(recording):
+        return False
+    if abs(recording.sample_time - sample_time) > 1e-6 * sample_time:
+        return False
+    recorded = recording["vm"][: reference.size]
+    apart = voltages(recording, controller, reference, v_max) - recorded
+    return _rms(apart) <= max(SAME * _rms(recorded), SAME_VOLTS)
+
+
+def voltages(recording: Recording, controller: Controller, reference: Vector, v_max: float) -> Vector:
+    """What a controller sets, fed with the recorded angles: V, one for each entry of the reference."""
+    controller.reset()
+    both = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
+    set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
+    return np.nan_to_num(np.array(set_), nan=math.inf)
+
+
+def _rms(values: Vector) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,127 @@
+"""What is recorded at a laboratory's bench is kept, signed, and given back where the bench is not."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+
+import numpy as np
+import pytest
+from laboratory import laboratory
+
+import rotflex.lab
+from rotflex import experiments, hil
+from rotflex.courseware import signed_files
+from rotflex.errors import NotRecorded, RecordingError
+from rotflex.recording import Recording
+from rotflex.recordings_folder import SIGNER, RecordingsFolder
+
+REAL = json.dumps({"student": "ada", "draw": 2, "bench": {"which": "real"}})
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A laboratory whose bench is at the address "north:", and a student's folder, which is the current one."""
+    place, folder = tmp_path / "laboratory", tmp_path / "ada"
+    place.mkdir()
+    folder.mkdir()
+    made = laboratory(place)
+    really = hil.open
+    monkeypatch.setattr(
+        hil, "open", lambda uri, **more: really("virtual", plant=made.plant) if uri == "north:" else really(uri, **more)
+    )
+    monkeypatch.setenv(SIGNER, shlex.join(made.command))
+    monkeypatch.chdir(folder)
+    (folder / "course.json").write_text(REAL, encoding="utf-8")
+    return made
+
+
+def at_the_bench(**more):
+    return rotflex.lab.start("ada", bench="north:", quiet=True, **more)
+
+
+def short(bench):
+    return experiments.free_decay(bench, duration=0.5, progress=False)
+
+
+def test_what_is_recorded_at_the_bench_is_kept_signed_and_given_back(here, tmp_path, capsys):
+    lab = at_the_bench()
+    with lab.bench() as bench:
+        made = short(bench)
+    with lab.bench(run=2) as bench:
+        experiments.watch(bench, 0.1, progress=False)
+    assert capsys.readouterr().out == (
+        "Kept      recordings/001-free-decay.mat: signed\nKept      recordings/002-watch.mat: signed\n"
+    )
+    file = tmp_path / "ada/recordings/001-free-decay.mat"
+    beside = file.with_name(file.name + ".signed").read_bytes()
+    assert signed_files.verified(file.read_bytes(), beside, [here.public]).text("student") == "ada"
+    kept = Recording.load(file)
+    assert kept.metadata["told"]["joint"]["m_1"] == lab.joint.m_1
+    assert (kept.metadata["bench"]["run"], kept.metadata["experiment"]) == (1, "free decay")
+
+    for address in ("virtual", "recorded"):  # the course's notebooks say "virtual"
+        home = rotflex.lab.start("ada", bench=address, quiet=True)
+        assert (home.joint, home.servo) == (lab.joint, lab.servo)
+        with home.bench() as bench:
+            again = short(bench)
+            with pytest.raises(NotRecorded, match="sweep, drive = position"):
+                experiments.sweep(bench, progress=False)
+        for name in made.channels:
+            np.testing.assert_allclose(again[name], made[name], rtol=1e-12, atol=1e-12)
+        with home.bench(run=2) as bench:
+            experiments.watch(bench, 0.1, progress=False)
+
+
+def test_before_anything_is_recorded_notebooks_open_and_say_so(here):
+    lab = rotflex.lab.start("ada", quiet=True)
+    assert lab.joint.arm_position == 1
+    with lab.bench() as bench, pytest.raises(NotRecorded, match="Nothing was recorded at the bench yet"):
+        short(bench)
+
+
+@pytest.mark.parametrize(
+    ("command", "why"),
+    [
+        ("", "not signed, as this machine signs nothing"),
+        ("/no/such/program", "not signed: "),
+        (shlex.join([sys.executable, "-c", "import sys; sys.exit('no key today')"]), "not signed: no key today"),
+        (shlex.join([sys.executable, "-c", ""]), "not signed: "),
+    ],
+)
+def test_what_cannot_be_signed_is_kept_and_the_line_says_why(here, monkeypatch, capsys, tmp_path, command, why):
+    monkeypatch.setenv(SIGNER, command)
+    with at_the_bench().bench() as bench:
+        short(bench)
+    assert f"Kept      recordings/001-free-decay.mat: {why}" in capsys.readouterr().out
+    assert [path.name for path in (tmp_path / "ada/recordings").iterdir()] == ["001-free-decay.mat"]
+
+
+def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
+    (tmp_path / "ada/course.json").unlink()
+    lab = rotflex.lab.start("ada", quiet=True)
+    with lab.bench() as bench:
+        path = short(bench).save(tmp_path / "log.mat")
+    with lab.bench(f"replay:{path}") as bench:
+        short(bench)
+    assert not (tmp_path / "ada/recordings").exists()
+
+
+def test_a_broken_file_is_told_and_left_out_and_numbers_go_on(here, tmp_path, capsys):
+    store = RecordingsFolder(tmp_path / "ada", "ada", signer="")
+    t = np.arange(10) * 0.002
+    store.keep(Recording.of(t, {"experiment": "a/b ../c"}, theta=t, alpha=t, vm=t), {})
+    (tmp_path / "ada/recordings/0999-x.mat").write_text("broken")
+    (tmp_path / "ada/recordings/notes.mat").write_text("mine")
+    store.keep(Recording.of(t, {}, theta=t, alpha=t, vm=t), {})
+    assert [path.name for path in store.paths] == ["001-a-b-c.mat", "0999-x.mat", "1000-run.mat"]
+    assert len(store.recordings()) == 2
+    assert "Note      0999-x.mat cannot be read as a .mat file" in capsys.readouterr().out
+
+
+def test_a_folder_that_cannot_be_made_is_told(here, tmp_path):
+    (tmp_path / "ada/recordings").write_text("a file")
+    t = np.arange(10) * 0.002
+    with pytest.raises(RecordingError, match="recordings cannot be made"):
+        RecordingsFolder(tmp_path / "ada", "ada").keep(Recording.of(t, theta=t, alpha=t), {})
