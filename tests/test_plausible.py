@@ -1,0 +1,47 @@
+"""Whether a recording can be one of a bench: honest ones all can, and which forged ones are found."""
+
+from __future__ import annotations
+
+import pytest
+from forged import ANOTHER, FORGED, OURS, recorded
+
+from rotflex import plausible
+from rotflex.config import srv02
+from rotflex.hil.student_benches import REAL_BENCH
+from rotflex.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def made():
+    return recorded(OURS), recorded(ANOTHER)
+
+
+def look(recording, spec=OURS):
+    return plausible.look(recording, srv02(), spec.parameters)
+
+
+def test_no_honest_recording_is_doubted(made):
+    for recordings, spec in zip(made, (OURS, ANOTHER), strict=True):
+        for name, one in recordings.items():
+            assert list(look(one, spec).doubts()) == [], name
+
+
+def test_the_log_of_a_real_bench_is_not_doubted(real_log):
+    metadata = {"experiment": "tracking", "feedback": "full", "K": [13.0384, -17.2586, 1.3198, -0.0461]}
+    found = look(Recording(real_log.time, real_log.channels, metadata), REAL_BENCH)
+    assert list(found.doubts()) == []
+    assert found.counts < 1e-9 and found.volts < 5e-4 and found.link < 0.16
+    assert found.gain == pytest.approx(1, abs=0.05) and found.delay == 1
+
+
+@pytest.mark.parametrize("what", FORGED)
+def test_what_is_found_of_forged_recordings(made, what):
+    forge, is_found = FORGED[what]
+    found = look(forge(*made))
+    assert bool(list(found.doubts())) is is_found, found
+
+
+def test_a_recording_that_names_no_controller_is_not_compared_with_one(made):
+    tracked = made[0]["tracking"]
+    for metadata in ({}, {"experiment": "tracking", "K": "x"}, {"experiment": "tracking", "K": [1, 2, 3, 4]}):
+        assert look(Recording(tracked.time, tracked.channels, metadata)).volts is None
