@@ -142,7 +142,7 @@ def _array(path: Path, where: str, value: Any, allowed: tuple[int, ...]) -> Arra
 def _with_time(path: Path, where: str, value: Mapping[str, Any]) -> Array:
     """The matrix of a structure with time."""
     signals = value.get("signals")
-    one_or_more = signals if isinstance(signals, list) else [signals]
+    one_or_more: list[Any] = signals if isinstance(signals, list) else [signals]
     try:
         time = np.asarray(value["time"], dtype=np.float64).ravel()
         columns = [_columns(one["values"], time.size) for one in one_or_more]

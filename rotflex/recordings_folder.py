@@ -131,19 +131,29 @@ class RecordingsFolder:
 
     def bench(self, run: int) -> Bench:
         """The bench that these recordings are of: each experiment gives its own, or says that it was not recorded."""
-        recordings = self.recordings()
-        servo, arm = parts_of(recordings)
-        runs = RecordedRuns(recordings, servo.V_max, run)
-        about = recordings[-1].metadata.get("bench") if recordings else None
-        identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
-        return Bench(
-            connect=lambda: VirtualBoard(runs, servo, clock=SimulatedClock()),
-            servo=servo,
-            joint=arm,
-            identity={**identity, "clock": "simulated"},
-            limits=Limits(theta=float("inf"), alpha=float("inf")),  # there is nothing to come to harm
-            recorded=runs,
-        )
+        return bench_of(self.recordings(), run)
+
+
+def bench_of(recordings: Sequence[Recording], run: int) -> Bench:
+    """The bench that recordings are of, in the order in which they were made.
+
+    Parameters
+    ----------
+    recordings : of one bench
+    run : number of the run that is asked for
+    """
+    servo, arm = parts_of(recordings)
+    runs = RecordedRuns(recordings, servo.V_max, run)
+    about = recordings[-1].metadata.get("bench") if recordings else None
+    identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
+    return Bench(
+        connect=lambda: VirtualBoard(runs, servo, clock=SimulatedClock()),
+        servo=servo,
+        joint=arm,
+        identity={**identity, "clock": "simulated"},
+        limits=Limits(theta=float("inf"), alpha=float("inf")),  # there is nothing to come to harm
+        recorded=runs,
+    )
 
 
 def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:

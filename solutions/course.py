@@ -5,9 +5,12 @@ from typing import Any
 
 from rotflex.hil.student_benches import DRAW, PRESETS
 from rotflex.instructor.course import Course
+from rotflex.recordings_folder import FOLDER
 from rotflex.workbook.questions import CATALOGUE
 
+from . import real_benches
 from .key import KEY
+from .real_bench import RealBench
 from .stated import STATED
 from .true_bench import TrueBench
 
@@ -24,6 +27,9 @@ COURSE = Course(
     bench=TrueBench,
     presets=tuple(PRESETS),
     draw=DRAW,
+    benches=real_benches.names(),
+    evidence=FOLDER,
+    bench_of_files=RealBench,
     knows_bench=on_virtual_bench,
     parameters={"bench": "virtual"},
     imports=(

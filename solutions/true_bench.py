@@ -45,6 +45,10 @@ class TrueBench:
         self.servo: Servo = srv02()
         self.joint: Joint = spec.joint
         self.K_s = spec.parameters.K_s * (self.joint.J_l / spec.parameters.J_l)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Nothing has been run again yet."""
         self._simulated: dict[bytes, list[Recording]] = {}
         self._swept: dict[int, Recording] = {}
         self._tracked: dict[tuple[tuple[float, ...], str, int], Recording] = {}

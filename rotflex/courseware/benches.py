@@ -26,12 +26,17 @@ class BenchPolicy:
     seed : of everybody's bench, where it is the same
     preset : name of everybody's bench, where it is a preset
     draw : version of how benches are drawn from seeds
+    benches : names of the laboratory's, where it is one of these
     """
 
     which: str = OWN
     seed: int = 0
     preset: str = ""
     draw: int = FIRST_DRAW
+    benches: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "benches", tuple(self.benches))  # plain data has lists
 
     def seed_for(self, student: str, own: Callable[[str], int]) -> int:
         """The seed of a student's bench. (Of a preset nothing is drawn; it is then good for other draws.)
@@ -45,7 +50,11 @@ class BenchPolicy:
 
     def plain(self) -> dict[str, Any]:
         """What stands under "bench" in ``course.json``."""
-        more: dict[str, dict[str, Any]] = {SAME: {"seed": self.seed}, PRESET: {"preset": self.preset}}
+        more: dict[str, dict[str, Any]] = {
+            SAME: {"seed": self.seed},
+            PRESET: {"preset": self.preset},
+            REAL: {"benches": list(self.benches)},
+        }
         return {"which": self.which, **more.get(self.which, {})}
 
 
@@ -67,7 +76,10 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
                 '"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {said!r:.80}.'
             ).format(said=said)
         )
-    policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw)
+    named = said.get("benches", [])
+    if not is_names(named):
+        raise ConfigurationError(_('the "benches" should be names, not {named!r:.80}.').format(named=named))
+    policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw, tuple(named))
     if not is_seed(policy.seed):
         raise ConfigurationError(_('the bench\'s "seed" is {seed!r:.80}, which is none.').format(seed=policy.seed))
     if not isinstance(policy.preset, str):
@@ -77,6 +89,11 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
     if not isinstance(draw, int) or isinstance(draw, bool):
         raise ConfigurationError(_('"draw" should be a whole number, not {draw!r:.80}.').format(draw=draw))
     return policy
+
+
+def is_names(value: object) -> bool:
+    """Whether it is a list of names of benches, which may be empty."""
+    return isinstance(value, list | tuple) and all(isinstance(one, str) and one.strip() == one != "" for one in value)
 
 
 def is_seed(value: object) -> bool:

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware.benches import REAL
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
 from rotflex.courseware.run.cell_reports import Reports
@@ -307,6 +308,7 @@ class Batch:
             None if bundle_.release == self._bundles.current.release else sorted(bundle_.asked),
             taken.bench_of,
             bundle_.policy,
+            self._course.evidence_in(prepared.files) if bundle_.policy.which == REAL else {},
         )
         return replace(record, answers=ran.answers, problems=facts.problems, notes=facts.notes, cells=facts.plain())
 

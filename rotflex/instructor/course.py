@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware.benches import FIRST_DRAW, BenchPolicy
+from rotflex.courseware.benches import FIRST_DRAW, REAL, BenchPolicy
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor import settings
@@ -65,6 +65,11 @@ class Course:
     title : of the course, for people; that of its settings counts, where they have one
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
+    benches : names of the laboratory's benches whose truth it has
+    evidence : folder of students' own files that the truth of a laboratory's bench is made with
+    bench_of_files : student's ID, policy, these files (path → content) → the bench that they were made at, for a policy
+        of the laboratory's benches. Its ``problems`` and ``notes`` are told; where its ``is_known`` is false, what was
+        measured is for a person
     knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
         say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
     packages : import names of the packages that students get; of each, everything but its folder ``instructor``
@@ -83,6 +88,9 @@ class Course:
     title: str = ""
     presets: tuple[str, ...] = ()
     draw: int = FIRST_DRAW
+    benches: tuple[str, ...] = ()
+    evidence: str = ""
+    bench_of_files: Callable[[str, BenchPolicy, Mapping[str, bytes]], Any] | None = None
     knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
     packages: tuple[str, ...] = ("rotflex",)
     requires: tuple[str, ...] = ()
@@ -93,15 +101,26 @@ class Course:
     folder: Path = Path()
     entry: str = ENTRY
 
-    def true_bench(self, student: str, policy: BenchPolicy | None = None) -> Any:
+    def true_bench(
+        self, student: str, policy: BenchPolicy | None = None, files: Mapping[str, bytes] | None = None
+    ) -> Any:
         """A student's bench as it really is.
 
         Parameters
         ----------
         student : the ID
         policy : which bench each student has; as the settings say unless given (by an older release)
+        files : of the student's own, those that are ``evidence``
         """
-        return self.bench(student, self.settings.bench if policy is None else policy)
+        given = self.settings.bench if policy is None else policy
+        if given.which == REAL and self.bench_of_files is not None:
+            return self.bench_of_files(student, given, files or {})
+        return self.bench(student, given)
+
+    def evidence_in(self, files: Mapping[str, bytes]) -> dict[str, bytes]:
+        """Those of a student's own files (path → content) that the truth of their bench is made with."""
+        within = f"{self.evidence}/"
+        return {name: content for name, content in files.items() if self.evidence and name.startswith(within)}
 
     @property
     def notebooks(self) -> list[Path]:
@@ -193,7 +212,7 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
             )
         )
     _check_key(course)
-    decided = settings.read(folder, course.presets, course.draw)
+    decided = settings.read(folder, course.presets, course.draw, course.benches)
     title = decided.title or course.title or course.name
     return replace(course, folder=folder, entry=entry, settings=decided, title=title)
 

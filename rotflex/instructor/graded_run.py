@@ -5,6 +5,7 @@ All of it is plain data, so that answers can be marked again, and reasons told a
 
 from __future__ import annotations
 
+from base64 import b64decode, b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -32,6 +33,7 @@ class Facts:
     asked : (question, part) that the student's release asks; None if it is the course's
     bench_of : whose bench it was run on
     policy : which bench each student had; None if it is not known
+    evidence : of the student's own files, those that the truth of a laboratory's bench is made with: path → content
     """
 
     reports: Reports = field(default_factory=Reports)
@@ -42,6 +44,7 @@ class Facts:
     asked: Sequence[Where] | None = None
     bench_of: str = ""
     policy: BenchPolicy | None = None
+    evidence: Mapping[str, bytes] = field(default_factory=dict)
 
     def plain(self) -> tuple[dict[str, Any], ...]:
         """As the gradebook keeps it."""
@@ -55,6 +58,8 @@ class Facts:
             "policy": None if self.policy is None else asdict(self.policy),
             "refusals": [asdict(one) for one in self.reports.refusals],
         }
+        if self.evidence:
+            about["evidence"] = {name: b64encode(content).decode("ascii") for name, content in self.evidence.items()}
         return (about, *(_plain(report) for report in self.reports.cells))
 
 
@@ -93,6 +98,7 @@ def facts_of(record: RunRecord) -> Facts:
         None if asked is None else [(question, part) for question, part in asked],
         about["bench_of"],
         None if about["policy"] is None else BenchPolicy(**about["policy"]),
+        {name: b64decode(content) for name, content in about.get("evidence", {}).items()},
     )
 
 
@@ -132,7 +138,7 @@ def to_be_marked(record: RunRecord) -> Asked:
     facts = facts_of(record)
     about = About(facts.missing or {}, supplied_parts(record), facts.asked)
     student = facts.bench_of or record.student
-    return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy)
+    return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy, facts.evidence)
 
 
 def with_messages(record: RunRecord, marked: Marked) -> RunRecord:

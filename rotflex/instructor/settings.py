@@ -11,7 +11,18 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import course_file
-from rotflex.courseware.benches import MOST_SEED, OWN, PRESET, SAME, THEIR_OWN, WHICH, BenchPolicy, is_seed
+from rotflex.courseware.benches import (
+    MOST_SEED,
+    OWN,
+    PRESET,
+    REAL,
+    SAME,
+    THEIR_OWN,
+    WHICH,
+    BenchPolicy,
+    is_names,
+    is_seed,
+)
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 
@@ -114,6 +125,9 @@ _ENTRIES: Mapping[str, Mapping[str, _Entry]] = {
         "preset": _Entry(
             _("the name of a bench"), 'preset = "workshop"', lambda value: _is_line(value) and bool(value)
         ),
+        "benches": _Entry(
+            _("names of the laboratory's benches"), 'benches = ["north"]', lambda value: is_names(value) and bool(value)
+        ),
     },
     "feedback": {
         "points": _Entry(_("true or false"), "points = true", _is_bool),
@@ -132,7 +146,9 @@ _ENTRIES: Mapping[str, Mapping[str, _Entry]] = {
 }
 
 
-def read(folder: Path, presets: Collection[str] = (), draw: int = THEIR_OWN.draw) -> CourseSettings:
+def read(
+    folder: Path, presets: Collection[str] = (), draw: int = THEIR_OWN.draw, benches: Collection[str] = ()
+) -> CourseSettings:
     """The settings of the course in a folder; the usual ones where there is no file.
 
     Parameters
@@ -140,6 +156,7 @@ def read(folder: Path, presets: Collection[str] = (), draw: int = THEIR_OWN.draw
     folder : of the course
     presets : names of the benches that the course has
     draw : version of how the course draws benches
+    benches : names of the laboratory's benches whose truth the course has
 
     Raises
     ------
@@ -157,7 +174,7 @@ def read(folder: Path, presets: Collection[str] = (), draw: int = THEIR_OWN.draw
         found = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
-    faults = [*_misfits(found)] or [*_contradictions(found, presets)]
+    faults = [*_misfits(found)] or [*_contradictions(found, presets, benches)]
     if faults:
         raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
     return _settings(found, draw)
@@ -196,11 +213,11 @@ def _wanted(section: str, name: str, what: str) -> str:
     )
 
 
-def _contradictions(found: Mapping[str, Any], presets: Collection[str]) -> Iterator[str]:
+def _contradictions(found: Mapping[str, Any], presets: Collection[str], benches: Collection[str]) -> Iterator[str]:
     """Entries that do not go with each other, or with the course."""
     bench = found.get("bench", {})
     which = bench.get("which", OWN)
-    for name, needed_by in (("seed", SAME), ("preset", PRESET)):
+    for name, needed_by in (("seed", SAME), ("preset", PRESET), ("benches", REAL)):
         if which == needed_by and name not in bench:
             missing = _('which = "{which}" needs it. It should be').format(which=which)
             yield _wanted("bench", name, missing)
@@ -213,6 +230,12 @@ def _contradictions(found: Mapping[str, Any], presets: Collection[str]) -> Itera
         yield _("bench.preset: the course has no bench {name!a}; it has {known}.").format(
             name=bench["preset"], known=known
         )
+    for name in bench.get("benches", ()):
+        if name not in benches:
+            known = ", ".join(json.dumps(one) for one in sorted(benches)) or _("none")
+            yield _("bench.benches: of {name!a} the course has no truth; it has that of {known}.").format(
+                name=name, known=known
+            )
     reflect = found.get("reflect", {})
     if not reflect.get("asks", True) and "from" in reflect:
         yield _("reflect.from: it goes with asks = true, and asks is false. Leave one of them out.")

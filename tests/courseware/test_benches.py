@@ -14,7 +14,12 @@ from rotflex.errors import ConfigurationError
 
 @pytest.mark.parametrize(
     "policy",
-    [BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), BenchPolicy("real")],
+    [
+        BenchPolicy(),
+        BenchPolicy("same", seed=7),
+        BenchPolicy("preset", preset="x", draw=2),
+        BenchPolicy("real", benches=("north",)),
+    ],
 )
 def test_a_policy_comes_back_from_plain_data(policy):
     course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
@@ -37,6 +42,7 @@ def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw(
         ({"bench": {"which": ["own"]}}, '"bench" should be as'),
         ({"bench": {"which": "same", "seed": -1}}, '"seed" is -1'),
         ({"bench": {"which": "preset", "preset": 3}}, '"preset" should be a name, not 3'),
+        ({"bench": {"which": "real", "benches": ["north", 3]}}, "\"benches\" should be names, not ['north', 3]"),
         ({"draw": "1"}, "\"draw\" should be a whole number, not '1'"),
         ({"draw": True}, '"draw" should be a whole number'),
     ],

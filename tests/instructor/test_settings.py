@@ -45,6 +45,9 @@ def test_everything_that_may_be_said_is_read(tmp_path):
     assert found.feedback.opens == datetime(2026, 12, 1, 12, tzinfo=timezone(timedelta(hours=1)))
     assert not found.feedback.is_open(datetime(2026, 12, 1, 10, 59, tzinfo=UTC))
     assert found.feedback.is_open(datetime(2026, 12, 1, 11, tzinfo=UTC))
+    (tmp_path / "course.toml").write_text('[bench]\nwhich = "real"\nbenches = ["north"]\n', encoding="utf-8")
+    real = settings.read(tmp_path, benches=("north", "south")).bench
+    assert real == BenchPolicy("real", benches=("north",))
     assert read(tmp_path, '[bench]\nwhich = "preset"\npreset = "workbook"').bench == BenchPolicy(
         "preset", preset="workbook"
     )
@@ -80,6 +83,13 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ),
         ('[bench]\nwhich = "same"\nseed = -1\n', "bench.seed: it is -1, and should be a whole number"),
         ('[bench]\nwhich = "same"\nseed = true\n', "bench.seed: it is True, and should be a whole number"),
+        ('[bench]\nwhich = "real"\n', 'bench.benches: which = "real" needs it. It should be names of the laboratory'),
+        ('[bench]\nwhich = "real"\nbenches = []\n', "bench.benches: it is [], and should be names"),
+        (
+            '[bench]\nwhich = "real"\nbenches = ["east"]\n',
+            "bench.benches: of 'east' the course has no truth; it has that of none.",
+        ),
+        ('[bench]\nbenches = ["east"]\n', 'bench.benches: it goes with which = "real", and which is "own"'),
         ('[bench]\nwhich = "same"\n', 'bench.seed: which = "same" needs it. It should be a whole number'),
         ('[bench]\nwhich = "preset"\n', 'bench.preset: which = "preset" needs it. It should be the name of a bench'),
         ("[bench]\nseed = 7\n", 'bench.seed: it goes with which = "same", and which is "own". Leave one of them out.'),

@@ -58,6 +58,7 @@ class Asked:
     words : the answers in words, from the saved notebooks
     about : what else is known of the run
     policy : which bench each student has, if not as the course's settings say
+    files : of the student's own, those that the truth of a laboratory's bench is made with: path → content
     """
 
     student: str
@@ -66,6 +67,7 @@ class Asked:
     words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
     about: About = field(default_factory=About)
     policy: BenchPolicy | None = None
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
 
 class Marker:
@@ -181,7 +183,9 @@ def _mark(asked: Asked) -> Marked:
         claims.notes.append(
             _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
         )
-    bench = course.true_bench(asked.student, asked.policy)
+    bench = course.true_bench(asked.student, asked.policy, asked.files)
+    claims.problems.extend(getattr(bench, "problems", ()))
+    claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
     claims = decoding.with_words(claims, asked.words, course.catalogue)
     marks = marking.mark(course, claims, bench, asked.probe_seed, asked.about)

@@ -1,0 +1,65 @@
+"""The bench of the laboratory's at which a student made their recordings, for comparison.
+
+An experiment is not run again on it: what the student recorded stands in its place, where its controller fits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rotflex import hil
+from rotflex.config import srv02
+from rotflex.courseware.benches import BenchPolicy
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError
+from rotflex.hil.student_benches import FIRST_RUN
+from rotflex.recordings_folder import bench_of
+
+from . import real_benches
+from .evidence import examine
+from .true_bench import TrueBench
+
+
+class RealBench(TrueBench):
+    """What ``solutions/key.py`` compares with, where students work at the laboratory's benches.
+
+    Parameters
+    ----------
+    student : whose hand-in it is
+    policy : with the benches that there are
+    files : the recordings that were handed in: path → content
+
+    Attributes
+    ----------
+    problems, notes : what is to be said of the recordings
+    is_known : whether all that was measured can be compared; else it is for a person
+
+    Raises
+    ------
+    ConfigurationError
+        If the truth of a bench cannot be read.
+    """
+
+    def __init__(self, student: str, policy: BenchPolicy, files: Mapping[str, bytes]) -> None:
+        self._found = examine(student, [real_benches.read(name, real_benches.FOLDER) for name in policy.benches], files)
+        self.problems, self.notes = self._found.problems, self._found.notes
+        self.is_known = self._found.whole
+        self._begin()
+        self.servo = srv02()
+        bench = self._found.bench
+        if bench is not None:
+            self.servo, self.joint = bench.servo, bench.joint
+            self.K_s = bench.parameters.K_s
+
+    def __getattr__(self, name: str) -> float:
+        """Nothing is known of a bench that nobody knows which it is: answers that depend on it are for a person."""
+        if name in ("joint", "K_s"):
+            raise BenchError(_("It is not known at which bench it was measured."))
+        raise AttributeError(name)
+
+    @property
+    def identity(self) -> None:  # type: ignore[override]
+        """Nothing to compare: the signatures say which bench it was."""
+
+    def _open(self, run: int = FIRST_RUN) -> hil.Bench:
+        return bench_of(self._found.recordings, run)
