@@ -16,6 +16,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from rotflex.courseware import signed_files, student_id
 from rotflex.courseware.messages import _
 from rotflex.errors import SignatureError
@@ -69,7 +71,14 @@ class Signer:
 
     def _entered(self, student: str, recording: Recording, content: bytes) -> bytes:
         """The signature of a recording that is in the journal."""
-        number, last = self._last()
+        number, last, before = self._journal()
+        samples = _samples(recording)
+        if self._settings.real_time and samples in before:
+            raise SignatureError(
+                _(
+                    "The same samples were signed before, in the name of {student}: no two runs of a bench are equal."
+                ).format(student=before[samples])
+            )
         now, seconds = self._clock(), float(recording.time[-1])
         passed = now - last if number else seconds
         if self._settings.real_time and 0 <= passed < seconds - _SLACK:  # a clock that was put back says nothing
@@ -88,25 +97,33 @@ class Signer:
             "real_time": self._settings.real_time,
         }
         made = signed_files.signed(content, about, self._key)
-        entry = {**about, "time": now, "file": signed_files.digest(content)}
+        entry = {**about, "time": now, "file": signed_files.digest(content), "samples": samples}
         with self._settings.journal.open("a", encoding="utf-8", newline="\n") as journal:
             journal.write(json.dumps(entry, sort_keys=True) + "\n")
         return made
 
-    def _last(self) -> tuple[int, float]:
-        """The number of the last signature, and when it was made (s since 1970); zeros where there is none."""
+    def _journal(self) -> tuple[int, float, dict[str, str]]:
+        """The number of the last signature, and when it was made (s since 1970); and samples → in whose name."""
         try:
             lines = self._settings.journal.read_text(encoding="utf-8").splitlines()
-            entry = json.loads(lines[-1]) if lines else {"number": 0, "time": 0.0}
-            return int(entry["number"]), float(entry["time"])
+            entries = [json.loads(line) for line in lines]
+            before = {entry["samples"]: str(entry["student"]) for entry in entries if entry["samples"]}
+            return (int(entries[-1]["number"]), float(entries[-1]["time"]), before) if entries else (0, 0.0, {})
         except FileNotFoundError:
-            return 0, 0.0
+            return 0, 0.0, {}
         except (ValueError, TypeError, KeyError) as error:
             raise SignatureError(
                 _("The journal {file} is damaged: {error!r}. Put it aside for whoever looks after the bench.").format(
                     file=self._settings.journal, error=error
                 )
             ) from None
+
+
+def _samples(recording: Recording) -> str:
+    """By which equal angles are known, whatever else a file says; "" where nothing moved."""
+    angles = [np.round(recording[name], 9) + 0.0 for name in ("theta", "alpha") if name in recording]
+    moved = any(np.ptp(one) > 0 for one in angles)
+    return signed_files.digest(b"".join(one.astype("<f8").tobytes() for one in angles)) if moved else ""
 
 
 def _read(content: bytes) -> Recording:

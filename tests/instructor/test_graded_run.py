@@ -32,7 +32,8 @@ PARTS = {
     "missing": {("1", "x"): "It stopped.", ("2", "y"): "It builds on 1."},
     "asked": [("1", "x"), ("2", "y")],
     "bench_of": "bob",
-    "policy": BenchPolicy("same", seed=7),
+    "policy": BenchPolicy("real", benches=("north",)),
+    "evidence": {"recordings/001-sweep.mat": b"\x00\xff"},
 }
 NOTHING = Facts(missing={})
 
@@ -72,6 +73,7 @@ def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of,
     asked = to_be_marked(run)
     assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
     assert (asked.about.missing, asked.about.asked, asked.policy) == (facts.missing, facts.asked, facts.policy)
+    assert asked.files == facts.evidence
     assert asked.about.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
 
 

@@ -99,6 +99,26 @@ def test_no_more_seconds_are_signed_than_went_by(tmp_path):
     assert b'number\\": 3' in signer.sign("ada", content)
 
 
+def test_samples_that_were_signed_in_one_name_are_not_signed_in_another(tmp_path):
+    here = laboratory(tmp_path, real_time=True)
+    now = [1000.0]
+    signer = Signer(signer_settings.read(here.settings), lambda: now[0])
+    t = np.arange(0, 1.0, 0.002)
+    for name, student in (("mine", "ada"), ("yours", "bob")):
+        now[0] += 60.0
+        one = Recording.of(t, {"note": name}, theta=np.sin(t), alpha=np.cos(t), vm=0 * t)
+        content = one.save(tmp_path / f"{name}.mat").read_bytes()
+        if student == "ada":
+            signer.sign(student, content)
+        else:
+            with pytest.raises(SignatureError, match="The same samples were signed before, in the name of ada"):
+                signer.sign(student, content)
+    still = file_of(tmp_path)  # an arm that nobody moves is the same each time
+    for _again in range(2):
+        now[0] += 60.0
+        signer.sign("bob", still)
+
+
 def test_recordings_that_come_together_have_different_numbers(tmp_path):
     here = laboratory(tmp_path)
     signer = Signer(signer_settings.read(here.settings), lambda: 1000.0)
