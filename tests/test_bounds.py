@@ -67,6 +67,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     ),
     "courseware.saved_words:MAX_BYTES": (100 * MB, "a notebook full of pictures"),
     "courseware.session:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
+    "courseware.signed_files:MOST_BYTES": (20 * KB, "a statement has a few hundred characters"),
     "courseware.student_id:LONGEST": (80, "a name with all its names"),
     "courseware.student_id:LONGEST_IN_BYTES": (240, "a file system's 255, less an ending"),
     "courseware.benches:MOST_SEED": (2**32 - 1, "what a seed is drawn from"),
@@ -203,6 +204,8 @@ BOUNDS: dict[str, tuple[float, str]] = {
 NO_BOUNDS = {
     "courseware.answers:FORMAT": "a version; tests/courseware/test_answers.py",
     "courseware.benches:FIRST_DRAW": "a version",
+    "courseware.signed_files:FORMAT": "a version; tests/courseware/test_signed_files.py",
+    "hil.recorded_runs": "how alike runs are; tests/hil/test_recorded_runs.py",
     "courseware.pictures": "inches and dots; tests/figures/test_figures.py",
     "courseware.run.commands": "exit codes; tests/courseware/run/test_commands.py",
     "instructor.commands.options": "exit codes; tests/test_cli.py",
