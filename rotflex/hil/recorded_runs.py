@@ -141,7 +141,8 @@ def voltages(recording: Recording, controller: Controller, reference: Vector, v_
     controller.reset()
     both = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
     set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
-    return np.nan_to_num(np.array(set_), nan=math.inf)
+    finite: Vector = np.nan_to_num(np.array(set_), nan=math.inf)
+    return finite
 
 
 def _rms(values: Vector) -> float:
