@@ -28,12 +28,14 @@ class Entry:
     moves : whether voltage moves what hangs on it
     lenient : whether it takes what is documented nowhere, and says what is wrong with it
     time_waits : whether it has the overflow modes of simulated boards
+    adjustable : whether its ranges, and how its encoders count, can be chosen
     """
 
     make: Callable[[], Board]
     moves: bool = True
     lenient: bool = True
     time_waits: bool = True
+    adjustable: bool = True
 
 
 def _virtual() -> VirtualBoard:
@@ -63,7 +65,8 @@ BOARDS: dict[str, Entry] = {
     "replay": Entry(_replay, moves=False),
     "quanser": Entry(lambda: _quanser("0"), lenient=False, time_waits=False),
     "quanser's simulator": Entry(lambda: _quanser(SIMULATOR), lenient=False),
-    "serial": Entry(_serial, time_waits=False),
+    "serial": Entry(_serial, time_waits=False, adjustable=False),
 }
 MOVING = [name for name, entry in BOARDS.items() if entry.moves]
+ADJUSTABLE = [name for name, entry in BOARDS.items() if entry.moves and entry.adjustable]
 LENIENT = [name for name, entry in BOARDS.items() if entry.lenient]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.messages import _
 from rotflex.errors import HILError
+from rotflex.hil.arguments import check_modes
 from rotflex.hil.board import Channels, Clock, Counts, Levels, Vector, check_buffer
 from rotflex.hil.serial import protocol
 from rotflex.hil.serial.arguments import chosen, finite_voltages, same_for_all
@@ -112,6 +113,7 @@ class SerialBoard:
     def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: NDArray[Any]) -> None:
         """Every edge is counted: X4 is the one mode."""
         self._chosen(channels, num_channels, _ENCODERS, "encoder")
+        check_modes(modes, num_channels)
         same_for_all(modes, num_channels, _X4, _("The board counts every edge of its encoders (X4, mode 4), always."))
 
     def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
@@ -124,6 +126,8 @@ class SerialBoard:
     def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Its analog inputs have one range, 0 to 5 V."""
         self._chosen(channels, num_channels, _ANALOG_INPUTS, "analog input")
+        for bounds in (minima, maxima):
+            check_buffer(bounds, num_channels, "analog")
         refusal = _("The board's analog inputs have one range, 0 to 5 V.")
         same_for_all(minima, num_channels, 0.0, refusal)
         same_for_all(maxima, num_channels, 5.0, refusal)
@@ -131,6 +135,8 @@ class SerialBoard:
     def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Its output has one range: what the motor's driver is fed with, either way."""
         self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        for bounds in (minima, maxima):
+            check_buffer(bounds, num_channels, "analog")
         refusal = _("The motor's range is its supply, ±{supply:g} V.").format(supply=self._motor.supply)
         same_for_all(minima, num_channels, -self._motor.supply, refusal)
         same_for_all(maxima, num_channels, self._motor.supply, refusal)
