@@ -137,7 +137,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "hil.halt:WATCHDOG_TIMEOUT": (0.2, "an arm at 30 rad/s turns a whole turn meanwhile, and no more"),
     "hil.halt:_AGAIN": (3, "times 0 V is written before a watchdog is stopped that lets nothing be written"),
     "hil.pace:DRIFT": (5e-4, "a cheap crystal is off by 1e-4, and one that is hot by as much again"),
-    "hil.pace:TOO_SLOW": (5, "reads in a row; a pause makes one late"),
+    "hil.pace:TOO_SLOW": (5, "answers; a pause makes one of them long"),
     "hil.pace:_FRESH": (2, "periods; a board may take its first sample one after the start"),
     "hil.pace:_SWITCH": (5e-4, "s; a quarter of a sample"),
     "hil.guard:_LIGHTEST_LINK": (1e-3, "kg·m²; a third of the lightest arm there is"),

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 DRIFT = 5e-4  #: of the time that passes; two crystals differ by a tenth of that
-TOO_SLOW = 5  #: reads in a row that find samples waiting: it is no pause, the answers take too long
+TOO_SLOW = 5  #: answers of which most take longer than a period: it is no pause, they take too long
 _FRESH = 2.0  # periods after the start in which a first sample is no old one
 _SWITCH = 0.0005  # s; how often threads take turns, so that others do not hold up the loop
 
@@ -40,7 +40,6 @@ class Pace:
         self._arrivals: list[float] = []
         self._answers: list[float] = []
         self._arrival = self._begun
-        self._in_a_row = 0
         self._together = 1  # samples that the next answer is for: those that waited, and the newest
         self._worst = 0.0
         self.late = 0
@@ -61,7 +60,6 @@ class Pace:
         self._base += min(lateness, DRIFT * self._period)
         behind = int(lateness / self._period + 1e-9) if lateness > 0 else 0
         self._worst = max(self._worst, lateness)
-        self._in_a_row = self._in_a_row + 1 if behind else 0
         self._together = 1 + behind
         return behind
 
@@ -72,7 +70,7 @@ class Pace:
     @property
     def too_slow(self) -> bool:
         """Whether answers take longer than the period, time and again."""
-        return self._in_a_row >= TOO_SLOW or self.answer > self._period
+        return self.answer > self._period
 
     @property
     def answer(self) -> float:

@@ -416,13 +416,21 @@ def test_tracking_needs_a_gain(lab):
     console.close()
 
 
-def test_an_address_that_does_not_exist_is_told(lab):
+def test_a_board_whose_package_is_missing_is_told_with_what_to_install(lab, monkeypatch):
+    monkeypatch.setitem(sys.modules, "quanser.hardware", None)
     console = BenchConsole(lab, addresses=["quanser:q2_usb/0"])
     console.set("address", "quanser:q2_usb/0")
     event(console, "press", "connect")
-    assert "no bench at 'quanser" in console.scene["notice"]["text"]
+    assert "Install the Quanser SDK" in console.scene["notice"]["text"]
+
+
+def test_an_address_that_does_not_exist_is_told(lab):
+    console = BenchConsole(lab, addresses=["labjack:u3"])
+    console.set("address", "labjack:u3")
+    event(console, "press", "connect")
+    assert "no bench at 'labjack" in console.scene["notice"]["text"]
     event(console, "set", "address", value="made up")
-    assert console.address == "quanser:q2_usb/0"
+    assert console.address == "labjack:u3"
     with pytest.raises(RecordingError):
         BenchConsole(lab, addresses=["replay:nothing.mat"]).set("address", "replay:nothing.mat")
 
