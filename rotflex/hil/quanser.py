@@ -18,10 +18,9 @@ from rotflex.hil.board import VERBS, Board
 #: What the maker's layer raises for arguments that it cannot pass on.
 _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
 _WHERE = _(
-    "Install the Quanser SDK from https://github.com/quanser (quanser_sdk_win64, quanser_sdk_linux) or from the disc "
-    "that came with the board, then, into the Python that runs this, the wheels in the folder that the SDK's variable "
-    "QSDK_DIR names: pip install --find-links PATH quanser_api, with %QSDK_DIR%python for PATH. A bench without a "
-    "Quanser board needs none of it."
+    "It is in no package registry: it comes with the Quanser SDK, from the board's maker. Install the Quanser SDK, and "
+    "then, with pip install, into the Python that runs this, the wheel files in its folder python, which is in the "
+    "folder that the variable QSDK_DIR names (%QSDK_DIR%python). A bench without a Quanser board needs none of it."
 )
 
 
