@@ -23,7 +23,7 @@ _A_FEW_COUNTS = 0.5 * DEG
 
 @dataclass(frozen=True)
 class Allowance:
-    """What the guard lets pass. Found on runs of many benches, see ``tests/hil/test_guard.py``.
+    """What the guard lets pass. Chosen, then tried on the runs of ``tests/hil/test_guard.py``.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Allowance:
     memory : s, over which motion is summed up
     smoothing : s, by which rates are smoothed; an encoder's count is worth 0.4 rad/s from one sample to the next
     jump : by how many times the quickest possible motion a counter may move in one sample
-    stiffness : of the joint, N·m/rad, within half as much and twice as much
+    stiffness : of this bench's joint, N·m/rad: where it is off by a third, honest sweeps are stopped
     """
 
     share: float = 0.6

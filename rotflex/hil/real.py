@@ -17,7 +17,7 @@ from rotflex.errors import BenchError
 from rotflex.hil import quanser as adapter
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
-from rotflex.hil.guard import Guard
+from rotflex.hil.guard import Allowance, Guard
 from rotflex.hil.parts import Limits, Safety, Wiring
 
 #: A servo under 10 V turns at 17 rad/s without a load. No experiment of the course is longer than a minute.
@@ -41,6 +41,7 @@ class Setup:
     ----------
     servo, joint : its parts
     limits, wiring : see :mod:`rotflex.hil.parts`
+    stiffness : of its joint, N·m/rad, within 15 %, for the runaway guard; the workbook's unless it was measured
     commissioned : text that is not empty is why no loop is closed
     prepare : sets up a board that was just opened: options, ranges, quadrature, filters
     clock : of the board, that paces the samples; a negative one is the computer's
@@ -51,6 +52,7 @@ class Setup:
     joint: Joint = field(default_factory=joint)
     limits: Limits = LIMITS
     wiring: Wiring = field(default_factory=Wiring)
+    stiffness: float = Allowance().stiffness
     commissioned: Callable[[], str] = not_commissioned
     prepare: Callable[[Board], None] = lambda board: None
     clock: int = Clock.HARDWARE_CLOCK_0
@@ -89,7 +91,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         limits=setup.limits,
         wiring=setup.wiring,
         safety=Safety(
-            guard=Guard(setup.servo, setup.limits.alpha),
+            guard=Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)),
             commissioned=setup.commissioned,
             folder=course_place.settings() / "unfinished",
         ),
