@@ -7,16 +7,19 @@ import pytest
 
 from rotflex import experiments, hil
 from rotflex.config import srv02
-from rotflex.hil.guard import Guard
+from rotflex.hil.guard import Allowance, Guard
+from rotflex.hil.student_benches import student_bench
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
 
-def judged(recording: Recording, motor: int = 1, servo: int = 1, link: int = 1) -> tuple[str, int]:
+def judged(
+    recording: Recording, motor: int = 1, servo: int = 1, link: int = 1, allowance: Allowance | None = None
+) -> tuple[str, int]:
     """What the guard says of a recording that is read with these signs, and at which sample."""
-    guard = Guard(srv02())
+    guard = Guard(srv02(), allowance=allowance)
     guard.start(recording.sample_time)
     signals = zip(recording["theta"].tolist(), recording["alpha"].tolist(), recording["vm"].tolist(), strict=True)
     for sample, (theta, alpha, volts) in enumerate(signals):
@@ -42,6 +45,17 @@ def test_no_honest_run_is_stopped(address, experiment):
     with hil.open(address) as bench:
         recording = EXPERIMENTS[experiment](bench)
     assert judged(recording) == ("", len(recording))
+
+
+@pytest.mark.parametrize("seed", [5, 8, 10, 22, 24])
+def test_a_stiff_joint_passes_where_its_stiffness_is_known_and_not_under_the_workbooks(seed):
+    """These five, of the first 24 benches, are 1.4 to 2.2 times as stiff as the workbook's."""
+    stiffness = student_bench(seed).parameters.K_s
+    with hil.open(f"virtual:?seed={seed}") as bench:
+        recording = experiments.sweep(bench, progress=False)
+    for off in (0.85, 1.0, 1.15):
+        assert judged(recording, allowance=Allowance(stiffness=off * stiffness))[0] == ""
+    assert "does not move as voltage and spring drive it" in judged(recording)[0]
 
 
 def test_the_log_of_a_real_bench_passes_and_not_with_motor_or_encoder_the_other_way(real_log):
