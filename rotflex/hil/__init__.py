@@ -14,6 +14,8 @@
 ``replay:file.mat?clock=wall``         in real time
 ``quanser:q2_usb/0``                   a board of the maker's, through the maker's own Python package
 ``serial:/dev/ttyACM0?supply=12``      a bench of one's own at a serial port, its motor fed with 12 V
+``bench.toml``                         a laboratory's bench, with its wiring and its commissioning
+``virtual:twin.toml``                  a plant that was fitted to recordings; options follow, as ``?clock=wall``
 =====================================  ============================================================
 """
 
@@ -30,11 +32,13 @@ from rotflex.config import Joint, Servo, joint, one_of, srv02
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Limits
+from rotflex.hil.bench_file import load as load_bench_file
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
 from rotflex.hil.real import Setup, quanser_bench
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
+from rotflex.hil.twin import load as load_twin
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
@@ -76,6 +80,10 @@ def open(
         If a value in it does not exist.
     """
     scheme, _colon, rest = uri.partition(":")
+    if uri.endswith(".toml") and scheme not in ("virtual", "replay"):
+        return _of_file(uri, setup)
+    if scheme == "virtual" and rest.partition("?")[0].endswith(".toml"):
+        return _twin(uri, rest, run)
     if scheme == "replay":
         if plant is not None:
             raise BenchError(_("A recording has no plant of one's own: give {uri!r} or a plant.").format(uri=uri))
@@ -88,7 +96,7 @@ def open(
         raise BenchError(
             f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "
             "in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as in "
-            "'serial:/dev/ttyACM0?supply=12'."
+            "'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
         )
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
@@ -116,6 +124,20 @@ def open(
         joint=spec.joint,
         identity=identity,
     )
+
+
+def _of_file(path: str, setup: Setup | None) -> Bench:
+    if setup is not None:
+        raise BenchError(_("{path} says what is known of the bench: give the file or a setup.").format(path=path))
+    told = load_bench_file(path)
+    return open(told.address, setup=told.setup())
+
+
+def _twin(uri: str, rest: str, run: int) -> Bench:
+    path, mark, query = rest.partition("?")
+    options = _options(uri, mark + query, ("run", "clock"), "virtual:twin.toml?clock=wall")
+    known = load_twin(path)
+    return open("virtual:" + mark + query, plant=known.spec, servo=known.servo, run=int(options.get("run", run)))
 
 
 def _own(

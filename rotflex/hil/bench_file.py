@@ -1,0 +1,328 @@
+"""A laboratory's bench as a file, ``bench.toml``: its board and parts, how it is wired, and its commissioning.
+
+``docs/real_bench.md`` has an example with comments. What is left out is as on the bench of the workbook.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
+from rotflex.courseware import files
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError
+from rotflex.hil import commissioned
+from rotflex.hil.board import Board, Clock
+from rotflex.hil.kinds import BOARDS, BoardKind
+from rotflex.hil.parts import Limits, Wiring
+from rotflex.hil.real import LIMITS, Setup
+from rotflex.units import DEG
+
+_SIGNS = ("motor_sign", "servo_sign", "link_sign")
+_CHANNELS = {"motor": "analog_outputs", "servo_encoder": "encoders", "link_encoder": "encoders"}
+_CHANNELS |= {"potentiometer": "analog_inputs", "loopback_output": "analog_outputs", "loopback_input": "analog_inputs"}
+_NONE = -1  # of a channel that a bench does not have
+
+
+@dataclass(frozen=True)
+class BenchFile:
+    """What a ``bench.toml`` says.
+
+    Attributes
+    ----------
+    address : of the board, as ``quanser:q2_usb/0``
+    parts : the servo's and the joint's, as :func:`rotflex.config.srv02` and :func:`rotflex.config.joint` take them
+    wiring : channels and signs by name
+    board : how the board is set up: options, ranges (V), quadrature, filter (Hz), clock
+    limits : V, deg, rad/s, s
+    record : of the commissioning; empty if there was none
+    """
+
+    address: str
+    parts: Mapping[str, Any] = field(default_factory=dict)
+    wiring: Mapping[str, Any] = field(default_factory=dict)
+    board: Mapping[str, Any] = field(default_factory=dict)
+    limits: Mapping[str, Any] = field(default_factory=dict)
+    record: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, allowed in TABLES.items():
+            given = dict(getattr(self, name))
+            object.__setattr__(self, name, {key: one.default for key, one in allowed.items()} | given)
+        _check(self)
+
+    @property
+    def kind(self) -> BoardKind | None:
+        """The kind of board; None if it is not among those that are known."""
+        scheme, _colon, rest = self.address.partition(":")
+        return BOARDS.get(rest.partition("/")[0]) if scheme == "quanser" else None
+
+    @property
+    def potentiometer(self) -> int | None:
+        """The analog input that the potentiometer is on; None where there is none."""
+        channel = int(self.wiring["potentiometer"])
+        return None if channel == _NONE else channel
+
+    @property
+    def loopback(self) -> tuple[int, int] | None:
+        """The analog output and input that a cable may join; None where it is not said."""
+        joined = int(self.wiring["loopback_output"]), int(self.wiring["loopback_input"])
+        return None if _NONE in joined else joined
+
+    def identity(self) -> dict[str, Any]:
+        """What a commissioning is of: whatever of this changes, it is to be done again."""
+        return {"address": self.address, **self.parts, **self.wiring, **self.board}
+
+    def setup(self) -> Setup:
+        """What is known of the bench, for :func:`rotflex.hil.open`."""
+        parts = dict(self.parts)
+        arm = joint(parts.pop("arm_position"))
+        wired = Wiring(**{name: self.wiring[name] for name in ("motor", "servo_encoder", "link_encoder", *_SIGNS)})
+        bound = dict(self.limits) | {name: self.limits[name] * DEG for name in ("theta", "alpha")}
+        return Setup(
+            servo=check_mounted(srv02(**parts)),
+            joint=arm,
+            limits=Limits(**bound),
+            wiring=wired,
+            commissioned=lambda: commissioned.why_not(self.record, self.identity()),
+            prepare=self._prepare,
+            clock=int(self.board["clock"]),
+        )
+
+    def with_signs(self, **signs: int) -> BenchFile:
+        """The same bench, wired otherwise."""
+        return replace(self, wiring={**self.wiring, **signs})
+
+    def _prepare(self, board: Board) -> None:
+        """Set up a board that was just opened."""
+        told, wired = self.board, self.wiring
+        if told["options"]:
+            board.set_card_specific_options(told["options"], len(told["options"]))
+        encoders = np.array([wired["servo_encoder"], wired["link_encoder"]], dtype=np.uint32)
+        if self.kind is not None:
+            board.set_encoder_quadrature_mode(encoders, 2, np.full(2, told["quadrature"], dtype=np.uint32))
+            _set_range(board.set_analog_output_ranges, wired["motor"], told["output_range"])
+            if self.potentiometer is not None:
+                _set_range(board.set_analog_input_ranges, self.potentiometer, told["input_range"])
+        if told["filter"]:
+            board.set_encoder_filter_frequency(encoders, 2, np.full(2, float(told["filter"])))
+
+
+def _set_range(verb: Callable[..., None], channel: int, reach: float) -> None:
+    verb(np.array([channel], dtype=np.uint32), 1, np.array([-float(reach)]), np.array([float(reach)]))
+
+
+# --- what may stand in it --------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Key:
+    """One entry: what it is unless given, what it may be, and how that is said."""
+
+    default: Any
+    fits: Callable[[Any], bool]
+    said: str
+
+
+def _one_of(default: Any, *allowed: Any) -> _Key:
+    listed = ", ".join(repr(one) for one in allowed)
+    return _Key(default, lambda value: any(value == one and type(value) is type(one) for one in allowed), listed)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _number(default: float, lowest: float, highest: float) -> _Key:
+    said = _("a number above {lowest:g}, at most {highest:g}").format(lowest=lowest, highest=highest)
+    return _Key(default, lambda value: _is_number(value) and lowest < value <= highest, said)
+
+
+def _channel(default: int, lowest: int = 0) -> _Key:
+    said = _("the number of a channel, from 0 on") if lowest == 0 else _("the number of a channel, or -1 for none")
+    return _Key(default, lambda value: type(value) is int and lowest <= value < 2**31, said)
+
+
+_FILTER = _Key(0, lambda value: _is_number(value) and value >= 0, _("a frequency in Hz, or 0 for the board's own"))
+TABLES: dict[str, dict[str, _Key]] = {
+    "parts": {
+        "gear": _one_of("high", "high"),
+        "load": _one_of("none", "none"),
+        "encoder": _one_of("E", *ENCODERS),
+        "tachometer": _one_of(True, True, False),
+        "amplifier": _one_of("VoltPAQ-X1", *AMPLIFIERS),
+        "cable_gain": _one_of(1, *CABLE_GAINS),
+        "arm_position": _one_of(1, 1, 2, 3),
+    },
+    "wiring": {
+        "motor": _channel(0),
+        "servo_encoder": _channel(0),
+        "link_encoder": _channel(1),
+        "potentiometer": _channel(_NONE, _NONE),
+        "loopback_output": _channel(_NONE, _NONE),
+        "loopback_input": _channel(_NONE, _NONE),
+        "angle": _one_of("encoder", "encoder"),
+        "motor_sign": _one_of(1, 1, -1),
+        "servo_sign": _one_of(1, 1, -1),
+        "link_sign": _one_of(-1, 1, -1),
+    },
+    "board": {
+        "options": _Key("", lambda value: isinstance(value, str), _("text, as the maker documents it")),
+        "quadrature": _one_of(4, 4),
+        "filter": _FILTER,
+        "output_range": _number(DAC_LIMIT, 0, DAC_LIMIT),
+        "input_range": _number(DAC_LIMIT, 0, DAC_LIMIT),
+        "clock": _one_of(0, *(int(one) for one in Clock)),
+    },
+    "limits": {
+        "voltage": _number(LIMITS.voltage, 0, 24),
+        "theta": _number(round(LIMITS.theta / DEG, 6), 0, 360),
+        "alpha": _number(round(LIMITS.alpha / DEG, 6), 0, 90),
+        "rate": _number(LIMITS.rate, 0, 100),
+        "duration": _number(LIMITS.duration, 0, 3600),
+    },
+}
+#: Why an entry is held to one value, where that is not plain.
+_WHY = {
+    "gear": _("The flexible joint is mounted on a servo in high gear."),
+    "load": _("The flexible joint is mounted on a servo without a load."),
+    "angle": _(
+        "The potentiometer has a gap in its track, at which its angle jumps; a loop is closed on the encoder alone. "
+        "Name the potentiometer's input as potentiometer=, to have it looked at."
+    ),
+    "quadrature": _("The data sheet's counts per turn are those of all four edges."),
+}
+
+
+def _check(bench: BenchFile) -> None:
+    if not isinstance(bench.address, str) or ":" not in bench.address or bench.address.endswith(".toml"):
+        _refuse("address", bench.address, _("that of a board, as in 'quanser:q2_usb/0'"))
+    for name, allowed in TABLES.items():
+        for key, value in getattr(bench, name).items():
+            if key not in allowed:
+                raise ConfigurationError(
+                    _("There is no {key} in [{table}]; there are {known}.").format(
+                        key=key, table=name, known=", ".join(allowed)
+                    )
+                )
+            if not allowed[key].fits(value):
+                _refuse(f"[{name}] {key}", value, allowed[key].said, _WHY.get(key, ""))
+    if bench.wiring["servo_encoder"] == bench.wiring["link_encoder"]:
+        raise ConfigurationError(
+            _("[wiring] servo_encoder and link_encoder are both {channel}: each has a channel of its own.").format(
+                channel=bench.wiring["link_encoder"]
+            )
+        )
+    if bench.wiring["loopback_output"] == bench.wiring["motor"]:
+        raise ConfigurationError(
+            _("[wiring] loopback_output is the motor's, {channel}: choose another output.").format(
+                channel=bench.wiring["motor"]
+            )
+        )
+    if bench.kind is not None:
+        _check_kind(bench, bench.kind)
+
+
+def _check_kind(bench: BenchFile, kind: BoardKind) -> None:
+    """That the board has what it is asked for."""
+    for key, many in _CHANNELS.items():
+        if bench.wiring[key] >= getattr(kind, many):
+            said = _("on a {board} from 0 to {last}").format(board=kind.title, last=getattr(kind, many) - 1)
+            _refuse(f"[wiring] {key}", bench.wiring[key], said)
+    for key, ranges in (("output_range", kind.output_ranges), ("input_range", kind.input_ranges)):
+        if bench.board[key] not in ranges:
+            listed = ", ".join(f"{one:g}" for one in ranges)
+            _refuse(
+                f"[board] {key}", bench.board[key], _("on a {board} {ranges} V").format(board=kind.title, ranges=listed)
+            )
+
+
+def _refuse(where: str, value: Any, said: str, why: str = "") -> NoReturn:
+    raise ConfigurationError(
+        _("{where} is {value!r}; it must be {said}. {why}")
+        .format(where=where, value=value, said=said, why=why)
+        .rstrip()
+    )
+
+
+# --- the file --------------------------------------------------------------------------------------------------------
+
+
+def load(path: str | Path) -> BenchFile:
+    """Read a ``bench.toml``.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not there, is no TOML, or says what cannot be; the message says where and what to do.
+    """
+    try:
+        told = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigurationError(_("There is no {path}. `rotflex bench setup` writes one.").format(path=path)) from None
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
+    known = ("address", *TABLES, "commissioned")
+    unknown = [name for name in told if name not in known]
+    if unknown:
+        raise ConfigurationError(
+            _("{path}: there is no {name}; there are {known}.").format(
+                path=path, name=unknown[0], known=", ".join(known)
+            )
+        )
+    for name in (*TABLES, "commissioned"):
+        if not isinstance(told.get(name, {}), dict):
+            raise ConfigurationError(_("{path}: {name} is a table: write [{name}].").format(path=path, name=name))
+    try:
+        return BenchFile(
+            told.get("address", ""),
+            **{name: told.get(name, {}) for name in TABLES},
+            record=told.get("commissioned", {}),
+        )
+    except ConfigurationError as error:
+        raise ConfigurationError(_("{path}: {error}").format(path=path, error=error)) from None
+
+
+def save(path: str | Path, bench: BenchFile) -> None:
+    """Write a ``bench.toml``, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    lines = [_("# A bench, as `rotflex bench setup` found it. What each entry means: docs/real_bench.md.")]
+    lines.append(f"address = {toml_value(bench.address)}")
+    for name in TABLES:
+        lines += toml_table(name, getattr(bench, name))
+    if bench.record:
+        record = dict(bench.record)
+        nested = {key: record.pop(key) for key in list(record) if isinstance(record[key], Mapping)}
+        lines += toml_table("commissioned", record)
+        for key, value in nested.items():
+            lines += toml_table(f"commissioned.{key}", value)
+    files.write(path, "\n".join(lines) + "\n")
+
+
+def toml_table(name: str, values: Mapping[str, Any]) -> list[str]:
+    """The lines of a table of plain values."""
+    return ["", f"[{name}]", *(f"{key} = {toml_value(value)}" for key, value in values.items())]
+
+
+def toml_value(value: Any) -> str:
+    """A plain value as TOML has it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return '"' + "".join(one if one >= " " and one != "\x7f" else f"\\u{ord(one):04x}" for one in escaped) + '"'
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(toml_value(one) for one in value) + "]"
+    return repr(int(value)) if isinstance(value, int) else repr(float(value))

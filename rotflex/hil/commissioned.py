@@ -1,0 +1,63 @@
+"""The record of a commissioning: of which board and wiring, when, and what was measured.
+
+It repeats all that it is of, so that it says itself what has changed since: another sign, another cable, another board.
+"""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping
+from typing import Any
+
+from rotflex.courseware.messages import _
+from rotflex.hil.real import not_commissioned
+
+VERSION = 1
+
+
+def record(of: Mapping[str, Any], measured: Mapping[str, Any], provisional: bool = False) -> dict[str, Any]:
+    """A record of today.
+
+    Parameters
+    ----------
+    of : the board, its parts and its wiring, plain values
+    measured : what was found, plain values
+    provisional : for the commissioning's own first closed loop; it is not written down
+    """
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return {
+        "version": VERSION,
+        "date": today,
+        "provisional": provisional,
+        "of": dict(of),
+        "measured": dict(measured),
+    }
+
+
+def why_not(kept: Mapping[str, Any], of: Mapping[str, Any]) -> str:
+    """Why no loop is closed on a bench that has this record; empty text if one may be.
+
+    Parameters
+    ----------
+    kept : the record; empty if there is none
+    of : the bench as it is wired now
+    """
+    if not kept:
+        return not_commissioned()
+    before = kept.get("of")
+    if kept.get("version") != VERSION or not isinstance(before, Mapping):
+        return _("The record of this bench's commissioning cannot be read: {again}").format(again=_again())
+    changed = [
+        _("{name} was {before!r} and is {now!r}").format(name=name, before=before.get(name), now=of.get(name))
+        for name in {**of, **before}
+        if before.get(name) != of.get(name) or type(before.get(name)) is not type(of.get(name))
+    ]
+    if not changed:
+        return ""
+    return _("This bench was commissioned on {date}, and has changed since ({changed}). {again}").format(
+        date=kept.get("date"), changed="; ".join(changed), again=_again()
+    )
+
+
+def _again() -> str:
+    return _("No loop is closed on it until it is commissioned again: rotflex bench setup.")

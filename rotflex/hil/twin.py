@@ -1,0 +1,83 @@
+"""A fitted plant as a file, ``twin.toml``: what a virtual bench in a real one's place is made of."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rotflex.config import Servo, joint, srv02
+from rotflex.courseware import files
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError
+from rotflex.hil.bench_file import toml_table
+from rotflex.hil.student_benches import VirtualPlantSpec
+from rotflex.hil.terminals import Timing
+from rotflex.plant import PlantParameters
+
+_NAMES = tuple(one.name for one in dataclasses.fields(PlantParameters))
+_PARTS = ("encoder", "amplifier", "cable_gain", "tachometer")
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A fitted plant, and the servo that its bench is said to have."""
+
+    spec: VirtualPlantSpec
+    servo: Servo
+
+
+def save(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
+    """Write a ``twin.toml``.
+
+    Parameters
+    ----------
+    path : the file
+    twin : what is written
+    about : plain values that say where it comes from
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    servo = twin.servo
+    parts = {name: getattr(servo, name) for name in _PARTS} | {"amplifier": servo.amplifier.name}
+    lines = [_("# A plant fitted to recordings: open it as virtual:{name}.").format(name=Path(path).name)]
+    lines += toml_table("about", about)
+    lines += toml_table("parts", {**parts, "arm_position": twin.spec.joint.arm_position})
+    lines += toml_table("plant", {**asdict(twin.spec.parameters), "delay": twin.spec.timing.delay})
+    files.write(path, "\n".join(lines) + "\n")
+
+
+def load(path: str | Path) -> Twin:
+    """Read a ``twin.toml``.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not there, is no TOML, or lacks what a plant is made of, or has what cannot be.
+    """
+    try:
+        told = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
+    plant, parts = told.get("plant"), told.get("parts")
+    if not isinstance(plant, dict) or not isinstance(parts, dict) or {*plant} != {*_NAMES, "delay"}:
+        raise ConfigurationError(
+            _(
+                "{path} is no fitted plant: it needs [parts], and [plant] with {names}, delay. `rotflex bench fit` "
+                "writes one."
+            ).format(path=path, names=", ".join(_NAMES))
+        )
+    try:
+        values = {name: tuple(plant[name]) if name.endswith("_friction") else float(plant[name]) for name in _NAMES}
+        arm = joint(parts.get("arm_position", 1))
+        servo = srv02(**{name: parts[name] for name in _PARTS if name in parts})
+        spec = VirtualPlantSpec(arm, PlantParameters(**values), Timing(delay=float(plant["delay"])))
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(_("{path}: {error}").format(path=path, error=error)) from None
+    return Twin(spec, servo)

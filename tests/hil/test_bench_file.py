@@ -1,0 +1,167 @@
+"""A laboratory's bench.toml: what may stand in it, what is said of what may not, and that a record is of one wiring."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import quanser_double
+
+from rotflex import experiments, hil
+from rotflex.errors import BenchError, ConfigurationError
+from rotflex.hil import bench_file, commissioned
+from rotflex.hil.bench_file import BenchFile
+from rotflex.hil.controllers import StateFeedback
+from rotflex.hil.kinds import BOARDS
+from rotflex.hil.loop import run
+from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import VirtualBoard
+from rotflex.units import DEG
+
+SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
+GAIN = [18.24, -17.15, 1.59, 0.63]
+DOCS = Path(__file__).parents[2] / "docs" / "real_bench.md"
+
+
+@pytest.fixture
+def cards(monkeypatch, tmp_path):
+    """The maker's package is there; what is kept on disk lands in the test's own folder."""
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path))
+    modules, opened = quanser_double.package(lambda: VirtualBoard(preset("real_bench").parameters))
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    return opened
+
+
+def written(tmp_path, text: str) -> str:
+    path = tmp_path / "bench.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def recorded(bench: BenchFile) -> BenchFile:
+    return replace(bench, record=commissioned.record(bench.identity(), {"delay": 0.001}))
+
+
+def test_the_example_in_the_documentation_is_what_is_left_out():
+    [example] = re.findall(r"```toml\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    told = tomllib.loads(example)
+    bench = BenchFile(told["address"])
+    assert {name: told[name] for name in bench_file.TABLES} == {
+        name: dict(getattr(bench, name)) for name in bench_file.TABLES
+    }
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_the_documentation_and_the_workbooks_boards_agree(name):
+    assert f"`{name}`" in DOCS.read_text(encoding="utf-8")
+    assert BenchFile(f"quanser:{name}/0").kind == BOARDS[name]
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    bench = BenchFile(
+        SIMULATOR,
+        parts={"encoder": "EHR", "cable_gain": 3, "tachometer": False},
+        wiring={"potentiometer": 0, "motor_sign": -1},
+        board={"options": 'led="auto"\\\n', "filter": 2.5e5},
+        limits={"theta": 90.0},
+    )
+    bench_file.save(tmp_path / "bench.toml", recorded(bench))
+    assert bench_file.load(tmp_path / "bench.toml") == recorded(bench)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", r"address is ''; it must be that of a board, as in 'quanser:q2_usb/0'"),
+        ("address = 'quanser:q2_usb/0'\n[wring]", r"there is no wring; there are address, parts, wiring"),
+        ("address = 'quanser:q2_usb/0'\nparts = 3", r"parts is a table: write \[parts\]"),
+        ("address = 'quanser:q2_usb/0", r"cannot be read: Expected"),
+        ("address = 'a:b'\n[wiring]\nmotr = 1", r"There is no motr in \[wiring\]; there are motor, servo_encoder"),
+        ("address = 'a:b'\n[wiring]\nmotor_sign = 2", r"\[wiring\] motor_sign is 2; it must be 1, -1"),
+        ("address = 'a:b'\n[wiring]\nmotor = true", r"\[wiring\] motor is True; it must be the number of a channel"),
+        ("address = 'a:b'\n[wiring]\nlink_encoder = 0", r"servo_encoder and link_encoder are both 0"),
+        ("address = 'a:b'\n[wiring]\nloopback_output = 0", r"loopback_output is the motor's, 0: choose another"),
+        ("address = 'a:b'\n[wiring]\nangle = 'potentiometer'", r"must be 'encoder'. The potentiometer has a gap"),
+        ("address = 'a:b'\n[parts]\ngear = 'low'", r"must be 'high'. The flexible joint is mounted on a servo in high"),
+        ("address = 'a:b'\n[parts]\ncable_gain = 2", r"\[parts\] cable_gain is 2; it must be 1, 3, 5"),
+        ("address = 'a:b'\n[limits]\nalpha = nan", r"\[limits\] alpha is nan; it must be a number above 0, at most 90"),
+        (
+            "address = 'quanser:q2_usb/0'\n[wiring]\nlink_encoder = 2",
+            r"link_encoder is 2; it must be on a Quanser Q2-USB from 0 to 1",
+        ),
+        (
+            "address = 'quanser:q2_usb/0'\n[board]\ninput_range = 5",
+            r"\[board\] input_range is 5; it must be on a Quanser Q2-USB 10 V",
+        ),
+    ],
+)
+def test_what_cannot_be_is_told_with_its_place(text, said, tmp_path):
+    path = written(tmp_path, text)
+    with pytest.raises(ConfigurationError, match=said) as caught:
+        bench_file.load(path)
+    assert path in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_told_with_what_writes_one(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"There is no .*bench.toml. `rotflex bench setup` writes one"):
+        hil.open(str(tmp_path / "bench.toml"))
+
+
+def test_a_file_and_a_setup_are_one_too_many(tmp_path):
+    bench = BenchFile(SIMULATOR)
+    bench_file.save(tmp_path / "bench.toml", bench)
+    with pytest.raises(BenchError, match="give the file or a setup"):
+        hil.open(str(tmp_path / "bench.toml"), setup=bench.setup())
+
+
+def test_a_board_is_set_up_as_the_file_says(cards, tmp_path):
+    told = BenchFile(SIMULATOR, wiring={"potentiometer": 0}, board={"filter": 1e5}, limits={"theta": 40.0})
+    bench_file.save(tmp_path / "bench.toml", told)
+    with hil.open(str(tmp_path / "bench.toml")) as bench:
+        assert bench.limits.theta == pytest.approx(40 * DEG)
+        assert bench.is_simulated
+        assert len(cards) == 1
+
+
+def test_no_loop_is_closed_without_a_record_and_one_is_with_it(cards, tmp_path):
+    path = tmp_path / "bench.toml"
+    bench_file.save(path, BenchFile(SIMULATOR))
+    with hil.open(str(path)) as bench, pytest.raises(BenchError, match="has not been commissioned as it is wired now"):
+        run(bench, StateFeedback(GAIN), np.zeros(50), progress=False)
+    bench_file.save(path, recorded(BenchFile(SIMULATOR)))
+    with hil.open(str(path)) as bench:
+        assert len(experiments.tracking(bench, GAIN, duration=1.0, progress=False)) == 501
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"wiring": {"link_sign": 1}}, "link_sign was -1 and is 1"),
+        ({"wiring": {"motor": 1}}, "motor was 0 and is 1"),
+        ({"parts": {"cable_gain": 3}}, "cable_gain was 1 and is 3"),
+        ({"parts": {"arm_position": 2}}, "arm_position was 1 and is 2"),
+        ({"board": {"clock": -1}}, "clock was 0 and is -1"),
+        ({"address": "quanser:q8_usb/0"}, "address was .*q2_usb.* and is 'quanser:q8_usb/0'"),
+    ],
+)
+def test_a_record_is_of_one_board_and_wiring_and_says_what_has_changed(change, said):
+    bench = recorded(BenchFile(SIMULATOR))
+    assert bench.setup().commissioned() == ""
+    why = replace(bench, **change).setup().commissioned()
+    assert re.search(said, why)
+    assert "until it is commissioned again: rotflex bench setup" in why
+
+
+def test_limits_may_be_changed_after_the_commissioning():
+    assert replace(recorded(BenchFile(SIMULATOR)), limits={"theta": 60.0}).setup().commissioned() == ""
+
+
+@pytest.mark.parametrize("record", [{"version": 99, "of": {}}, {"version": 1, "of": 3}, {"date": "today"}])
+def test_a_record_that_cannot_be_read_is_none(record):
+    assert "cannot be read" in BenchFile(SIMULATOR, record=record).setup().commissioned()
