@@ -1,0 +1,123 @@
+"""The first minutes at a real bench, guided: what is wired where and which way, and a record that it was found so.
+
+The steps are functions over an open bench; this module puts them in order. Nothing is closed into a loop before the
+last step, which runs under a provisional record and with the runaway guard on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from rotflex.commissioning import by_hand, driven
+from rotflex.commissioning.dialogue import Dialogue, Terminal
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError
+from rotflex.hil.bench import Bench
+from rotflex.hil.bench_file import BenchFile
+from rotflex.hil.commissioned import record
+from rotflex.hil.parts import Safety
+from rotflex.hil.real import Setup
+
+__all__ = ["Dialogue", "Terminal", "commission"]
+
+#: Hz; no arm position and spring of the joint is outside.
+_NATURAL = (1.5, 6.0)
+
+Connect = Callable[[BenchFile, Setup], Bench]
+
+
+def commission(told: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFile:
+    """Guide a person through the commissioning of a bench.
+
+    Parameters
+    ----------
+    told : the bench as far as it is known: board, channels, parts
+    connect : makes a bench from what is known of it; each step opens one
+    dialogue : with the person
+
+    Returns
+    -------
+    BenchFile
+        With the signs that were found, and the record.
+
+    Raises
+    ------
+    BenchError
+        If something is not as it must be: the message says what to look at. Nothing is recorded then.
+    """
+    measured: dict[str, Any] = {}
+    told = _at_rest(told, connect, dialogue, measured)
+    dialogue.say(_("Now the motor drives, slowly and by a few degrees. Keep a hand on the emergency stop."))
+    if not dialogue.agree(_("Is the arm free to turn half a turn either way, and the amplifier on?")):
+        raise BenchError(_("The commissioning was broken off before the motor drove. Nothing was recorded."))
+    told = _driving(told, connect, dialogue, measured)
+    _in_closed_loop(told, connect, dialogue, measured)
+    return replace(told, record=record(told.identity(), measured))
+
+
+def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> BenchFile:
+    """All that is found at 0 V."""
+    dialogue.say(_("The board is opened; the motor stays at 0 V."))
+    with connect(told, told.setup()) as bench:
+        dialogue.say(_("The board answers at {address}.").format(address=told.address))
+        measured["loopback"] = by_hand.loopback(bench, told)
+        dialogue.say(_("Loopback: {found}.").format(found=measured["loopback"]))
+        signs = by_hand.directions(bench, told, dialogue)
+        dialogue.say(_("Encoders: servo {servo_sign:+d}, link {link_sign:+d}.").format(**signs))
+        turn = by_hand.full_turn(bench, told, dialogue)
+        measured["counts_per_turn"] = turn.counts
+        dialogue.say(
+            _("A turn is {counts} counts: encoder {encoder}.").format(counts=turn.counts, encoder=turn.encoder)
+        )
+        dialogue.wait(_("Turn the arm back to where zero shall be, clear of everything either way."))
+        gap = by_hand.from_zero(turn, by_hand.counts(bench, told)[0], signs["servo_sign"])
+    if gap is not None:
+        measured["potentiometer_gap_deg"] = gap
+        dialogue.say(_("The potentiometer's gap is at {gap:.0f} deg.").format(gap=gap))
+    return replace(told, parts={**told.parts, "encoder": turn.encoder}).with_signs(**signs)
+
+
+def _driving(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> BenchFile:
+    """All that is found with a small voltage and no loop."""
+    told = told.with_signs(motor_sign=1)
+    with _unguarded(told, connect) as bench:
+        told = told.with_signs(motor_sign=driven.motor_sign(bench))
+    dialogue.say(_("Motor: {sign:+d}.").format(sign=told.wiring["motor_sign"]))
+    with _unguarded(told, connect) as bench:
+        plus, minus = driven.breakaway(bench)
+        measured["breakaway_V"] = [plus, minus]
+        dialogue.say(_("The servo breaks away at {plus:.2f} V and at −{minus:.2f} V.").format(plus=plus, minus=minus))
+        delay = driven.loop_delay(bench)
+        measured["delay_s"] = delay
+        dialogue.say(_("A voltage takes effect after {delay:.1f} ms.").format(delay=delay * 1e3))
+    return told
+
+
+def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> None:
+    """The first closed loop, under a provisional record."""
+    if not dialogue.agree(_("Last comes a sweep in closed loop, 8 s, some 4 degrees either way. Begin?")):
+        raise BenchError(_("The commissioning was broken off before the first closed loop. Nothing was recorded."))
+    provisional = replace(told, record=record(told.identity(), measured, provisional=True))
+    with connect(provisional, provisional.setup()) as bench:
+        recording, natural = driven.short_sweep(bench)
+    measured["natural_frequency_Hz"] = natural
+    dialogue.say(_("The link swings at {natural:.2f} Hz.").format(natural=natural))
+    if not _NATURAL[0] < natural < _NATURAL[1]:
+        raise BenchError(
+            _(
+                "The link swings at {natural:.2f} Hz, and a joint of these does between {low:g} and {high:g} Hz: look "
+                "at the springs, at what else is on the arm, and at the link's encoder. Nothing was recorded."
+            ).format(natural=natural, low=_NATURAL[0], high=_NATURAL[1])
+        )
+    timing = recording.metadata.get("timing")
+    if timing:
+        measured["late"], measured["missed"] = timing["late"], timing["missed"]
+
+
+def _unguarded(told: BenchFile, connect: Connect) -> Bench:
+    """A bench on which little can happen, and which takes motion the wrong way for what it is to find out."""
+    bench = connect(told, replace(told.setup(), limits=driven.CAREFUL))
+    bench.safety = Safety(commissioned=bench.safety.commissioned, folder=bench.safety.folder)
+    return bench

@@ -1,0 +1,128 @@
+"""The steps in which the motor drives: slowly, with little, and within a few degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from rotflex import experiments
+from rotflex.courseware.messages import _
+from rotflex.errors import BenchError
+from rotflex.hil.bench import Bench, Measurement
+from rotflex.hil.parts import Limits
+from rotflex.identification import frequency_response, resonance
+from rotflex.recording import Recording
+from rotflex.specifications import SAMPLE_TIME
+from rotflex.units import DEG, HZ
+
+#: While no sign is known, and nothing guards: the arm may turn this far, at this voltage at most.
+CAREFUL = Limits(voltage=2.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration=60.0)
+_SLOPE = 0.25  # V/s
+_LEAST = 4  # counts, from which on a motion is one
+_FAR = 3 * DEG
+_STEP, _STEPS, _STEP_FOR = 1.5, 8, 0.024  # V; how many, by turns either way; s, each
+
+
+def _drive(
+    bench: Bench, voltage: Callable[[float], float], until: Callable[[Measurement], bool], longest: float
+) -> bool:
+    """Drive from rest until something is seen; whether it was. The motor is at 0 V afterwards."""
+    experiments.rest(bench)
+    bench.start(SAMPLE_TIME)
+    try:
+        for _sample in range(round(longest / SAMPLE_TIME)):
+            measured = bench.read()
+            if until(measured):
+                return True
+            bench.write(voltage(measured.time))
+    finally:
+        bench.stop()
+    return False
+
+
+def motor_sign(bench: Bench) -> int:
+    """Which way a positive voltage turns the servo, once its encoder's sign is known: 1 or -1.
+
+    The voltage rises slowly from zero, and goes off as soon as the servo has turned by 3 degrees.
+
+    Raises
+    ------
+    BenchError
+        If it does not turn.
+    """
+    _breakaway(bench, 1, _FAR)
+    return 1 if bench.latest.theta > 0 else -1
+
+
+def breakaway(bench: Bench) -> tuple[float, float]:
+    """The voltages (V, both positive) at which the servo begins to move, the positive and the negative way.
+
+    Raises
+    ------
+    BenchError
+        If it does not move, or the wrong way.
+    """
+    found = []
+    for way in (1, -1):
+        found.append(_breakaway(bench, way, _LEAST * bench.servo.K_enc))
+        if bench.latest.theta * way < 0:
+            raise BenchError(_("The servo moved against the voltage: motor_sign is wrong, or somebody pushed the arm."))
+    return found[0], found[1]
+
+
+def _breakaway(bench: Bench, way: int, far: float) -> float:
+    """The voltage at which the servo had moved so far, rad."""
+    if not _drive(
+        bench,
+        lambda time: way * _SLOPE * time,
+        lambda measured: abs(measured.theta) >= far,
+        bench.limits.voltage / _SLOPE,
+    ):
+        raise BenchError(
+            _(
+                "The servo did not move at {volts:g} V: is the amplifier on, its emergency stop released, the motor's "
+                "cable plugged in, and is the amplifier on the output that bench.toml names as motor?"
+            ).format(volts=way * bench.limits.voltage)
+        )
+    return _SLOPE * bench.latest.time
+
+
+def loop_delay(bench: Bench) -> float:
+    """The time from writing a voltage to its effect, s, within some 0.5 ms: from the first moments of steps from rest.
+
+    At first, the servo turns as theta = a·(t/τ − 1 + exp(−t/τ)) from the moment at which the voltage arrives.
+    """
+    way, curves = 1, []
+    for _each in range(_STEPS):
+        taken: list[float] = []
+
+        def seen(measured: Measurement, taken: list[float] = taken) -> bool:
+            taken.append(measured.theta)
+            return measured.time >= _STEP_FOR
+
+        _drive(bench, lambda _time, way=way: way * _STEP, seen, 2 * _STEP_FOR)  # type: ignore[misc]
+        curves.append(way * np.array(taken))
+        way = -way
+    mean = np.mean(curves, axis=0)
+    time = np.arange(mean.size) * SAMPLE_TIME
+
+    lag = bench.servo.J_eq / (bench.servo.B_eq + bench.servo.back_emf_damping)
+
+    def left(unknown: np.ndarray) -> np.ndarray:
+        height, delay = unknown
+        passed = np.maximum(time - delay, 0.0) / lag
+        turned: np.ndarray = height * (passed - 1 + np.exp(-passed)) - mean
+        return turned / bench.servo.K_enc
+
+    found = least_squares(left, [float(mean[-1]) * 3, 0.001], x_scale=[0.1, 1e-3], bounds=([0, 0], [math.inf, 0.02]))
+    return float(found.x[1])
+
+
+def short_sweep(bench: Bench) -> tuple[Recording, float]:
+    """A short sweep in closed loop, the guard on: the recording, and the link's natural frequency in it, Hz."""
+    recording = experiments.sweep(bench, duration=8.0, progress=False)
+    response = frequency_response(recording)
+    return recording, resonance(response).value / HZ

@@ -1,0 +1,102 @@
+"""A virtual bench whose motor and encoders may be wired the wrong way round, and a person who moves it by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from rotflex.hil.sensors import SERVO_ENCODER, Sensors
+from rotflex.hil.student_benches import VirtualPlantSpec, preset
+from rotflex.hil.virtual import VirtualBoard
+from rotflex.plant import Plant
+from rotflex.units import DEG
+
+SIGNS = tuple((motor, servo, link) for motor in (1, -1) for servo in (1, -1) for link in (1, -1))
+
+
+class _Turned(Sensors):
+    """Counters that may count the other way than the virtual bench's own."""
+
+    turned = (1, 1)
+
+    def counts(self, channel: int) -> int:
+        state, servo = self._plant.state, channel == SERVO_ENCODER
+        angle = state.theta if servo else state.alpha
+        return self.turned[0 if servo else 1] * round(angle / self._per_count[channel]) + self._offsets[channel]
+
+
+class Laboratory:
+    """Makes boards with the same bench on them, wired with these signs; ``board`` is the one made last."""
+
+    def __init__(self, motor: int, servo: int, link: int, spec: VirtualPlantSpec | None = None) -> None:
+        self.signs, self.spec = (motor, servo, link), spec or preset("real_bench")
+        self.made: list[VirtualBoard] = []
+        self.moved = 0.0  # rad, the largest angle of the servo under voltage
+
+    @property
+    def board(self) -> VirtualBoard:
+        return self.made[-1]
+
+    def __call__(self) -> VirtualBoard:
+        plant = Plant(self.spec.parameters)
+        laboratory, advance, motor = self, plant.advance, self.signs[0]
+
+        class Driven:
+            """The plant as the motor's cable has it."""
+
+            @property
+            def state(self) -> Any:
+                return plant.state
+
+            @state.setter
+            def state(self, state: Any) -> None:
+                plant.state = state
+
+            def advance(self, voltage: float, duration: float) -> Any:
+                state = advance(motor * voltage, duration)
+                laboratory.moved = max(laboratory.moved, abs(state.theta))
+                return state
+
+        board = VirtualBoard(Driven(), timing=self.spec.timing)
+        board._sensors = _Turned(board.servo, board.plant)
+        board._sensors.turned = self.signs[1:]
+        self.made.append(board)
+        return board
+
+
+class Person:
+    """Does what is asked for, on the bench of a laboratory; ``heard`` is all that was said."""
+
+    def __init__(self, laboratory: Laboratory, agrees: bool = True, moves: bool = True) -> None:
+        self.laboratory, self.agrees, self.moves = laboratory, agrees, moves
+        self.heard: list[str] = []
+
+    def say(self, text: str) -> None:
+        self.heard.append(text)
+
+    def agree(self, text: str) -> bool:
+        self.heard.append(text)
+        return self.agrees
+
+    def wait(self, text: str) -> None:
+        self.heard.append(text)
+        if text.startswith("Turn the servo with"):
+            self._move(theta=20 * DEG)
+        elif text.startswith("Hold the servo"):
+            self._move(alpha=5 * DEG)
+        elif text.startswith("Let the arm go"):
+            self._move(alpha=-5 * DEG)
+        elif text.startswith("Turn the arm back"):
+            self._move(theta=-380 * DEG)
+
+    def turning(self, text: str) -> Iterator[None]:
+        self.heard.append(text)
+        for _each in range(360):
+            self._move(theta=1 * DEG)
+            yield
+
+    def _move(self, theta: float = 0.0, alpha: float = 0.0) -> None:
+        if self.moves:
+            plant: Any = self.laboratory.board.plant
+            state = plant.state
+            plant.state = state._replace(theta=state.theta + theta, alpha=state.alpha + alpha)
