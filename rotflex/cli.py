@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
-from rotflex import __version__
+from rotflex import __version__, bench_commands
 from rotflex.courseware import benches, course_file, course_place, files, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.jupyterlab import open_jupyterlab
@@ -303,6 +303,7 @@ def _write_course(folder: Path, course: dict[str, Any]) -> None:
 
 
 students_commands.register(app)
+app.add_typer(bench_commands.app, name="bench", no_args_is_help=True)
 
 if importlib.util.find_spec("rotflex.instructor") is not None:
     from rotflex.instructor import commands

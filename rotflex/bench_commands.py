@@ -1,0 +1,221 @@
+"""The commands of a bench: ``rotflex bench setup | run | watch | fit``. Modules load when a command needs them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from rotflex.recording import Recording
+
+app = typer.Typer(help="A bench: set it up, run experiments on it, fit a virtual one to its recordings.")
+
+_Bench = Annotated[str, typer.Option("--bench", help="Its address: bench.toml, or as 'virtual:?seed=7'.")]
+
+
+class Experiment(StrEnum):
+    """What can be run."""
+
+    SWEEP = "sweep"
+    DECAY = "decay"
+    VALIDATION = "validation"
+    FSF = "fsf"
+    PSF = "psf"
+
+
+@app.command()
+def setup(
+    board: Annotated[
+        str, typer.Argument(help="Address of a board, as 'quanser:q2_usb/0'; or a bench.toml that is begun already.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="The file that is written: the one that was given, or bench.toml, unless given.")
+    ] = None,
+) -> None:
+    """Find out, guided step by step, how a bench is wired, and write it down with its commissioning."""
+    from rotflex import commissioning, hil
+    from rotflex.hil import bench_file
+
+    if board.endswith(".toml"):
+        told, out = bench_file.load(board), out or Path(board)
+    else:
+        told, out = bench_file.BenchFile(board), out or Path("bench.toml")
+        if out.exists():
+            raise ConfigurationError(
+                _("{out} is there already: give it in place of {board}, or another --out.").format(out=out, board=board)
+            )
+    _check_out(out)
+    done = commissioning.commission(
+        told, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal()
+    )
+    bench_file.save(out, done)
+    typer.echo(_("The bench is commissioned. Open it as {out}.").format(out=out))
+
+
+@app.command("run")
+def run_experiment(
+    experiment: Annotated[Experiment, typer.Argument(help="Which.")],
+    out: Annotated[Path, typer.Option(help="The .mat file that is written.")],
+    bench: _Bench = "bench.toml",
+    gain: Annotated[
+        str, typer.Option(help="K for fsf and psf: four numbers, as '18.24,-17.15,1.59,0.63', V/rad and V/(rad/s).")
+    ] = "",
+    model: Annotated[Path | None, typer.Option(help="A .mat file with A and B, for validation.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Seconds; as the course has it unless given.")] = None,
+) -> None:
+    """Run an experiment, and keep what was recorded, also of a run that ended before its time."""
+    from rotflex import hil
+
+    _check_out(out)
+    chosen = _experiment(experiment, gain, model, {} if duration is None else {"duration": duration})
+    with hil.open(bench) as opened:
+        try:
+            recording = chosen(opened)
+        except BaseException:
+            if opened.kept is not None:
+                typer.echo(_("What was recorded until then is in {out}.").format(out=opened.kept.save(out)), err=True)
+            raise
+    typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
+
+
+def _check_out(out: Path) -> None:
+    """That a recording could be written there: afterwards it is too late."""
+    if not out.absolute().parent.is_dir() or out.is_dir():
+        raise ConfigurationError(_("{out} cannot be written: name a file in a folder that is there.").format(out=out))
+
+
+def _experiment(experiment: Experiment, gain: str, model: Path | None, settings: dict[str, Any]) -> Any:
+    """The experiment as a function of an open bench."""
+    from rotflex import experiments
+
+    if experiment is Experiment.SWEEP:
+        return lambda bench: experiments.sweep(bench, **settings)
+    if experiment is Experiment.DECAY:
+        return lambda bench: experiments.free_decay(bench, **settings)
+    if experiment is Experiment.VALIDATION:
+        A, B = _model(model)
+        return lambda bench: experiments.validation(bench, A, B, **settings)
+    feedback = "full" if experiment is Experiment.FSF else "partial"
+    K = _gain(gain, experiment)
+    return lambda bench: experiments.tracking(bench, K, feedback, **settings)
+
+
+def _gain(text: str, experiment: Experiment) -> list[float]:
+    try:
+        K = [float(one) for one in text.strip("[] ").replace(",", " ").split()]
+    except ValueError:
+        K = []
+    if len(K) != 4:
+        raise ConfigurationError(
+            _("{experiment} needs four numbers as --gain, such as '18.24,-17.15,1.59,0.63'; it is {text!r}.").format(
+                experiment=experiment.value, text=text
+            )
+        )
+    return K
+
+
+def _model(path: Path | None) -> tuple[Any, Any]:
+    """A and B of a .mat file."""
+    from scipy.io import loadmat
+
+    needed = _("A validation needs a model beside the bench: --model FILE.mat, with A (4 by 4) and B (4 by 1) in it")
+    if path is None:
+        raise ConfigurationError(needed + ".")
+    try:
+        held = loadmat(path)
+        return held["A"], held["B"]
+    except (OSError, ValueError, TypeError, NotImplementedError, KeyError) as error:
+        raise ConfigurationError(
+            _("{needed}; {path} gives none ({error}).").format(needed=needed, path=path, error=error)
+        ) from None
+
+
+@app.command()
+def watch(
+    bench: _Bench = "bench.toml",
+    duration: Annotated[float, typer.Option(help="Seconds; Ctrl-C ends it before.")] = 60.0,
+    out: Annotated[Path | None, typer.Option(help="A .mat file for what is seen.")] = None,
+) -> None:
+    """Show both angles at 0 V while the arm is moved by hand."""
+    from rotflex import experiments, hil
+    from rotflex.units import DEG
+
+    if out is not None:
+        _check_out(out)
+    with hil.open(bench) as opened:
+        shown = [-1.0]
+
+        def show(measured: Any, _voltage: float) -> None:
+            if measured.time - shown[0] >= 0.1:
+                shown[0] = measured.time
+                line = _("\r{time:7.1f} s   theta {theta:z8.2f} deg   alpha {alpha:z8.2f} deg ")
+                values = {"theta": measured.theta / DEG, "alpha": measured.alpha / DEG}
+                typer.echo(line.format(time=measured.time, **values), nl=False)
+
+        opened.on_sample = show
+        recording: Recording | None = None
+        try:
+            recording = experiments.watch(opened, duration, progress=False)
+        except KeyboardInterrupt:
+            recording = opened.kept
+        typer.echo("")
+    if out is not None and recording is not None:
+        typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
+
+
+@app.command()
+def fit(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings of one bench, .mat or .csv; three or more say most.")
+    ],
+    out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("twin.toml"),
+    arm_position: Annotated[int, typer.Option(help="Of the top arm, 1, 2 or 3; as recorded unless given.")] = 0,
+    encoder: Annotated[str, typer.Option(help="E or EHR; as recorded unless given.")] = "",
+    leave_out: Annotated[bool, typer.Option(help="Fit without each recording in turn, too, and predict it.")] = True,
+) -> None:
+    """Fit the virtual bench to recordings of a real one, and say how well it tells of one that it has not seen."""
+    from rotflex import greybox
+    from rotflex.config import joint, srv02
+    from rotflex.hil import twin
+    from rotflex.hil.student_benches import VirtualPlantSpec
+    from rotflex.hil.terminals import Timing
+    from rotflex.recording import Recording
+
+    every = [Recording.load(path) for path in recordings]
+    arm = joint(arm_position or _recorded(every, recordings, "arm_position", 1))
+    servo = srv02(encoder=encoder or _recorded(every, recordings, "encoder", "E"))
+    own = ["servo_friction"] if len(every) > 1 else []
+    found = greybox.fit(every, servo, arm, per_recording=own)
+    typer.echo(str(found))
+    if leave_out and len(every) > 1:
+        typer.echo(str(greybox.leave_one_out(every, servo, arm, per_recording=own)))
+    elif len(every) == 1:
+        typer.echo(_("There is one recording: how well the fit tells of another, it cannot say."))
+    about = {"recordings": [path.name for path in recordings]}
+    about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
+    made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
+    twin.save(out, twin.Twin(made, servo), about)
+    typer.echo(_("The fitted bench is in {out}: open it as virtual:{out}.").format(out=out))
+
+
+def _recorded(every: list[Recording], paths: list[Path], name: str, default: Any) -> Any:
+    """What all recordings say of their bench, or say nothing of."""
+    said = {}
+    for path, recording in zip(paths, every, strict=True):
+        bench = recording.metadata.get("bench")
+        if isinstance(bench, dict) and name in bench:
+            said[path.name] = bench[name]
+    if len(set(said.values())) > 1:
+        listed = ", ".join(f"{path}: {value}" for path, value in said.items())
+        raise ConfigurationError(
+            _("The recordings are of benches that differ in {name} ({listed}): fit those of one bench.").format(
+                name=name, listed=listed
+            )
+        )
+    return next(iter(said.values()), default)

@@ -1,0 +1,146 @@
+"""The commands of a bench: what they write, and what they say where they cannot."""
+
+from __future__ import annotations
+
+import re
+import sys
+
+import miswired
+import numpy as np
+import pytest
+import quanser_double
+from scipy.io import savemat
+from typer.testing import CliRunner
+
+from rotflex import commissioning, hil
+from rotflex.cli import app
+from rotflex.hil import bench_file
+from rotflex.recording import Recording
+from rotflex.units import DEG
+
+SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
+VIRTUAL = ("--bench", "virtual:?preset=real_bench")
+GAIN = "18.24,-17.15,1.59,0.63"
+
+
+@pytest.fixture(autouse=True)
+def folder(monkeypatch, tmp_path):
+    """All is written into the test's own folder."""
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
+    monkeypatch.chdir(tmp_path)
+
+
+def said(*words: str, code: int = 0) -> str:
+    result = CliRunner().invoke(app, ["bench", *words])
+    assert result.exit_code == code, result.output
+    return re.sub(r"\s+", " ", result.output)
+
+
+@pytest.mark.parametrize(
+    ("words", "experiment"),
+    [
+        (["sweep"], "sweep"),
+        (["decay"], "free decay"),
+        (["fsf", "--gain", GAIN], "tracking"),
+        (["psf", "--gain", f"[{GAIN}]"], "tracking"),
+    ],
+)
+def test_an_experiment_is_run_and_kept(words, experiment):
+    assert "501 samples are in out.mat" in said("run", *words, *VIRTUAL, "--duration", "1", "--out", "out.mat")
+    recording = Recording.load("out.mat")
+    assert recording.metadata["experiment"] == experiment
+    assert np.ptp(recording["theta"]) > 0
+
+
+def test_partial_feedback_is_another_run_than_full():
+    for name in ("fsf", "psf"):
+        said("run", name, "--gain", GAIN, *VIRTUAL, "--duration", "1", "--out", f"{name}.mat")
+    full, partial = Recording.load("fsf.mat"), Recording.load("psf.mat")
+    assert (full.metadata["feedback"], partial.metadata["feedback"]) == ("full", "partial")
+    assert not np.array_equal(full["alpha"], partial["alpha"])
+
+
+def test_a_validation_is_run_beside_a_model_from_a_file():
+    A = np.diag([1.0, 1.0], 2)
+    savemat("model.mat", {"A": A, "B": np.array([[0.0], [0.0], [1.0], [0.0]])})
+    said("run", "validation", "--model", "model.mat", *VIRTUAL, "--duration", "1", "--out", "out.mat")
+    assert np.ptp(Recording.load("out.mat")["theta_model"]) > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["fsf"], "fsf needs four numbers as --gain"),
+        (["psf", "--gain", "1,2,three,4"], "it is '1,2,three,4'"),
+        (["validation"], r"needs a model beside the bench: --model FILE.mat, with A \(4 by 4\)"),
+        (["validation", "--model", "nowhere.mat"], r"nowhere.mat gives none \("),
+    ],
+)
+def test_what_is_missing_is_said_before_anything_moves(words, expected, tmp_path):
+    assert re.search(expected, said("run", *words, *VIRTUAL, "--out", "out.mat", code=2))
+    assert not (tmp_path / "out.mat").exists()
+
+
+def test_a_place_that_cannot_be_written_is_said_before_anything_moves():
+    assert "name a file in a folder that is there" in said("run", "sweep", *VIRTUAL, "--out", "no/out.mat", code=2)
+
+
+def test_a_run_that_ends_before_its_time_is_kept():
+    gain = "--gain=-60,0,0,0"
+    output = said("run", "fsf", gain, *VIRTUAL, "--out", "out.mat", code=2)
+    assert "What was recorded until then is in out.mat" in output
+    assert "its limit is" in output
+    assert Recording.load("out.mat").metadata["ended"].startswith("LimitExceeded")
+
+
+def test_watching_shows_both_angles():
+    output = said("watch", *VIRTUAL, "--duration", "0.5", "--out", "seen.mat")
+    assert "theta 0.00 deg alpha 0.00 deg" in output
+    assert len(Recording.load("seen.mat")) == 251
+
+
+def test_a_bench_is_set_up_and_used(monkeypatch):
+    laboratory = miswired.Laboratory(-1, 1, 1)
+    modules, _opened = quanser_double.package(laboratory)
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setattr(commissioning, "Terminal", lambda: miswired.Person(laboratory))
+    assert "no loop is closed" in _uncommissioned()
+    assert "is there already: give it in place of" in said("setup", SIMULATOR, code=2)
+    assert "Open it as bench.toml" in said("setup", "bench.toml")
+    assert bench_file.load("bench.toml").wiring["motor_sign"] == -1
+    said("run", "sweep", "--bench", "bench.toml", "--duration", "1", "--out", "sweep.mat")
+    assert Recording.load("sweep.mat").metadata["bench"]["uri"] == SIMULATOR
+
+
+def _uncommissioned() -> str:
+    bench_file.save("bench.toml", bench_file.BenchFile(SIMULATOR))
+    return said("run", "sweep", "--bench", "bench.toml", "--out", "sweep.mat", code=2)
+
+
+def test_a_twin_is_fitted_and_moves_as_its_bench():
+    said("run", "fsf", "--gain", GAIN, *VIRTUAL, "--duration", "5", "--out", "fsf.mat")
+    output = said("fit", "fsf.mat", "--out", "twin.toml")
+    assert "omega_n" in output and "There is one recording" in output and "open it as virtual:twin.toml" in output
+    said("run", "fsf", "--gain", GAIN, "--bench", "virtual:twin.toml", "--duration", "5", "--out", "twin.mat")
+    apart = Recording.load("twin.mat")["theta"] - Recording.load("fsf.mat")["theta"]
+    assert np.sqrt(np.mean(apart**2)) < 0.3 * DEG
+    assert hil.open("virtual:twin.toml?run=2").identity["run"] == 2
+
+
+def test_recordings_of_different_arms_are_not_fitted_together():
+    for position in ("1", "2"):
+        bench = ("--bench", f"virtual:?seed=1&arm_position={position}")
+        said("run", "sweep", *bench, "--duration", "1", "--out", f"{position}.mat")
+    assert "differ in arm_position (1.mat: 1, 2.mat: 2): fit those of one bench" in said(
+        "fit", "1.mat", "2.mat", code=2
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("[plant]\nJ_l = 1", "is no fitted plant: it needs"), ("[plant", "cannot be read: Expected")],
+)
+def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
+    (tmp_path / "twin.toml").write_text(text, encoding="utf-8")
+    assert expected in said("watch", "--bench", "virtual:twin.toml", "--duration", "0.1", code=2)
