@@ -197,7 +197,7 @@ def fit(
         typer.echo(str(greybox.leave_one_out(every, servo, arm, per_recording=own)))
     elif len(every) == 1:
         typer.echo(_("There is one recording: how well the fit tells of another, it cannot say."))
-    about = {"recordings": [path.name for path in recordings]}
+    about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
     made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
     twin.save(out, twin.Twin(made, servo), about)

@@ -73,6 +73,7 @@ def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: di
         )
         dialogue.wait(_("Turn the arm back to where zero shall be, clear of everything either way."))
         gap = by_hand.from_zero(turn, by_hand.counts(bench, told)[0], signs["servo_sign"])
+        by_hand.zero(bench, told)
     if gap is not None:
         measured["potentiometer_gap_deg"] = gap
         dialogue.say(_("The potentiometer's gap is at {gap:.0f} deg.").format(gap=gap))

@@ -28,8 +28,8 @@ def not_commissioned() -> str:
     """Why no loop is closed on a bench that has no record."""
     return _(
         "This bench has not been commissioned as it is wired now, so no loop is closed on it: with one sign wrong the "
-        "arm would be half a turn away within 0.3 s. Commission it first; watching it and driving it with a voltage "
-        "work without."
+        "arm would be half a turn away within 0.3 s. Commission it first, by rotflex bench setup; watching it and "
+        "driving it with a voltage work without."
     )
 
 

@@ -74,7 +74,9 @@ def load(path: str | Path) -> Twin:
             ).format(path=path, names=", ".join(_NAMES))
         )
     try:
-        values = {name: tuple(plant[name]) if name.endswith("_friction") else float(plant[name]) for name in _NAMES}
+        values: dict[str, Any] = {
+            name: tuple(plant[name]) if name.endswith("_friction") else float(plant[name]) for name in _NAMES
+        }
         arm = joint(parts.get("arm_position", 1))
         servo = srv02(**{name: parts[name] for name in _PARTS if name in parts})
         spec = VirtualPlantSpec(arm, PlantParameters(**values), Timing(delay=float(plant["delay"])))

@@ -87,7 +87,7 @@ class Person:
         elif text.startswith("Let the arm go"):
             self._move(alpha=-5 * DEG)
         elif text.startswith("Turn the arm back"):
-            self._move(theta=-380 * DEG)
+            self._move(theta=-10 * DEG)  # a turn on from where it was
 
     def turning(self, text: str) -> Iterator[None]:
         self.heard.append(text)
