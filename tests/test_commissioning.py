@@ -77,7 +77,7 @@ def test_the_delay_is_found(delay):
     laboratory = miswired.Laboratory(1, 1, -1, spec)
     with connected(laboratory)(TOLD, TOLD.setup()) as bench:
         bench.safety = replace(bench.safety, guard=None)
-        assert driven.loop_delay(bench) == pytest.approx(delay, abs=0.0007)
+        assert driven.loop_delay(bench) == pytest.approx(delay, abs=0.0002)
 
 
 def test_breakaway_is_the_friction_of_each_way():
