@@ -15,14 +15,11 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.board import Vector
 from rotflex.hil.guard import Allowance
-from rotflex.hil.parts import Limits
 from rotflex.identification import frequency_response, resonance
 from rotflex.recording import Recording
 from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import DEG, HZ
 
-#: While no sign is known, and nothing guards: the arm may turn this far, at this voltage at most.
-CAREFUL = Limits(voltage=2.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration=60.0)
 _SLOPE = 0.25  # V/s
 _LEAST = 4  # counts, from which on a motion is one
 _FAR = 3 * DEG

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import CHANNEL, Channels, Vector, check_buffer
 
@@ -41,8 +42,8 @@ class KnownChannels:
         return chosen
 
 
-def voltages(chosen: Sequence[int], buffer: Vector, ranges: Sequence[tuple[float, float]]) -> dict[int, float]:
-    """Voltages by analog output, cut to what the converter can give in its range.
+def finite(chosen: Sequence[int], buffer: Vector) -> list[float]:
+    """Voltages, one for each analog output that was chosen.
 
     Raises
     ------
@@ -50,13 +51,30 @@ def voltages(chosen: Sequence[int], buffer: Vector, ranges: Sequence[tuple[float
         If the buffer is none of numbers, or a voltage is not finite.
     """
     check_buffer(buffer, len(chosen), "analog")
-    found = {}
-    for channel, voltage in zip(chosen, buffer.tolist(), strict=False):
+    values: list[float] = buffer[: len(chosen)].tolist()
+    for channel, voltage in zip(chosen, values, strict=True):
         if not math.isfinite(voltage):
-            raise HILError(f"Analog output {channel} cannot be set to {voltage}: not a finite voltage.")
-        lowest, highest = ranges[channel]
-        found[channel] = min(max(voltage, lowest), highest)
-    return found
+            raise HILError(
+                _("Analog output {channel} cannot be set to {voltage}: not a finite voltage.").format(
+                    channel=channel, voltage=voltage
+                )
+            )
+    return values
+
+
+def within(chosen: Sequence[int], buffer: Vector, ranges: Sequence[tuple[float, float]]) -> dict[int, float]:
+    """Voltages by analog output, cut to what the converter can give in its range.
+
+    Raises
+    ------
+    HILError
+        As :func:`finite`.
+    """
+    bounds = (ranges[channel] for channel in chosen)
+    return {
+        channel: min(max(voltage, lowest), highest)
+        for channel, voltage, (lowest, highest) in zip(chosen, finite(chosen, buffer), bounds, strict=True)
+    }
 
 
 def ranges(chosen: Sequence[int], minima: Vector, maxima: Vector, widest: float) -> dict[int, tuple[float, float]]:
@@ -86,3 +104,15 @@ def check_modes(buffer: NDArray[Any] | None, size: int) -> None:
     """
     if not isinstance(buffer, np.ndarray) or buffer.dtype != CHANNEL or buffer.ndim != 1 or buffer.size < size:
         raise HILError(f"The modes must be a one-dimensional numpy array of {size} uint32.")
+
+
+def same_for_all(given: NDArray[Any], count: int, only: float, refusal: str) -> None:
+    """Check that the first ``count`` values are the only one that a board has.
+
+    Raises
+    ------
+    HILError
+        With that refusal, if one is another.
+    """
+    if not all(math.isclose(value, only, abs_tol=1e-6) for value in given[:count].tolist()):
+        raise HILError(refusal)

@@ -32,7 +32,6 @@ from rotflex.hil.pace import Pace
 from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Recording
-from rotflex.units import DEG
 
 _FOREVER = 2**32 - 1
 _RATE_OVER = 0.01  # s
@@ -263,12 +262,13 @@ class Bench:
         limits = self.limits
         if abs(measured.theta) > limits.theta or abs(measured.alpha) > limits.alpha:
             self.stop()
-            self._report_limit(measured)
+            raise LimitExceeded(_("{why} The motor is at 0 V.").format(why=limits.passed(measured)))
         if self.safety.guard is not None:
             self._guard(self.safety.guard, measured, samples)
         if measured.time > limits.duration:
             self._end(
-                _("The run has taken {time:g} s, which is all that this bench allows.").format(time=limits.duration)
+                _("The run has taken {time:g} s, which is all that this bench allows.").format(time=limits.duration),
+                limits.why,
             )
         if limits.rate < math.inf and samples == 1 and self._sample > 1:
             self._limit_rate(measured, before)
@@ -307,13 +307,14 @@ class Bench:
         ------
         BenchError
             If the voltage is not a finite number; the motor is at 0 V then.
+        LimitExceeded
+            If it is more than a bench allows that was not commissioned; the motor is at 0 V then.
         HILError
             If the board refuses it, as when its watchdog has expired.
         """
         applied = min(max(voltage, -self._v_max), self._v_max)
-        if applied != voltage and not np.isfinite(voltage):
-            self.stop()
-            raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
+        if applied != voltage:
+            self._refuse_beyond(voltage)
         if self.on_sample is not None:
             self.on_sample(self.latest, applied)
         try:
@@ -326,6 +327,15 @@ class Bench:
         if self.safety.guard is not None:
             self.safety.guard.drive(applied)
         return applied
+
+    def _refuse_beyond(self, voltage: float) -> None:
+        """A voltage that cannot be set as it is: cut by the caller, unless it is none, or there is a reason not to."""
+        if not np.isfinite(voltage):
+            self.stop()
+            raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
+        if self.limits.why:
+            text = _("The controller asked for {voltage:.1f} V, and the limit is ±{limit:g} V.")
+            self._end(text.format(voltage=voltage, limit=self._v_max), self.limits.why)
 
     def _explain_expiry(self) -> None:
         """A board refuses a voltage mostly because its watchdog has expired: then that is said."""
@@ -379,22 +389,12 @@ class Bench:
             self._end(
                 _("The servo turned at {rate:.1f} rad/s; its limit is ±{limit:.1f} rad/s.").format(
                     rate=self._rate, limit=self.limits.rate
-                )
+                ),
+                self.limits.why,
             )
 
-    def _end(self, why: str) -> NoReturn:
+    def _end(self, why: str, advice: str = "") -> NoReturn:
         """End a run for a limit: 0 V first, and then the reason."""
         self.stop()
-        raise LimitExceeded(_("{why} (t = {time:.3f} s.) The motor is at 0 V.").format(why=why, time=self.latest.time))
-
-    def _report_limit(self, measured: Measurement) -> None:
-        theta_passed = abs(measured.theta) > self.limits.theta
-        name, value, limit = (
-            ("servo angle", measured.theta, self.limits.theta)
-            if theta_passed
-            else ("deflection", measured.alpha, self.limits.alpha)
-        )
-        raise LimitExceeded(
-            f"The {name} reached {value / DEG:.1f} deg at t = {measured.time:.3f} s; its limit is "
-            f"±{limit / DEG:.0f} deg. The motor is at 0 V. Use a smaller amplitude or check the gain."
-        )
+        told = _("{why} (t = {time:.3f} s.) The motor is at 0 V. {advice}")
+        raise LimitExceeded(told.format(why=why, time=self.latest.time, advice=advice).rstrip())

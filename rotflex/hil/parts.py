@@ -33,6 +33,7 @@ class Limits:
     alpha : deflection either way, rad
     rate : of the servo, rad/s, over 10 ms; none unless given
     duration : of a run, s; none unless given
+    why : why they are as narrow as they are; with a reason, a larger voltage is refused in place of being cut
     """
 
     voltage: float = 10.0
@@ -40,6 +41,25 @@ class Limits:
     alpha: float = 30 * DEG
     rate: float = math.inf
     duration: float = math.inf
+    why: str = ""
+
+    def passed(self, measured: Measurement) -> str:
+        """Which angle is past its limit, in words; empty text if none is."""
+        for name, value, limit in (
+            (_("servo angle"), measured.theta, self.theta),
+            (_("deflection"), measured.alpha, self.alpha),
+        ):
+            if abs(value) > limit:
+                return _(
+                    "The {name} reached {value:.1f} deg at t = {time:.3f} s; its limit is ±{limit:.0f} deg. {advice}"
+                ).format(
+                    name=name,
+                    value=value / DEG,
+                    time=measured.time,
+                    limit=limit / DEG,
+                    advice=self.why or _("Use a smaller amplitude or check the gain."),
+                )
+        return ""
 
 
 @dataclass(frozen=True)

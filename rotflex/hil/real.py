@@ -7,7 +7,7 @@ closed: which way a bench is wired is found there, never assumed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 from rotflex.config import Joint, Servo, joint, srv02
@@ -19,18 +19,28 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
 from rotflex.hil.parts import Limits, Safety, Wiring
+from rotflex.units import DEG
 
 #: A servo under 10 V turns at 17 rad/s without a load. No experiment of the course is longer than a minute.
 LIMITS = Limits(rate=25.0, duration=120.0)
+
+#: What a bench may do before it is commissioned: with any sign wrong, and whatever program drives it.
+CAREFUL = Limits(voltage=2.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration=60.0)
 
 
 def not_commissioned() -> str:
     """Why no loop is closed on a bench that has no record."""
     return _(
         "This bench has not been commissioned as it is wired now, so no loop is closed on it: with one sign wrong the "
-        "arm would be half a turn away within 0.3 s. Commission it first, by rotflex bench setup; watching it and "
-        "driving it with a voltage work without."
-    )
+        "arm would be half a turn away within 0.3 s. Commission it first, by rotflex bench setup; watching it, and "
+        "driving it with up to {volts:g} V by up to {angle:.0f} deg, work without."
+    ).format(volts=CAREFUL.voltage, angle=CAREFUL.theta / DEG)
+
+
+def careful(limits: Limits, why: str) -> Limits:
+    """The limits of a bench that is not commissioned."""
+    bounds = {key: min(getattr(limits, key), value) for key, value in asdict(CAREFUL).items() if key != "why"}
+    return Limits(**bounds, why=why)
 
 
 @dataclass(frozen=True)
@@ -78,6 +88,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             raise
         return board
 
+    why_not = setup.commissioned()
     return Bench(
         connect=prepared,
         servo=setup.servo,
@@ -88,7 +99,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             "encoder": setup.servo.encoder,
             "clock": "simulated" if setup.simulated else "wall",
         },
-        limits=setup.limits,
+        limits=careful(setup.limits, why_not) if why_not else setup.limits,
         wiring=setup.wiring,
         safety=Safety(
             guard=Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)),

@@ -381,7 +381,7 @@ class VirtualBoard:
     def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
         """Voltages by analog output, checked, and cut to what the converter can give."""
         chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
-        return arguments.voltages(chosen, buffer, self._output_ranges)
+        return arguments.within(chosen, buffer, self._output_ranges)
 
 
 def _put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | None], at: int) -> None:

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.messages import _
 from rotflex.errors import HILError
-from rotflex.hil.arguments import check_modes
+from rotflex.hil.arguments import KnownChannels, check_modes, finite, same_for_all
 from rotflex.hil.board import Channels, Clock, Counts, Levels, Vector, check_buffer
 from rotflex.hil.serial import protocol
-from rotflex.hil.serial.arguments import chosen, finite_voltages, same_for_all
 from rotflex.hil.serial.line import Line
 from rotflex.hil.serial.motor import Motor
 from rotflex.hil.serial.port import Port
@@ -30,7 +29,6 @@ from rotflex.hil.serial.tasks import Task, overflow_mode
 
 _ENCODERS, _ANALOG_INPUTS, _ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 2, 1, 4
 _X4 = 4
-_VOLTS_PER_STEP = 5.0 / 1024
 
 
 class Condition(NamedTuple):
@@ -68,6 +66,7 @@ class SerialBoard:
     def __init__(self, port: Port, supply: float) -> None:
         self._port = port
         self._open = True
+        self._known_channels = KnownChannels()
         self._line = Line(port)
         self._stream = Stream(self._line)
         try:
@@ -172,16 +171,15 @@ class SerialBoard:
             num_other_channels,
         )
         task = Task(*chosen_inputs, capacity=1)
-        _check_buffers(task, 1, analog_buffer, encoder_buffer, digital_buffer)
+        task.check_buffers(1, analog_buffer, encoder_buffer, digital_buffer)
         servo, link, lines, *analog = protocol.READ.unpack(self._line.ask(Type.READ).payload)[:5]
-        _fill(
-            task, 0, Inputs((servo, link), lines, (analog[0], analog[1])), analog_buffer, encoder_buffer, digital_buffer
-        )
+        inputs = Inputs((servo, link), lines, (analog[0], analog[1]))
+        task.fill(0, inputs, analog_buffer, encoder_buffer, digital_buffer)
 
     def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Set the motor's voltage (V), within its supply. What is too large is cut."""
         outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
-        values = finite_voltages(num_channels, buffer)
+        values = finite(outputs, buffer)
         self._hear()
         if outputs:
             self._motor.set(values[-1])
@@ -275,11 +273,11 @@ class SerialBoard:
             raise HILError(
                 _("A task gives one sample or more at a time; it was asked for {number}.").format(number=num_samples)
             )
-        _check_buffers(read, num_samples, analog_buffer, encoder_buffer, digital_buffer)
+        read.check_buffers(num_samples, analog_buffer, encoder_buffer, digital_buffer)
         self._hear()
         count = 0
         while count < num_samples and (inputs := self._stream.fetch(read)) is not None:
-            _fill(read, count, inputs, analog_buffer, encoder_buffer, digital_buffer)
+            read.fill(count, inputs, analog_buffer, encoder_buffer, digital_buffer)
             count += 1
         return count
 
@@ -302,8 +300,8 @@ class SerialBoard:
 
     def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
         """An expired watchdog sets the motor to 0 V, and to nothing else."""
-        self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
-        if any(finite_voltages(num_channels, voltages)):
+        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        if any(finite(outputs, voltages)):
             raise HILError(_("The board's watchdog sets the motor to 0 V, and cannot be told to set another voltage."))
 
     def watchdog_start(self, timeout: float) -> None:
@@ -360,7 +358,7 @@ class SerialBoard:
 
     def _chosen(self, channels: Channels | None, count: int, available: int, kind: str) -> tuple[int, ...]:
         self._check_open()
-        return chosen(channels, count, available, kind)
+        return self._known_channels.of(channels, count, available, kind)
 
     def _inputs(
         self,
@@ -376,26 +374,3 @@ class SerialBoard:
             self._chosen(*encoders, _ENCODERS, "encoder"),
             self._chosen(*digital, _DIGITAL_LINES, "digital"),
         )
-
-
-def _check_buffers(
-    task: Task, samples: int, analog: Vector | None, encoders: Counts | None, digital: Levels | None
-) -> None:
-    check_buffer(analog, samples * len(task.analog), "analog")
-    check_buffer(encoders, samples * len(task.encoders), "encoder")
-    check_buffer(digital, samples * len(task.digital), "digital")
-
-
-def _fill(
-    task: Task, at: int, inputs: Inputs, analog: Vector | None, encoders: Counts | None, digital: Levels | None
-) -> None:
-    """Put a sample into the buffers, as number ``at``."""
-    if analog is not None:
-        for place, channel in enumerate(task.analog, at * len(task.analog)):
-            analog[place] = inputs.analog[channel] * _VOLTS_PER_STEP
-    if encoders is not None:
-        for place, channel in enumerate(task.encoders, at * len(task.encoders)):
-            encoders[place] = inputs.counts[channel]
-    if digital is not None:
-        for place, channel in enumerate(task.digital, at * len(task.digital)):
-            digital[place] = inputs.lines >> channel & 1

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 from rotflex.courseware.messages import _
 from rotflex.errors import HILError
-from rotflex.hil.board import BufferOverflowMode
+from rotflex.hil.board import BufferOverflowMode, Counts, Levels, Vector, check_buffer
 from rotflex.hil.serial.protocol import Inputs
 
+_VOLTS_PER_STEP = 5.0 / 1024
 #: Modes in which the hardware would have to wait for the program. It does not.
 _WAITING = ("WAIT_ON_OVERFLOW", "SYNCHRONIZED")
 
@@ -79,6 +80,34 @@ class Task:
                     lost=self.lost
                 )
             )
+
+    def check_buffers(
+        self, samples: int, analog: Vector | None, encoders: Counts | None, digital: Levels | None
+    ) -> None:
+        """Raise, if so many samples do not fit into the buffers.
+
+        Raises
+        ------
+        HILError
+            If so, or a buffer is of another type.
+        """
+        check_buffer(analog, samples * len(self.analog), "analog")
+        check_buffer(encoders, samples * len(self.encoders), "encoder")
+        check_buffer(digital, samples * len(self.digital), "digital")
+
+    def fill(
+        self, at: int, inputs: Inputs, analog: Vector | None, encoders: Counts | None, digital: Levels | None
+    ) -> None:
+        """Put a sample into the buffers, as number ``at``."""
+        if analog is not None:
+            for place, channel in enumerate(self.analog, at * len(self.analog)):
+                analog[place] = inputs.analog[channel] * _VOLTS_PER_STEP
+        if encoders is not None:
+            for place, channel in enumerate(self.encoders, at * len(self.encoders)):
+                encoders[place] = inputs.counts[channel]
+        if digital is not None:
+            for place, channel in enumerate(self.digital, at * len(self.digital)):
+                digital[place] = inputs.lines >> channel & 1
 
 
 def overflow_mode(mode: int) -> BufferOverflowMode:
