@@ -27,6 +27,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 from rotflex.hil.controllers import Controller, StateFeedback
 from rotflex.hil.recorded_runs import voltages
+from rotflex.identification import link_residual
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
@@ -130,17 +131,10 @@ def _controller(recording: Recording) -> Controller | None:
 
 
 def _left_of_the_link(theta: Vector, alpha: Vector, dt: float, bench: PlantParameters) -> float | None:
-    """RMS of what the link's equation leaves of the deflection, relative; None where it hardly moved.
-
-    The arm's angle theta + alpha is the servo's, through the link's two poles: nothing has to be differentiated.
-    """
+    """What :func:`~rotflex.identification.link_residual` says of this bench; None where the arm hardly moved."""
     if theta.size < _FEWEST or float(np.std(alpha)) < _STILL:
         return None
-    stiffness, damping = bench.K_s / bench.J_l, bench.B_l / bench.J_l
-    numerator, denominator = signal.bilinear([damping, stiffness], [1.0, damping, stiffness], 1 / dt)
-    arm = signal.lfilter(numerator, denominator, theta - theta[0]) + theta[0]
-    left = alpha - (arm - theta)
-    return float(np.std(left) / np.std(alpha))
+    return link_residual(theta, alpha, dt, bench.K_s / bench.J_l, bench.B_l / bench.J_l)
 
 
 def _motor(

@@ -7,15 +7,14 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize_scalar
 
 from rotflex import experiments
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.board import Vector
-from rotflex.hil.guard import Allowance
-from rotflex.identification import frequency_response, resonance
+from rotflex.identification import frequency_response, link_residual, resonance
 from rotflex.recording import Recording
 from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import DEG, HZ
@@ -23,6 +22,10 @@ from rotflex.units import DEG, HZ
 _SLOPE = 0.25  # V/s
 _LEAST = 4  # counts, from which on a motion is one
 _FAR = 3 * DEG
+_SWEEP = {"f_start": 2.0, "f_stop": 5.0, "duration": 6.0, "amplitude": 0.6}  # Hz, s, V: the servo turns by 5 to 20 deg
+_NATURAL, _SPACING = (1.5, 6.0), 0.05  # Hz; no arm position and spring of the joint is outside
+_DAMPING = 0.6  # 1/s, B_l/J_l; it says little of where the best frequency is
+_LEFT = 0.25  # of the arm's motion, that may be left over; 0.02 to 0.12 is usual
 _STEP, _STEPS, _STEP_FOR = 1.5, 8, 0.024  # V; how many, by turns either way; s, each
 
 
@@ -90,12 +93,11 @@ def _breakaway(bench: Bench, way: int, far: float) -> float:
     return _SLOPE * bench.latest.time
 
 
-def loop_delay(bench: Bench) -> float:
+def loop_delay(bench: Bench, stiffness: float) -> float:
     """The time from writing a voltage to its effect, s, from the first moments of steps from rest.
 
-    Within 0.2 ms where the bench is near nominal, within 1 ms on the others: spring and inertia are taken as nominal.
-
-    At first the link stays where it is, so that the servo turns as if its spring were fixed at the other end.
+    At first the link stays where it is, so that the servo turns as if its spring (N·m/rad) were fixed at the other
+    end. The servo's inertia is taken as nominal.
     """
     way, curves = 1, []
     for _each in range(_STEPS):
@@ -112,7 +114,7 @@ def loop_delay(bench: Bench) -> float:
     time = np.arange(mean.size) * SAMPLE_TIME
 
     half = (bench.servo.B_eq + bench.servo.back_emf_damping) / bench.servo.J_eq / 2
-    swing = cmath.sqrt(Allowance().stiffness / bench.servo.J_eq - half**2)
+    swing = cmath.sqrt(stiffness / bench.servo.J_eq - half**2)
 
     def left(unknown: Vector) -> Vector:
         height, delay = unknown
@@ -123,6 +125,43 @@ def loop_delay(bench: Bench) -> float:
 
     found = least_squares(left, [float(mean[-1]) * 3, 0.001], x_scale=[0.1, 1e-3], bounds=([0, 0], [math.inf, 0.02]))
     return float(found.x[1])
+
+
+def link(bench: Bench) -> float:
+    """The link's natural frequency with the servo clamped, rad/s, from a sweep of the voltage: no loop is closed yet.
+
+    Raises
+    ------
+    BenchError
+        If the arm bends the other way than its inertia bends it, so that a sign of an encoder is wrong; or if it does
+        not move as an arm on the springs of such a joint.
+    """
+    recording = experiments.sweep(bench, **_SWEEP, drive="voltage", progress=False)
+    theta, alpha = recording["theta"], recording["alpha"]
+
+    def left(omega: float, sign: int = 1) -> float:
+        return link_residual(theta, sign * alpha, recording.sample_time, omega**2, _DAMPING)
+
+    tried = np.arange(_NATURAL[0], _NATURAL[1], _SPACING) * HZ
+    nearest = float(min(tried, key=left))
+    reach = (nearest - _SPACING * HZ, nearest + _SPACING * HZ)
+    found = float(minimize_scalar(left, bounds=reach, method="bounded").x)
+    if left(found) < _LEFT:
+        return found
+    if min(left(omega, -1) for omega in tried) < left(found):
+        raise BenchError(
+            _(
+                "The arm bends the other way than its inertia bends it when the servo turns: the sign of one encoder "
+                "was found the wrong way round. Begin again, and turn servo and arm both counter-clockwise."
+            )
+        )
+    raise BenchError(
+        _(
+            "The arm does not swing as one on the springs of such a joint, between {low:g} and {high:g} Hz: {left:.0%} "
+            "of its motion is left over. Look at the springs, at what else is on the arm, at the link's encoder, and "
+            "whether something touches the arm."
+        ).format(low=_NATURAL[0], high=_NATURAL[1], left=left(found))
+    )
 
 
 def short_sweep(bench: Bench) -> tuple[Recording, float]:

@@ -22,7 +22,7 @@ from rotflex.hil import commissioned
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.kinds import BOARDS, BoardKind
 from rotflex.hil.parts import Limits, Wiring
-from rotflex.hil.real import LIMITS, Setup
+from rotflex.hil.real import LIMITS, WORKBOOKS_STIFFNESS, Setup
 from rotflex.units import DEG
 
 _SIGNS = ("motor_sign", "servo_sign", "link_sign")
@@ -91,6 +91,7 @@ class BenchFile:
             joint=arm,
             limits=Limits(**bound),
             wiring=wired,
+            stiffness=commissioned.stiffness(self.record) or WORKBOOKS_STIFFNESS,
             commissioned=lambda: commissioned.why_not(self.record, self.identity()),
             prepare=self._prepare,
             clock=int(self.board["clock"]),

@@ -13,6 +13,7 @@ from rotflex.courseware.messages import _
 from rotflex.hil.real import not_commissioned
 
 VERSION = 1
+_STIFFEST = 10.0  # N·m/rad; seven times as stiff as the workbook's
 
 
 def record(of: Mapping[str, Any], measured: Mapping[str, Any], provisional: bool = False) -> dict[str, Any]:
@@ -45,7 +46,7 @@ def why_not(kept: Mapping[str, Any], of: Mapping[str, Any]) -> str:
     if not kept:
         return not_commissioned()
     before = kept.get("of")
-    if kept.get("version") != VERSION or not isinstance(before, Mapping):
+    if kept.get("version") != VERSION or not isinstance(before, Mapping) or stiffness(kept) is None:
         return _("The record of this bench's commissioning cannot be read: {again}").format(again=_again())
     changed = [
         _("{name} was {before!r} and is {now!r}").format(name=name, before=before.get(name), now=of.get(name))
@@ -57,6 +58,13 @@ def why_not(kept: Mapping[str, Any], of: Mapping[str, Any]) -> str:
     return _("This bench was commissioned on {date}, and has changed since ({changed}). {again}").format(
         date=kept.get("date"), changed="; ".join(changed), again=_again()
     )
+
+
+def stiffness(kept: Mapping[str, Any]) -> float | None:
+    """Of the joint, N·m/rad, as a record has it; None if it has none."""
+    measured = kept.get("measured")
+    found = measured.get("stiffness") if isinstance(measured, Mapping) else None
+    return found if isinstance(found, float) and 0 < found < _STIFFEST else None
 
 
 def _again() -> str:

@@ -24,6 +24,9 @@ from rotflex.units import DEG
 #: A servo under 10 V turns at 17 rad/s without a load. No experiment of the course is longer than a minute.
 LIMITS = Limits(rate=25.0, duration=120.0)
 
+#: N·m/rad; for the guard, until it is measured.
+WORKBOOKS_STIFFNESS = Allowance().stiffness
+
 #: What a bench may do before it is commissioned: with any sign wrong, and whatever program drives it.
 CAREFUL = Limits(voltage=2.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration=60.0)
 
@@ -62,7 +65,7 @@ class Setup:
     joint: Joint = field(default_factory=joint)
     limits: Limits = LIMITS
     wiring: Wiring = field(default_factory=Wiring)
-    stiffness: float = Allowance().stiffness
+    stiffness: float = WORKBOOKS_STIFFNESS
     commissioned: Callable[[], str] = not_commissioned
     prepare: Callable[[Board], None] = lambda board: None
     clock: int = Clock.HARDWARE_CLOCK_0

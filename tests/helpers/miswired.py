@@ -65,10 +65,14 @@ class Laboratory:
 
 
 class Person:
-    """Does what is asked for, on the bench of a laboratory; ``heard`` is all that was said."""
+    """Does what is asked for, on the bench of a laboratory; ``heard`` is all that was said.
 
-    def __init__(self, laboratory: Laboratory, agrees: bool = True, moves: bool = True) -> None:
+    ``clockwise`` is what they turn the wrong way: "servo_sign" or "link_sign".
+    """
+
+    def __init__(self, laboratory: Laboratory, agrees: bool = True, moves: bool = True, clockwise: str = "") -> None:
         self.laboratory, self.agrees, self.moves = laboratory, agrees, moves
+        self.clockwise = clockwise
         self.heard: list[str] = []
 
     def say(self, text: str) -> None:
@@ -81,11 +85,11 @@ class Person:
     def wait(self, text: str) -> None:
         self.heard.append(text)
         if text.startswith("Turn the servo with"):
-            self._move(theta=20 * DEG)
+            self._move(theta=-20 * DEG if self.clockwise == "servo_sign" else 20 * DEG)
         elif text.startswith("Hold the servo"):
-            self._move(alpha=5 * DEG)
+            self._move(alpha=-5 * DEG if self.clockwise == "link_sign" else 5 * DEG)
         elif text.startswith("Let the arm go"):
-            self._move(alpha=-5 * DEG)
+            self._move(alpha=5 * DEG if self.clockwise == "link_sign" else -5 * DEG)
         elif text.startswith("Turn the arm back"):
             self._move(theta=-10 * DEG)  # a turn on from where it was
 

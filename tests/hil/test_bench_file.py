@@ -45,7 +45,7 @@ def written(tmp_path, text: str) -> str:
 
 
 def recorded(bench: BenchFile) -> BenchFile:
-    return replace(bench, record=commissioned.record(bench.identity(), {"delay": 0.001}))
+    return replace(bench, record=commissioned.record(bench.identity(), {"delay": 0.001, "stiffness": 1.6}))
 
 
 def test_the_example_in_the_documentation_is_what_is_left_out():
