@@ -52,7 +52,7 @@ bool uart_take(uint8_t *byte)
 
 bool uart_send(const uint8_t *bytes, uint8_t length)
 {
-    uint8_t used = (going_end - going_start) % ROOM;
+    uint8_t used = (uint8_t)(going_end - going_start) % ROOM; /* without the cast, negative where the end has wrapped */
     if (length >= ROOM - used)
         return false;
     uint8_t end = going_end;

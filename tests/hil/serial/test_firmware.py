@@ -352,3 +352,16 @@ def test_another_version_is_answered_in_this_ones_and_not_obeyed(talk):
     (reply,) = talk.hear(0.003)
     assert reply.status is Status.OTHER_VERSION
     assert talk.uno.voltage == 0.0
+
+
+def test_no_answer_is_lost_at_whatever_moment_between_samples_it_is_asked_for():
+    """An answer that came right behind a sample was lost where the queue's end had wrapped and its beginning not."""
+    talk = Talk()
+    talk.begin()
+    assert talk.ask(Type.START, protocol.PERIOD.pack(2)).status is Status.OK
+    moments = random.Random(14)
+    for _each in range(600):
+        talk.hear(moments.uniform(0.0, 0.002))
+        if moments.random() < 0.5:
+            talk.say(Type.RELOAD)
+        talk.ask(Type.READ)  # asserts that the answer came, and no other
