@@ -69,7 +69,7 @@ def open(
     run : number of the run, for a virtual bench whose address names none; the same number gives the same recording
     plant : a plant of one's own on a virtual bench, in place of a drawn one: parameters (with the arm of position 1 as
         what is told, and outputs at once), or all that a bench is made of
-    servo : nominal servo of that bench; the data sheet's with the address's encoder unless given
+    servo : nominal servo of a virtual bench; the data sheet's with the address's encoder unless given
     setup : what is known of a real bench: its parts, wiring, and whether it was commissioned
 
     Raises
@@ -88,10 +88,15 @@ def open(
         if plant is not None:
             raise BenchError(_("A recording has no plant of one's own: give {uri!r} or a plant.").format(uri=uri))
         return _replay(uri, rest)
-    if scheme == "quanser":
-        return quanser_bench(uri, rest, setup)
-    if scheme == "serial":
-        return _serial(uri, rest, plant, servo)
+    if scheme in ("quanser", "serial"):
+        if plant is not None or servo is not None:
+            raise BenchError(
+                _(
+                    "A real bench has a plant already, and what is known of it is a setup: "
+                    "hil.open({uri!r}, setup=Setup(servo=…, joint=…))."
+                ).format(uri=uri)
+            )
+        return quanser_bench(uri, rest, setup) if scheme == "quanser" else _serial(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
             f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "
@@ -186,13 +191,11 @@ def _replay(uri: str, rest: str) -> Bench:
     )
 
 
-def _serial(uri: str, rest: str, plant: object, servo: Servo | None) -> Bench:
+def _serial(uri: str, rest: str, setup: Setup | None) -> Bench:
     from rotflex.hil.serial import address
 
-    if plant is not None:
-        raise BenchError(_("A bench at a serial port has a plant already: {uri!r}.").format(uri=uri))
     name, mark, query = rest.partition("?")
-    return address.bench(uri, name, _options(uri, mark + query, address.OPTIONS, address.EXAMPLE), servo)
+    return address.bench(uri, name, _options(uri, mark + query, address.OPTIONS, address.EXAMPLE), setup)
 
 
 def _arm(about: Mapping[str, Any], position: int) -> Joint:

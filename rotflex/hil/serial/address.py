@@ -8,7 +8,9 @@ from dataclasses import replace
 from rotflex.config import Amplifier, Servo, joint, srv02
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
+from rotflex.hil import real
 from rotflex.hil.bench import Bench
+from rotflex.hil.real import Setup
 from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.serial.port import open_port
 
@@ -17,20 +19,20 @@ EXAMPLE = "serial:/dev/ttyACM0?supply=12"
 SUPPLY = (3.0, 32.0)  #: V that the motor's driver may be fed with
 
 
-def bench(uri: str, name: str, options: Mapping[str, str], servo: Servo | None = None) -> Bench:
+def bench(uri: str, name: str, options: Mapping[str, str], setup: Setup | None = None) -> Bench:
     """The bench at a serial port.
 
     Parameters
     ----------
     uri : the address, as it was given
     name : the port
-    options : supply (V), which has to be told; encoder, arm_position
-    servo : nominal servo; the data sheet's with the address's encoder unless given. Its voltage ends at the supply.
+    options : supply (V), which has to be told; encoder, arm_position, unless a setup has them
+    setup : what else is known of the bench. Its servo's voltage ends at the supply.
 
     Raises
     ------
     BenchError
-        If the port or the supply is missing, or the supply is none.
+        If the port or the supply is missing, or the supply is none, or the parts are told twice.
     ConfigurationError
         If there is no such encoder or arm position.
     """
@@ -39,20 +41,23 @@ def bench(uri: str, name: str, options: Mapping[str, str], servo: Servo | None =
             _("The address {uri!r} names no port; it is like {example!r}.").format(uri=uri, example=EXAMPLE)
         )
     supply = _supply(uri, options.get("supply"))
-    parts = _driven(servo or srv02(encoder=options.get("encoder", "E")), supply)
+    chosen = _setup(uri, options) if setup is None else setup
+    twice = [one for one in OPTIONS if one != "supply" and one in options and setup is not None]
+    if twice:
+        raise BenchError(
+            _(
+                "The address {uri!r} says {option}=, which the bench's own file or setup says as well: leave it out."
+            ).format(uri=uri, option=twice[0])
+        )
+    driven = replace(chosen, servo=_driven(chosen.servo, supply))
+    return real.bench(uri, lambda: SerialBoard(open_port(name), supply), driven)
+
+
+def _setup(uri: str, options: Mapping[str, str]) -> Setup:
+    """The parts that an address names."""
     position = options.get("arm_position", "1")
-    arm = joint(int(position) if position.isdecimal() else 0)
-    return Bench(
-        connect=lambda: SerialBoard(open_port(name), supply),
-        servo=parts,
-        joint=arm,
-        identity={
-            "uri": uri,
-            "board": "serial",
-            "supply": supply,
-            "arm_position": arm.arm_position,
-            "encoder": parts.encoder,
-        },
+    return Setup(
+        servo=srv02(encoder=options.get("encoder", "E")), joint=joint(int(position) if position.isdecimal() else 0)
     )
 
 

@@ -6,14 +6,20 @@ import builtins
 import os
 import select
 import threading
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
-from simulated_uno import SimulatedPort, SimulatedUno, needs_simavr
+from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
 from rotflex import experiments, hil
-from rotflex.config import joint
+from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, HILError, LimitExceeded
+from rotflex.hil import real
+from rotflex.hil.bench import Bench
+from rotflex.hil.parts import Wiring
+from rotflex.hil.real import Setup
 from rotflex.hil.serial import address, line, stream
 from rotflex.hil.serial.port import SerialPort
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
@@ -23,6 +29,7 @@ from rotflex.units import DEG
 PLANT = preset("real_bench").parameters
 URI = "serial:/dev/ttyACM0?supply=12"
 DELAY = 0.00075  # s: a sample of 24 bytes, and an output of 9, at 20 us each, and the plant's steps of 1/8 ms
+COMMISSIONED = Setup(commissioned=lambda: "")
 K = [13.04, -17.26, 1.32, -0.05]
 
 
@@ -31,6 +38,7 @@ def uno(monkeypatch):
     """What is at the address."""
     made = SimulatedUno(PLANT)
     monkeypatch.setattr(address, "open_port", lambda name: SimulatedPort(made))
+    monkeypatch.setattr(real, "Bench", partial(Bench, now=lambda: made.now))  # nothing depends on this computer
     return made
 
 
@@ -40,7 +48,7 @@ def uno(monkeypatch):
 @needs_simavr
 def test_state_feedback_at_the_serial_bench_is_that_at_a_virtual_one(uno):
     settings = {"amplitude": 20 * DEG, "duration": 3.0, "progress": False}
-    with hil.open(URI) as bench:
+    with hil.open(URI, setup=COMMISSIONED) as bench:
         recorded = experiments.tracking(bench, K, **settings)
         condition = bench.board.condition()
     assert uno.voltage == 0.0
@@ -50,14 +58,14 @@ def test_state_feedback_at_the_serial_bench_is_that_at_a_virtual_one(uno):
     for name, largest in (("theta", 0.5 * DEG), ("alpha", 0.5 * DEG)):
         assert np.abs(recorded[name] - expected[name]).max() < largest
     assert np.ptp(recorded["theta"]) > 35 * DEG
-    assert recorded.metadata["bench"]["board"] == "serial"
+    assert recorded.metadata["bench"]["uri"] == URI
     assert recorded.metadata["source"] == "bench"
 
 
 @needs_simavr
 def test_a_sweep_at_the_serial_bench_is_that_at_a_virtual_one(uno):
     settings = {"f_start": 2.0, "f_stop": 5.0, "duration": 3.0, "progress": False}
-    with hil.open(URI) as bench:
+    with hil.open(URI, setup=COMMISSIONED) as bench:
         recorded = experiments.sweep(bench, **settings)
     assert uno.voltage == 0.0
     with hil.open("virtual", plant=VirtualPlantSpec(joint(1), PLANT, Timing(delay=DELAY))) as bench:
@@ -68,7 +76,7 @@ def test_a_sweep_at_the_serial_bench_is_that_at_a_virtual_one(uno):
 
 @needs_simavr
 def test_a_limit_ends_at_0_v(uno):
-    with hil.open(URI) as bench:
+    with hil.open(URI, setup=COMMISSIONED) as bench:
         bench.start(0.002)
         with pytest.raises(LimitExceeded, match="servo angle"):
             for _ in range(3000):
@@ -80,7 +88,7 @@ def test_a_limit_ends_at_0_v(uno):
 @needs_simavr
 def test_an_exception_ends_at_0_v(uno):
     def stumble() -> None:
-        with hil.open(URI) as bench:
+        with hil.open(URI, setup=COMMISSIONED) as bench:
             bench.start(0.002)
             for _ in range(20):
                 bench.read()
@@ -94,7 +102,7 @@ def test_an_exception_ends_at_0_v(uno):
 
 @needs_simavr
 def test_a_voltage_ends_at_the_supply(uno):
-    with hil.open("serial:COM3?supply=5") as bench:
+    with hil.open("serial:COM3?supply=5", setup=COMMISSIONED) as bench:
         bench.start(0.002)
         bench.read()
         assert bench.write(9.0) == 5.0
@@ -107,10 +115,9 @@ def test_an_address_tells_all_of_it():
     bench = hil.open("serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2")
     assert bench.identity == {
         "uri": "serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2",
-        "board": "serial",
-        "supply": 12.0,
         "arm_position": 2,
         "encoder": "EHR",
+        "clock": "wall",
     }
     assert bench.servo.cable_gain == 1
     assert not bench.is_simulated
@@ -138,8 +145,47 @@ def test_an_address_that_is_not_understood(uri, words):
 
 
 def test_a_plant_is_not_given_to_a_real_bench():
-    with pytest.raises(BenchError, match="has a plant already"):
-        hil.open(URI, plant=PLANT)
+    for given in ({"plant": PLANT}, {"servo": srv02()}):
+        with pytest.raises(BenchError, match=r"has a plant already, and what is known of it is a setup"):
+            hil.open(URI, **given)
+
+
+def test_parts_are_not_told_twice():
+    with pytest.raises(BenchError, match="says arm_position=, which the bench's own file or setup says as well"):
+        hil.open(URI + "&arm_position=2", setup=COMMISSIONED)
+
+
+def test_a_bench_file_names_a_port(tmp_path):
+    (tmp_path / "bench.toml").write_text(f'address = "{URI}"\n[parts]\narm_position = 3\nencoder = "EHR"\n')
+    bench = hil.open(str(tmp_path / "bench.toml"))
+    assert (bench.joint.arm_position, bench.servo.encoder, bench.servo.amplifier.V_max) == (3, "EHR", 12.0)
+
+
+# --- commissioning ---------------------------------------------------------------------------------------------------
+
+
+@needs_simavr
+def test_no_loop_is_closed_before_the_bench_is_commissioned(uno):
+    with hil.open(URI) as bench:
+        with pytest.raises(BenchError, match="has not been commissioned as it is wired now"):
+            experiments.tracking(bench, K, duration=1.0, progress=False)
+        bench.start(0.002)
+        bench.read()
+        with pytest.raises(LimitExceeded, match=r"asked for 3\.0 V, and the limit is ±2 V.*has not been commissioned"):
+            bench.write(3.0)
+    assert uno.voltage == 0.0
+
+
+@needs_simavr
+def test_a_motor_that_is_wired_the_other_way_is_driven_so(uno):
+    turned = replace(COMMISSIONED, wiring=Wiring(motor_sign=-1))
+    with hil.open(URI, setup=turned) as bench:
+        bench.start(0.002)
+        for _sample in range(3):
+            bench.read()
+            bench.write(1.5)
+        bench.read()
+        assert uno.voltage == pytest.approx(-1.5, abs=SUPPLY / 800)
 
 
 # --- pyserial --------------------------------------------------------------------------------------------------------
@@ -184,7 +230,7 @@ def test_a_port_that_breaks_is_told_in_words():
 
 @needs_simavr
 def test_the_whole_way_through_a_terminal_of_this_computer(monkeypatch):
-    """pyserial at one end of a pseudo-terminal, the firmware at the other; its time passes as it is spoken to."""
+    """pyserial at one end of a pseudo-terminal, the firmware at the other; which has its own time."""
     pytest.importorskip("serial", reason="pyserial is not installed")
     import pty
 
@@ -193,19 +239,21 @@ def test_the_whole_way_through_a_terminal_of_this_computer(monkeypatch):
     ours, theirs = pty.openpty()
     ended = threading.Event()
 
+    uno = SimulatedUno(PLANT)
+    uno.run(0.01)
+
     def pump() -> None:
-        uno = SimulatedUno(PLANT)
-        uno.run(0.01)
         while not ended.is_set():
-            if select.select([ours], [], [], 0.05)[0]:
+            if select.select([ours], [], [], 0.005)[0]:
                 uno.feed(os.read(ours, 4096))
-                uno.run(0.004)
-                os.write(ours, uno.take())
+            uno.run(0.0008)  # s; a sample's time passes while an output and a reload are sent
+            os.write(ours, uno.take())
 
     thread = threading.Thread(target=pump)
     thread.start()
     try:
-        with hil.open(f"serial:{os.ttyname(theirs)}?supply=12") as bench:
+        with hil.open(f"serial:{os.ttyname(theirs)}?supply=12", setup=COMMISSIONED) as bench:
+            bench._now = lambda: uno.now
             bench.start(0.002)
             angles = []
             for _ in range(100):
