@@ -6,13 +6,14 @@ import importlib
 import sys
 from types import ModuleType
 
+import miswired
 import numpy as np
 import pytest
 import quanser_double
 from quanser_double import VARIANTS, Undocumented, output
 
 from rotflex import experiments, hil
-from rotflex.errors import BenchError, HILError
+from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil import quanser
 from rotflex.hil.board import VERBS, Board
 from rotflex.hil.controllers import OpenLoop, StateFeedback
@@ -20,6 +21,7 @@ from rotflex.hil.loop import run
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
+from rotflex.units import DEG
 
 SIMULATOR = "quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'"
 GAIN = [18.24, -17.15, 1.59, 0.63]
@@ -123,6 +125,42 @@ def test_without_a_record_of_commissioning_no_loop_is_closed_and_a_voltage_may_b
             run(bench, StateFeedback(GAIN), np.zeros(50), progress=False)
         assert len(run(bench, OpenLoop(), np.full(50, 0.5), progress=False)) == 50
         assert len(experiments.watch(bench, 0.1, progress=False)) == 51
+    assert output(cards[0]) == 0.0
+
+
+@pytest.mark.parametrize("signs", miswired.SIGNS)
+def test_a_program_of_ones_own_does_no_harm_on_a_bench_that_was_not_commissioned(monkeypatch, signs):
+    """`loop.run` closes no loop there; a hand-written one, whatever sign is wrong, gets little voltage and room."""
+    laboratory = miswired.Laboratory(*signs)
+    modules, cards = quanser_double.package(laboratory)
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    controller = StateFeedback(GAIN, sample_time=0.002)
+    stopped = ""
+    with hil.open(SIMULATOR) as bench:
+        bench.start(0.002)
+        try:
+            for _sample in range(1000):
+                measured = bench.read()
+                bench.write(controller(5 * DEG, measured.theta, measured.alpha))
+        except LimitExceeded as error:
+            stopped = str(error)
+    assert laboratory.moved < 45 * DEG
+    assert output(cards[0]) == 0.0
+    right = signs in ((1, 1, -1), (-1, -1, 1))  # as wired, and its mirror image
+    assert bool(stopped) is not right
+
+
+def test_more_than_an_uncommissioned_bench_allows_is_refused_and_not_cut_in_silence(installed):
+    cards = installed()
+    with hil.open(SIMULATOR) as bench:
+        bench.start(0.002)
+        bench.read()
+        with pytest.raises(LimitExceeded, match=r"asked for -2\.5 V, and the limit is ±2 V.*has not been commissioned"):
+            bench.write(-2.5)
+        assert output(cards[0]) == 0.0
+        with pytest.raises(LimitExceeded, match=r"its limit is ±40 deg\. This bench has not been commissioned"):
+            run(bench, OpenLoop(), np.full(2000, 1.9), progress=False)
     assert output(cards[0]) == 0.0
 
 
