@@ -205,26 +205,6 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
 # --- free decay ------------------------------------------------------------------------------------------------------
 
 
-def link_residual(theta: ArrayLike, alpha: ArrayLike, dt: float, stiffness: float, damping: float) -> float:
-    """RMS of what the link's equation leaves of the deflection, relative to the deflection's.
-
-    The arm's angle theta + alpha is the servo's, through the link's two poles, whatever drives the servo: neither the
-    motor nor friction has a part in it, and nothing is differentiated.
-
-    Parameters
-    ----------
-    theta, alpha : (n,) angles from rest on, rad
-    dt : s
-    stiffness, damping : K_s/J_l, 1/s², and B_l/J_l, 1/s
-    """
-    from scipy.signal import bilinear, lfilter
-
-    servo, deflection = np.asarray(theta, dtype=float), np.asarray(alpha, dtype=float)
-    numerator, denominator = bilinear([damping, stiffness], [1.0, damping, stiffness], 1 / dt)
-    arm = lfilter(numerator, denominator, servo - servo[0]) + servo[0]
-    return float(np.std(deflection - (arm - servo)) / np.std(deflection))
-
-
 @dataclass(frozen=True)
 class FreeDecay:
     """What a free swing of the link tells.

@@ -21,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from rotflex import experiments
+from rotflex import experiments, link
 from rotflex.config import Servo
 from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 from rotflex.hil.controllers import Controller, StateFeedback
 from rotflex.hil.recorded_runs import voltages
-from rotflex.identification import link_residual
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
@@ -131,10 +130,10 @@ def _controller(recording: Recording) -> Controller | None:
 
 
 def _left_of_the_link(theta: Vector, alpha: Vector, dt: float, bench: PlantParameters) -> float | None:
-    """What :func:`~rotflex.identification.link_residual` says of this bench; None where the arm hardly moved."""
+    """What :func:`rotflex.link.residual` says of this bench; None where the arm hardly moved."""
     if theta.size < _FEWEST or float(np.std(alpha)) < _STILL:
         return None
-    return link_residual(theta, alpha, dt, bench.K_s / bench.J_l, bench.B_l / bench.J_l)
+    return link.residual(theta, alpha, dt, bench.K_s / bench.J_l, bench.B_l / bench.J_l)
 
 
 def _motor(

@@ -5,16 +5,18 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares, minimize_scalar
+from scipy.optimize import least_squares
 
 from rotflex import experiments
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.board import Vector
-from rotflex.identification import frequency_response, link_residual, resonance
+from rotflex.identification import frequency_response, resonance
+from rotflex.link import natural_frequency
 from rotflex.recording import Recording
 from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import DEG, HZ
@@ -137,18 +139,16 @@ def link(bench: Bench) -> float:
         not move as an arm on the springs of such a joint.
     """
     recording = experiments.sweep(bench, **_SWEEP, drive="voltage", progress=False)
-    theta, alpha = recording["theta"], recording["alpha"]
-
-    def left(omega: float, sign: int = 1) -> float:
-        return link_residual(theta, sign * alpha, recording.sample_time, omega**2, _DAMPING)
-
-    tried = np.arange(_NATURAL[0], _NATURAL[1], _SPACING) * HZ
-    nearest = float(min(tried, key=left))
-    reach = (nearest - _SPACING * HZ, nearest + _SPACING * HZ)
-    found = float(minimize_scalar(left, bounds=reach, method="bounded").x)
-    if left(found) < _LEFT:
-        return found
-    if min(left(omega, -1) for omega in tried) < left(found):
+    theta, alpha, dt = recording["theta"], recording["alpha"], recording.sample_time
+    sought: dict[str, Any] = {
+        "damping": _DAMPING,
+        "within": (_NATURAL[0] * HZ, _NATURAL[1] * HZ),
+        "spacing": _SPACING * HZ,
+    }
+    omega, left = natural_frequency(theta, alpha, dt, **sought)
+    if left < _LEFT:
+        return omega
+    if natural_frequency(theta, -alpha, dt, **sought)[1] < left:
         raise BenchError(
             _(
                 "The arm bends the other way than its inertia bends it when the servo turns: the sign of one encoder "
@@ -160,7 +160,7 @@ def link(bench: Bench) -> float:
             "The arm does not swing as one on the springs of such a joint, between {low:g} and {high:g} Hz: {left:.0%} "
             "of its motion is left over. Look at the springs, at what else is on the arm, at the link's encoder, and "
             "whether something touches the arm."
-        ).format(low=_NATURAL[0], high=_NATURAL[1], left=left(found))
+        ).format(low=_NATURAL[0], high=_NATURAL[1], left=left)
     )
 
 
