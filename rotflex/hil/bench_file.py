@@ -232,13 +232,14 @@ def _check(bench: BenchFile) -> None:
 
 
 def _check_kind(bench: BenchFile, kind: BoardKind) -> None:
-    """That the board has what it is asked for."""
-    for key, many in _CHANNELS.items():
-        if bench.wiring[key] >= getattr(kind, many):
-            said = _("on a {board} from 0 to {last}").format(board=kind.title, last=getattr(kind, many) - 1)
+    """That the board has what it is asked for, so far as that is known of it."""
+    for key, channels in _CHANNELS.items():
+        many = getattr(kind, channels)
+        if many is not None and bench.wiring[key] >= many:
+            said = _("on a {board} from 0 to {last}").format(board=kind.title, last=many - 1)
             _refuse(f"[wiring] {key}", bench.wiring[key], said)
     for key, ranges in (("output_range", kind.output_ranges), ("input_range", kind.input_ranges)):
-        if bench.board[key] not in ranges:
+        if ranges is not None and bench.board[key] not in ranges:
             listed = ", ".join(f"{one:g}" for one in ranges)
             _refuse(
                 f"[board] {key}", bench.board[key], _("on a {board} {ranges} V").format(board=kind.title, ranges=listed)

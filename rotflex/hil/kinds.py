@@ -1,6 +1,7 @@
-"""The boards that the workbook names, as data: what each has, and what it is asked to be when it is opened.
+"""The boards that the workbook names, as data: what each has, so far as it was found written down.
 
-A board that is not among them works as well; its channels and ranges are then not checked before it is opened.
+A number that was not found is None, and nothing is checked by it: then only the maker's package says what the board
+does not have. The same holds for a board that is not among these at all.
 """
 
 from __future__ import annotations
@@ -9,13 +10,13 @@ from dataclasses import dataclass
 
 from rotflex.config import DAC_LIMIT
 
-_RANGE_10 = (DAC_LIMIT,)
 _RANGES_5_10 = (5.0, DAC_LIMIT)
+_RANGES_NI = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, DAC_LIMIT)
 
 
 @dataclass(frozen=True)
 class BoardKind:
-    """A kind of board, as its maker documents it.
+    """A kind of board; None is not known.
 
     Attributes
     ----------
@@ -23,27 +24,30 @@ class BoardKind:
     title : as people call it
     encoders, analog_inputs, analog_outputs : how many channels there are
     input_ranges, output_ranges : V, symmetric about zero, that can be chosen
-    quadrature : how many edges an encoder can count
     """
 
     name: str
     title: str
-    encoders: int
-    analog_inputs: int
-    analog_outputs: int
-    input_ranges: tuple[float, ...] = _RANGE_10
-    output_ranges: tuple[float, ...] = _RANGE_10
-    quadrature: tuple[int, ...] = (1, 2, 4)
+    encoders: int | None
+    analog_inputs: int | None
+    analog_outputs: int | None
+    input_ranges: tuple[float, ...] | None = None
+    output_ranges: tuple[float, ...] | None = None
 
 
+# Channels of Quanser's own boards: code that the maker's QUARC generated for them, and the mahi-daq library. Ranges at
+# the Q8-USB's inputs: its page in the maker's HIL documentation. Which ranges the others have was not found, nor those
+# of any output of these.
+# National Instruments' boards: NI's specification of the 6259; for the 6251, and for the outputs' ranges, the comedi
+# drivers of its PCIe form. How many encoders Quanser's driver reads there was not found.
 BOARDS = {
     kind.name: kind
     for kind in (
         BoardKind("q2_usb", "Quanser Q2-USB", encoders=2, analog_inputs=2, analog_outputs=2),
-        BoardKind("q8_usb", "Quanser Q8-USB", 8, 8, 8, _RANGES_5_10, _RANGES_5_10),
-        BoardKind("qpid", "Quanser QPID", 8, 8, 8, _RANGES_5_10, _RANGES_5_10),
-        BoardKind("qpid_e", "Quanser QPIDe", 8, 8, 8, _RANGES_5_10, _RANGES_5_10),
-        BoardKind("ni_usb_6251", "NI USB-6251", 2, 16, 2, (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0), _RANGES_5_10),
-        BoardKind("ni_pcie_6259", "NI PCIe-6259", 2, 32, 4, (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0), _RANGES_5_10),
+        BoardKind("q8_usb", "Quanser Q8-USB", 8, 8, 8, input_ranges=_RANGES_5_10),
+        BoardKind("qpid", "Quanser QPID", 8, 8, 8),
+        BoardKind("qpid_e", "Quanser QPIDe", 8, 8, 8),
+        BoardKind("ni_usb_6251", "NI USB-6251", None, 16, 2, _RANGES_NI, _RANGES_5_10),
+        BoardKind("ni_pcie_6259", "NI PCIe-6259", None, 32, 4, _RANGES_NI, _RANGES_5_10),
     )
 }

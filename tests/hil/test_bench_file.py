@@ -110,8 +110,8 @@ def test_what_is_written_is_read_again(tmp_path):
             r"link_encoder is 2; it must be on a Quanser Q2-USB from 0 to 1",
         ),
         (
-            "address = 'quanser:q2_usb/0'\n[board]\ninput_range = 5",
-            r"\[board\] input_range is 5; it must be on a Quanser Q2-USB 10 V",
+            "address = 'quanser:q8_usb/0'\n[board]\ninput_range = 2",
+            r"\[board\] input_range is 2; it must be on a Quanser Q8-USB 5, 10 V",
         ),
     ],
 )
@@ -120,6 +120,19 @@ def test_what_cannot_be_is_told_with_its_place(text, said, tmp_path):
     with pytest.raises(ConfigurationError, match=said) as caught:
         bench_file.load(path)
     assert path in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "address = 'quanser:q2_usb/0'\n[board]\noutput_range = 5",
+        "address = 'quanser:qpid_e/0'\n[board]\ninput_range = 5",
+        "address = 'quanser:ni_pcie_6259/0'\n[wiring]\nservo_encoder = 2\nlink_encoder = 3",
+        "address = 'quanser:another/0'\n[wiring]\nlink_encoder = 31",
+    ],
+)
+def test_nothing_is_refused_by_a_number_that_is_not_known(text, tmp_path):
+    assert bench_file.load(written(tmp_path, text)).address.startswith("quanser:")
 
 
 def test_a_file_that_is_not_there_is_told_with_what_writes_one(tmp_path):
