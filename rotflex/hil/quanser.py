@@ -36,9 +36,22 @@ class QuanserBoard:
     def __init__(self, card: Any, failure: type[Exception]) -> None:
         self._card = card
         for verb in VERBS:
-            if verb != "close":
+            if verb not in ("close", "watchdog_clear"):
                 setattr(self, verb, _translated(verb, getattr(card, verb), failure))
         self._close = _translated("close", card.close, failure)
+        self._clear = _translated("watchdog_clear", card.watchdog_clear, failure)
+
+    def watchdog_clear(self) -> None:
+        """Let the board be used again after its watchdog expired.
+
+        A board may fail here where there was nothing to clear, or where it could not restore all that was before. The
+        code that the maker's own QUARC writes passes over that; what counts is whether the board is locked still.
+        """
+        try:
+            self._clear()
+        except HILError:
+            if cast(Board, self).watchdog_is_expired():
+                raise
 
     def close(self) -> None:
         """Close the board; a second call does nothing."""

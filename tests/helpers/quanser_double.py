@@ -74,6 +74,7 @@ class Variant:
     restores : whether clearing it sets the outputs to what they were
     locks : what it locks: outputs, or inputs as well
     stops : whether it can be stopped while it is expired
+    complains : whether clearing it fails though it is cleared; code that the maker's QUARC writes allows for that
     """
 
     again: float = 0
@@ -81,6 +82,7 @@ class Variant:
     restores: bool = False
     locks: str = "outputs"
     stops: bool = True
+    complains: bool = False
 
 
 VARIANTS = {
@@ -92,6 +94,7 @@ VARIANTS = {
     "they come back and it expires twice more": Variant(again=2, runs_on=True, restores=True),
     "it expires until it is stopped": Variant(again=math.inf, runs_on=True),
     "they come back and it expires until it is stopped": Variant(again=math.inf, runs_on=True, restores=True),
+    "clearing it fails, and clears it": Variant(complains=True),
     "it locks inputs, too": Variant(locks="all"),
     "it locks inputs, too, and cannot be stopped": Variant(locks="all", stops=False, restores=True, runs_on=True),
 }
@@ -377,8 +380,12 @@ class HIL:
     def watchdog_clear(self) -> None:
         expired, inner = self.watchdog_is_expired(), self._card()
         self._do("watchdog_clear")
-        if not expired:
-            return
+        if expired:
+            self._cleared(inner)
+        if self.variant.complains:
+            raise HILError(-1089, "It was not possible to restore what was before the watchdog expired.")
+
+    def _cleared(self, inner: VirtualBoard) -> None:
         if self.variant.restores:
             inner.terminals.set(self._held)
         if self.variant.runs_on:

@@ -175,6 +175,13 @@ def test_a_board_is_prepared_before_it_is_used_and_closed_if_that_fails(installe
     assert not cards[0].is_valid()
 
 
+def test_a_board_that_fails_at_clearing_what_has_not_expired_is_used_all_the_same(installed):
+    cards = installed(VARIANTS["clearing it fails, and clears it"])
+    with hil.open(SIMULATOR) as bench:
+        assert len(run(bench, OpenLoop(), np.full(50, 0.5), progress=False)) == 50
+    assert output(cards[0]) == 0.0 and not cards[0].is_valid()
+
+
 # --- the watchdog has expired ----------------------------------------------------------------------------------------
 
 
