@@ -1,4 +1,7 @@
-"""The commands of a bench: ``rotflex bench setup | run | watch | fit``. Modules load when a command needs them."""
+"""The commands of a bench: ``rotflex bench setup | run | watch | unfinished | fit``.
+
+Modules load when a command needs them.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 if TYPE_CHECKING:
+    from rotflex.hil.bench import Bench
     from rotflex.recording import Recording
 
 app = typer.Typer(help="A bench: set it up, run experiments on it, fit a virtual one to its recordings.")
@@ -78,10 +82,20 @@ def run_experiment(
         try:
             recording = chosen(opened)
         except BaseException:
-            if opened.kept is not None:
-                typer.echo(_("What was recorded until then is in {out}.").format(out=opened.kept.save(out)), err=True)
+            _keep(opened, out)
             raise
     typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
+
+
+def _keep(bench: Bench, out: Path) -> None:
+    """Save what a run recorded that ended before its time, in place of what was kept of it meanwhile."""
+    from rotflex.hil import waiting
+
+    if bench.kept is None:
+        return
+    typer.echo(_("What was recorded until then is in {out}.").format(out=bench.kept.save(out)), err=True)
+    if bench.safety.folder is not None:
+        waiting.remove_same(bench.kept, bench.safety.folder)
 
 
 def _check_out(out: Path) -> None:
@@ -167,6 +181,33 @@ def watch(
         typer.echo("")
     if out is not None and recording is not None:
         typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
+
+
+@app.command()
+def unfinished(
+    out: Annotated[
+        Path | None, typer.Option(help="Write them to this folder as .mat files, and take them off the list.")
+    ] = None,
+) -> None:
+    """List recordings of runs that did not end as they should: programs that were killed, runs that were broken off.
+
+    They wait here until --out writes them elsewhere, each with the reason in it, and none is deleted before it was read
+    again as it was written.
+    """
+    from rotflex.courseware.json_values import plural
+    from rotflex.hil import waiting
+
+    folder = waiting.place()
+    found = waiting.waiting(folder)
+    for one in found:
+        typer.echo(str(one))
+        if out is not None:
+            typer.echo(_("    is in {path} now").format(path=waiting.write_out(one, out)))
+    if not found:
+        typer.echo(_("No recording waits: every run ended as it should, or was written out."))
+    elif out is None:
+        said = _("{recordings} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list.")
+        typer.echo(said.format(recordings=plural(len(found), _("recording")), folder=folder))
 
 
 @app.command()

@@ -11,10 +11,10 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware import course_place
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil import quanser as adapter
+from rotflex.hil import waiting
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
@@ -83,6 +83,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     """
 
     def prepared() -> Board:
+        waiting.tell()
         board = connect()
         try:
             setup.prepare(board)
@@ -107,7 +108,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         safety=Safety(
             guard=Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)),
             commissioned=setup.commissioned,
-            folder=course_place.settings() / "unfinished",
+            folder=waiting.place(),
         ),
         clock=setup.clock,
     )

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
+from rotflex.hil.held import Held, is_held
 from rotflex.recording import Recording
 
 ENDED = "ended"  #: why a recording is not whole, in its metadata
-_SIGNALS = ("theta", "alpha", "vm")
+_LOCK = ".lock"  # of an empty file beside the samples
 
 
 class Unfinished:
@@ -37,6 +38,7 @@ class Unfinished:
 
     def __init__(self, samples: int, folder: Path | None, described: Mapping[str, Any]) -> None:
         self._path: Path | None = None
+        self._held: Held | None = None
         self._described = dict(described)
         if folder is None:
             self.signals: NDArray[np.float64] = np.full((3, samples), np.nan)
@@ -44,6 +46,7 @@ class Unfinished:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._path = folder / f"{uuid.uuid4().hex}.npy"
+            self._held = Held(beside(self._path, _LOCK))
             self._describe(self._path)
             self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=np.float64, shape=(3, samples))
         except OSError as error:
@@ -59,6 +62,7 @@ class Unfinished:
         self._described |= {ENDED: why, **more}
         if self._path is not None:
             self._describe(self._path)
+        self._release()
         return _recording(self.signals, self._described)
 
     def finished(self) -> NDArray[np.float64]:
@@ -69,14 +73,19 @@ class Unfinished:
         del self.signals  # on Windows a file that is mapped cannot be deleted
         for path in (self._path, _words(self._path)):
             path.unlink(missing_ok=True)
+        self._release()
         return signals
+
+    def _release(self) -> None:
+        if self._held is not None:
+            self._held.release()
 
     def _describe(self, path: Path) -> None:
         files.write(_words(path), lambda scratch: scratch.write_text(json.dumps(self._described), encoding="utf-8"))
 
 
 def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
-    """Recordings of runs that did not end as they should, by their files; delete a file when it is of no more use.
+    """Recordings of runs that did not end as they should, by their files; not of those that still go on.
 
     Parameters
     ----------
@@ -84,6 +93,8 @@ def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
     """
     found = {}
     for path in sorted(Path(folder).glob("*.npy")):
+        if is_held(beside(path, _LOCK)):
+            continue
         try:
             described = json.loads(_words(path).read_text(encoding="utf-8"))
             signals = np.load(path, mmap_mode="r")
@@ -120,5 +131,10 @@ def _recording(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Re
     return Recording.of(time, described, theta=signals[0], alpha=signals[1], vm=volts)
 
 
+def beside(path: Path, ending: str) -> Path:
+    """Another file of the same recording."""
+    return path.with_suffix(ending)
+
+
 def _words(path: Path) -> Path:
-    return path.with_suffix(".json")
+    return beside(path, ".json")

@@ -1,0 +1,154 @@
+"""Recordings that a killed program left behind: listed, told once, and put away with nothing lost."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import quanser_double
+from typer.testing import CliRunner
+
+from rotflex import hil
+from rotflex.cli import app
+from rotflex.errors import LimitExceeded
+from rotflex.hil import bench_file, commissioned, waiting
+from rotflex.hil.bench_file import BenchFile
+from rotflex.hil.controllers import OpenLoop
+from rotflex.hil.loop import run
+from rotflex.hil.parts import Limits
+from rotflex.hil.real import Setup
+from rotflex.hil.student_benches import preset
+from rotflex.hil.unfinished import Unfinished
+from rotflex.hil.virtual import VirtualBoard
+from rotflex.recording import Recording
+
+SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
+TOLD = "Note      1 recording of runs that did not end as they should: see rotflex bench unfinished.\n"
+#: A program that samples, and never comes to an end.
+PROGRAM = """
+import sys, time
+from pathlib import Path
+from rotflex.hil.unfinished import Unfinished
+kept = Unfinished(1000, Path(sys.argv[1]), {"sample_time": 0.002, "experiment": "tracking", "bench": {"uri": "here"}})
+for sample in range(700):
+    kept.signals[:, sample] = 0.001 * sample, -0.001 * sample, 1.0
+print("sampled", flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.fixture(autouse=True)
+def settings(monkeypatch, tmp_path) -> Path:
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "settings" / "unfinished"
+
+
+@pytest.fixture
+def boards(monkeypatch):
+    """The maker's package is there."""
+    modules, _opened = quanser_double.package(lambda: VirtualBoard(preset("real_bench").parameters))
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+
+
+@pytest.fixture
+def program(settings):
+    """A program that goes on sampling, until it is killed."""
+    started = subprocess.Popen([sys.executable, "-c", PROGRAM, str(settings)], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None and started.stdout.readline() == "sampled\n"
+    yield started
+    started.kill()
+    started.wait()
+    started.stdout.close()
+
+
+def unfinished(*words: str, code: int = 0) -> str:
+    done = CliRunner().invoke(app, ["bench", "unfinished", *words])
+    assert done.exit_code == code, done.output
+    return " ".join(done.output.split())
+
+
+def test_a_run_that_goes_on_is_not_listed_and_one_that_was_killed_is(program, settings):
+    assert unfinished() == "No recording waits: every run ended as it should, or was written out."
+    program.kill()
+    program.wait()
+    said = unfinished()
+    assert "tracking, 1.4 s, here The program ended without a word; the board's watchdog set the motor to 0 V." in said
+    assert f"1 recording in {settings}" in said
+    assert unfinished() == said
+
+
+def test_what_was_killed_is_written_out_whole_and_is_then_listed_no_more(program, settings):
+    program.kill()
+    program.wait()
+    assert "is in out/tracking-" in unfinished("--out", "out")
+    (path,) = Path("out").iterdir()
+    recording = Recording.load(path)
+    np.testing.assert_allclose(recording["theta"], 0.001 * np.arange(700), atol=1e-12)
+    assert recording.metadata["ended"].startswith("The program ended without a word")
+    assert "No recording waits" in unfinished()
+    assert not list(settings.iterdir())
+
+
+def test_it_is_told_once_when_a_real_bench_is_opened_next(program, boards, capsys):
+    with hil.open(SIMULATOR):
+        assert capsys.readouterr().out == ""
+    program.kill()
+    program.wait()
+    with hil.open(SIMULATOR):
+        assert capsys.readouterr().out == TOLD
+    with hil.open(SIMULATOR):
+        assert capsys.readouterr().out == ""
+    assert "tracking, 1.4 s" in unfinished()
+
+
+def test_a_run_that_is_broken_off_waits_as_well(boards, capsys):
+    with pytest.raises(LimitExceeded), hil.open(SIMULATOR, setup=Setup(limits=Limits(theta=0.01))) as bench:
+        run(bench, OpenLoop(), np.full(500, 2.0), progress=False)
+    assert "LimitExceeded: The servo angle reached" in unfinished()
+    with hil.open(SIMULATOR):
+        assert capsys.readouterr().out == TOLD
+
+
+def test_what_the_command_run_saved_itself_does_not_wait_as_well(boards):
+    told = BenchFile(SIMULATOR, limits={"theta": 0.001})
+    bench_file.save("bench.toml", replace(told, record=commissioned.record(told.identity(), {})))
+    words = ["bench", "run", "decay", "--bench", "bench.toml", "--duration", "1", "--out", "out.mat"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2 and "What was recorded until then is in out.mat" in done.output, done.output
+    assert "No recording waits" in unfinished()
+    assert "LimitExceeded" in Recording.load("out.mat").metadata["ended"]
+
+
+def test_a_place_that_cannot_be_written_loses_nothing(settings):
+    kept = Unfinished(100, settings, {"sample_time": 0.002})
+    kept.signals[:, :50] = 1.0
+    kept.broken_off("for a test", {})
+    Path("out").write_text("a file")
+    assert "out cannot be made" in unfinished("--out", "out", code=2)
+    assert "run, 0.1 s, ? for a test" in unfinished()
+
+
+def test_a_recording_that_does_not_read_as_it_was_written_waits_on(settings, monkeypatch):
+    kept = Unfinished(100, settings, {"sample_time": 0.002})
+    kept.signals[:, :50] = 1.0
+    kept.broken_off("for a test", {})
+    (one,) = waiting.waiting(settings)
+    other = Recording.of(np.arange(3) * 0.002, theta=np.zeros(3), alpha=np.zeros(3), vm=np.zeros(3))
+    monkeypatch.setattr(waiting.Recording, "load", lambda *paths: other)
+    assert "does not read as it was written" in unfinished("--out", "out", code=2)
+    assert one.path.exists()
+
+
+def test_a_folder_that_cannot_be_read_keeps_nobody_from_a_bench(boards, settings, capsys, monkeypatch):
+    def refuse(folder: Path) -> dict[Path, Recording]:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(waiting, "unfinished", refuse)
+    with hil.open(SIMULATOR):
+        assert capsys.readouterr().out == ""
