@@ -183,6 +183,29 @@ def watch(
         typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
 
 
+def examine(bench: str, seconds: float, as_json: bool) -> None:
+    """What ``rotflex doctor --bench`` does: a line for each thing that is looked at, and what to do about it."""
+    import json
+    from dataclasses import asdict
+
+    from rotflex import bench_doctor
+    from rotflex.bench_doctor import Level
+
+    colours = {Level.OK: "green", Level.WARN: "yellow", Level.FAIL: "red"}
+    findings = []
+    for one in bench_doctor.examine(bench, seconds):
+        findings.append(one)
+        if not as_json:
+            typer.echo(f"{typer.style(f'{one.level:5}', fg=colours[one.level])}{one.what:20}{one.said}")
+            if one.to_do:
+                typer.echo(f"{'':25}→ {one.to_do}")
+    failed = any(one.level is Level.FAIL for one in findings)
+    if as_json:
+        typer.echo(json.dumps({"good": not failed, "findings": [asdict(one) for one in findings]}))
+    if failed:
+        raise typer.Exit(1)
+
+
 @app.command()
 def unfinished(
     out: Annotated[

@@ -302,6 +302,27 @@ def _write_course(folder: Path, course: dict[str, Any]) -> None:
         ) from None
 
 
+@app.command()
+def doctor(
+    bench: Annotated[
+        str, typer.Option("--bench", help="Look at this bench: bench.toml, or an address, as 'quanser:q2_usb/0'.")
+    ] = "",
+    seconds: Annotated[float, typer.Option(min=0.1, max=60, help="With --bench: sample it so long at each rate.")] = 3,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an object a line.")] = False,
+) -> None:
+    """Say whether students' code can be run in isolation here; or, with --bench, whether a bench works.
+
+    The first tries to break out, layer by layer. The second never drives the motor. Exit code: 0 it can, or nothing
+    has failed; 1 something at the bench has failed; 3 students' code cannot be isolated.
+    """
+    if bench:
+        bench_commands.examine(bench, seconds, as_json)
+        return
+    from rotflex.instructor.commands import grade
+
+    grade.doctor(as_json)
+
+
 students_commands.register(app)
 app.add_typer(bench_commands.app, name="bench", no_args_is_help=True)
 

@@ -74,12 +74,12 @@ def connect(board: str, identifier: str) -> Board:
     HILError
         If there is no such board, in the maker's words.
     """
-    hardware = _package()
+    hardware = package()
     opened = _translated("open", hardware.HIL, hardware.HILError)
     return cast(Board, QuanserBoard(opened(board, identifier), hardware.HILError))
 
 
-def _package() -> Any:
+def package() -> Any:
     """The maker's package."""
     try:
         return importlib.import_module("quanser.hardware")

@@ -2,7 +2,7 @@
 
 ===========  ==========================================================================
 ``course``   release, notebooks, check-course
-``grade``    doctor, grade
+``grade``    grade; doctor, which ``rotflex.cli`` has, for it looks at benches as well
 ``marks``    regrade, report, mark, comment, history, roster
 ``options``  what several of them take, their exit codes, and how a gradebook is opened
 ===========  ==========================================================================
@@ -16,7 +16,7 @@ from rotflex.instructor.commands import course, grade, marks
 
 _COMMANDS = (
     *(course.release, course.notebooks, course.check_course),
-    *(grade.doctor, grade.grade),
+    grade.grade,
     *(marks.regrade, marks.report, marks.mark, marks.comment, marks.history, marks.roster),
 )
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rotflex.instructor.batch import Settings
 
 
-def doctor(as_json: Json = False) -> None:
+def doctor(as_json: bool) -> None:
     """Show, layer by layer, whether students' code can be run in isolation here, by trying to break out.
 
     Exit code: 0 it can, 3 it cannot.

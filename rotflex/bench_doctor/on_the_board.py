@@ -1,0 +1,201 @@
+"""What an open board is asked: does it count, do its samples come in time, does its watchdog do what it is for?
+
+The motor's output is at 0 V throughout, and nothing else is ever written to it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from rotflex.bench_doctor.findings import Finding, Level
+from rotflex.commissioning import by_hand
+from rotflex.courseware.messages import _
+from rotflex.errors import HILError
+from rotflex.experiments import SAMPLE_TIME
+from rotflex.hil.bench import Bench
+from rotflex.hil.bench_file import BenchFile
+from rotflex.hil.board import Board, Channels, Clock
+from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.loop import listen
+
+_PERIOD_OFF = 0.02  # of the period: what its median may be off by
+_FEW = 0.01  # of the samples: more that are late or missed are a fault
+_RELOADS = 4  # of the watchdog, before it is left alone
+_LOOKED_AT = 2.0  # V on the loopback's output, which an expired watchdog has to take away
+_ZERO = 0.1  # V
+_NOTHING_STOPS = _(
+    "Nothing would stop the motor of a program that is killed: use the bench with a hand on the emergency stop only, "
+    "and ask the board's maker."
+)
+_WHAT_HOLDS_UP = _(
+    "Close other programs, run on mains power, plug the board in without a hub, and give it a clock of its own."
+)
+
+
+def encoders(bench: Bench, told: BenchFile) -> Iterator[Finding]:
+    """Whether both counters can be read."""
+    servo, link = by_hand.counts(bench, told)
+    said = _("Servo (encoder {servo_encoder}) at {servo} counts, link (encoder {link_encoder}) at {link}.").format(
+        servo=servo, link=link, **told.wiring
+    )
+    yield Finding(_("encoders"), Level.OK, said, _("Turn the arm and see them count: rotflex bench watch."))
+
+
+def loopback(bench: Bench, told: BenchFile) -> Iterator[Finding]:
+    """Whether an analog output and an input work, where a cable joins two that nothing else is on."""
+    if told.loopback is not None:
+        yield Finding(_("loopback"), Level.OK, by_hand.loopback(bench, told) + ".")
+
+
+# --- samples ----------------------------------------------------------------------------------------------------------
+
+
+def samples(bench: Bench, sample_time: float, seconds: float) -> Iterator[Finding]:
+    """How steadily samples come."""
+    what = _("samples at {rate:.0f} Hz").format(rate=1 / sample_time)
+    number = max(round(seconds / sample_time), 2)
+    recording = listen(bench, number, sample_time, {"experiment": "doctor"}, progress=False)
+    timing = recording.metadata.get("timing")
+    if timing is None:
+        said = _("They come, and time waits for the program: there is no period to be measured.")
+        yield Finding(what, Level.OK, said)
+    else:
+        yield judged(what, timing, sample_time, number)
+
+
+def judged(what: str, timing: Mapping[str, Any], sample_time: float, number: int) -> Finding:
+    """What a run's report on its samples means.
+
+    Parameters
+    ----------
+    what : was looked at
+    timing : the report, see :meth:`rotflex.hil.pace.Pace.report`
+    sample_time : s
+    number : of samples
+    """
+    period = timing["period"]
+    said = _(
+        "The period is {p50:.3f} ms (p50), {p99:.3f} ms (p99), {longest:.3f} ms at most, by a {clock} clock; of "
+        "{number} samples {late} were late and {missed} missed."
+    ).format(
+        p50=period["p50"] * 1e3,
+        p99=period["p99"] * 1e3,
+        longest=period["max"] * 1e3,
+        clock=timing["clock"],
+        number=number,
+        late=timing["late"],
+        missed=timing["missed"],
+    )
+    lost = (timing["late"] + timing["missed"]) / number
+    if lost <= _FEW and abs(period["p50"] / sample_time - 1) <= _PERIOD_OFF:
+        return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP) if lost else Finding(what, Level.OK, said)
+    if sample_time < SAMPLE_TIME:
+        said += _(" (The course samples at {rate:.0f} Hz.)").format(rate=1 / SAMPLE_TIME)
+        return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
+    return Finding(what, Level.FAIL, said, _WHAT_HOLDS_UP)
+
+
+# --- the watchdog -----------------------------------------------------------------------------------------------------
+
+
+def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
+    """Whether the watchdog starts, runs on while it is reloaded, expires when it is left alone, and can be cleared."""
+    what, board = _("watchdog"), bench.board
+    outputs = _outputs(told)
+    board.watchdog_set_analog_expiration_state(outputs, len(outputs), np.zeros(len(outputs)))
+    if told.loopback is not None:
+        board.write_analog(outputs[1:], 1, np.array([_LOOKED_AT]))
+    board.watchdog_start(WATCHDOG_TIMEOUT)
+    try:
+        paused = _kept_alive(bench, told)
+        if not math.isnan(paused):
+            yield _expired_early(what, paused)
+            return
+        _let_pass(bench, told, 2 * WATCHDOG_TIMEOUT)
+        if not board.watchdog_is_expired():
+            said = _("Left alone for {time:g} s it has not expired.").format(time=2 * WATCHDOG_TIMEOUT)
+            yield Finding(what, Level.FAIL, said, _NOTHING_STOPS)
+            return
+        yield from _outputs_after(what, bench, told)
+        yield _locked(what, board, outputs[:1])
+    finally:
+        bench.stop()
+        board.write_analog(outputs, len(outputs), np.zeros(len(outputs)))
+    yield Finding(what, Level.OK, _("Cleared and stopped, it lets the board be used again, and the motor is at 0 V."))
+
+
+def _outputs(told: BenchFile) -> Channels:
+    """The motor's, and that of a loopback, where there is one."""
+    more = [] if told.loopback is None else [told.loopback[0]]
+    return np.array([told.wiring["motor"], *more], dtype=np.uint32)
+
+
+def _kept_alive(bench: Bench, told: BenchFile) -> float:
+    """Reload it in time, time and again; not a number if it lived, or how long it had been left when it did not (s)."""
+    for _each in range(_RELOADS):
+        begun = time.monotonic()
+        _let_pass(bench, told, WATCHDOG_TIMEOUT / 2)
+        if not bench.board.watchdog_reload():
+            return WATCHDOG_TIMEOUT / 2 if bench.is_simulated else time.monotonic() - begun
+    return math.nan
+
+
+def _expired_early(what: str, left: float) -> Finding:
+    said = _("It expired {left:.2f} s after it was reloaded; its time-out is {timeout:g} s.").format(
+        left=left, timeout=WATCHDOG_TIMEOUT
+    )
+    if left >= WATCHDOG_TIMEOUT:
+        said += _(" This computer paused, and the watchdog was right.")
+        return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
+    return Finding(what, Level.FAIL, said, _("Ask the board's maker: no run would get far."))
+
+
+def _locked(what: str, board: Board, motor: Channels) -> Finding:
+    """Whether an expired watchdog keeps voltages out, as it should."""
+    said = _("It starts, lives while it is reloaded, and expires within {time:g} s when it is left alone").format(
+        time=2 * WATCHDOG_TIMEOUT
+    )
+    try:
+        board.write_analog(motor, 1, np.zeros(1))
+    except HILError:
+        return Finding(what, Level.OK, said + _("; no voltage is taken then."))
+    said += _("; but a voltage is taken all the same before it is cleared.")
+    return Finding(what, Level.WARN, said, _("The bench clears and stops it before it goes on; ask the board's maker."))
+
+
+def _outputs_after(what: str, bench: Bench, told: BenchFile) -> Iterator[Finding]:
+    """Whether a voltage was taken away, where a cable shows it."""
+    read = np.zeros(1)
+    if told.loopback is None:
+        return
+    try:
+        bench.board.read_analog(np.array([told.loopback[1]], dtype=np.uint32), 1, read)
+    except HILError:  # it keeps its inputs to itself until it is cleared, too
+        return
+    said = _("Of {before:g} V on the loopback's output it left {after:.2f} V.").format(before=_LOOKED_AT, after=read[0])
+    if abs(read[0]) <= _ZERO:
+        yield Finding(what, Level.OK, said)
+    else:
+        yield Finding(what, Level.FAIL, said, _NOTHING_STOPS)
+
+
+def _let_pass(bench: Bench, told: BenchFile, seconds: float) -> None:
+    """Let time pass on the board; where time waits for the program, it passes as samples are waited for."""
+    if not bench.is_simulated:
+        time.sleep(seconds)
+        return
+    board, number = bench.board, round(seconds / SAMPLE_TIME)
+    channels = np.array([told.wiring["servo_encoder"], told.wiring["link_encoder"]], dtype=np.uint32)
+    task = board.task_create_encoder_reader(number, channels, 2)
+    with suppress(HILError):  # an expired watchdog may keep inputs out as well; then enough time has passed
+        board.task_start(task, Clock.HARDWARE_CLOCK_0, 1 / SAMPLE_TIME, number)
+        board.task_read_encoder(task, number, np.zeros(2 * number, dtype=np.int32))
+    with suppress(HILError):
+        board.task_stop(task)
+    board.task_delete(task)

@@ -1,0 +1,338 @@
+"""What `rotflex doctor --bench` says of a bench: of each kind of bench, and of each thing that can be wrong with it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import quanser_double
+from quanser_double import VARIANTS
+from typer.testing import CliRunner
+
+from rotflex import bench_doctor, cli, experiments, hil
+from rotflex.bench_doctor import Finding, Level, on_the_board
+from rotflex.cli import app
+from rotflex.errors import HILError
+from rotflex.hil import bench_file, commissioned, real
+from rotflex.hil.bench_file import BenchFile
+from rotflex.hil.clock import WallClock
+from rotflex.hil.real import Setup
+from rotflex.hil.student_benches import preset
+from rotflex.hil.unfinished import Unfinished
+from rotflex.hil.virtual import VirtualBoard
+
+SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
+VIRTUAL = "virtual:?preset=real_bench"
+PARAMETERS = preset("real_bench").parameters
+#: What is looked at, in this order, where nothing fails.
+ALL = ["bench", "software", "board", "encoders", "samples at 500 Hz", "samples at 1000 Hz", "watchdog", "watchdog"]
+ALL += ["commissioned", "limits", "unfinished runs"]
+
+
+@pytest.fixture(autouse=True)
+def settings(monkeypatch, tmp_path) -> Path:
+    """All is written into the test's own folder."""
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "settings" / "unfinished"
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """The maker's package is there; gives a function that chooses its board."""
+
+    def install(make=lambda: Watched(PARAMETERS), variant: quanser_double.Variant | None = None):
+        modules, opened = quanser_double.package(make, variant)
+        for name, module in modules.items():
+            monkeypatch.setitem(sys.modules, name, module)
+        return opened
+
+    return install
+
+
+class Watched(VirtualBoard):
+    """A board that remembers the largest voltage that each output ever had."""
+
+    def __init__(self, *arguments, **settings) -> None:
+        super().__init__(*arguments, **settings)
+        self.largest = [0.0, 0.0]
+
+    def write_analog(self, channels, num_channels, buffer) -> None:
+        super().write_analog(channels, num_channels, buffer)
+        self.largest = [max(one) for one in zip(self.largest, map(abs, self.terminals.commanded), strict=True)]
+
+
+class Joined(Watched):
+    """Analog input 1 is joined to output 1."""
+
+    def read_analog(self, channels, num_channels, buffer) -> None:
+        buffer[:num_channels] = [self.terminals.commanded[channel] for channel in channels[:num_channels]]
+
+
+def asked(uri: str, *words: str, code: int = 0) -> dict[str, list[Finding]]:
+    """The findings of `rotflex doctor --bench`, by what was looked at."""
+    done = CliRunner().invoke(app, ["doctor", "--bench", uri, "--json", "--seconds", "0.2", *words])
+    assert done.exit_code == code, done.output
+    data = json.loads(done.output)
+    assert data["good"] == (code == 0)
+    found: dict[str, list[Finding]] = {}
+    for one in data["findings"]:
+        found.setdefault(one["what"], []).append(Finding(**one | {"level": Level(one["level"])}))
+    return found
+
+
+# --- benches of each kind ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("uri", [VIRTUAL, "virtual"])
+def test_on_a_virtual_bench_all_is_well(uri):
+    found = asked(uri)
+    assert [one.what for ones in found.values() for one in ones] == ALL
+    assert {one.level for ones in found.values() for one in ones} == {Level.OK}
+    assert found["samples at 500 Hz"][0].said.startswith("They come, and time waits for the program")
+    assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg."
+    assert found["commissioned"][0].said == "This bench is asked for none."
+
+
+def test_people_get_a_line_each_and_what_to_do_below():
+    done = CliRunner().invoke(app, ["doctor", "--bench", VIRTUAL, "--seconds", "0.1"])
+    lines = done.output.splitlines()
+    assert lines[0].startswith("ok   bench               uri virtual:?preset=real_bench, preset real_bench, run 1,")
+    assert f"{'':25}→ Turn the arm and see them count: rotflex bench watch." in lines
+    assert "ok   unfinished runs     None." in lines
+
+
+def test_in_wall_time_the_period_is_told():
+    """How steady it is depends on what else the computer does: that is not held against it here."""
+    done = CliRunner().invoke(app, ["doctor", "--bench", f"{VIRTUAL}&clock=wall", "--seconds", "0.3", "--json"])
+    found = json.loads(done.output)["findings"]
+    (said,) = [one["said"] for one in found if one["what"] == "samples at 500 Hz"]
+    assert "by a hardware clock; of 150 samples" in said and "ms (p50)" in said and "ms (p99)" in said
+
+
+def test_of_a_replay_it_is_said_that_there_is_no_board(tmp_path):
+    with hil.open(VIRTUAL) as bench:
+        experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False).save("run.mat")
+    found = asked("replay:run.mat")
+    assert list(found) == ["bench", "software", "board"]
+    assert found["board"][0].said == "A recording is in the plant's place: there is no board to be looked at."
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_makers_board_is_looked_at_whatever_its_watchdog_does_and_its_motor_never_driven(installed, variant):
+    cards = installed(variant=VARIANTS[variant])
+    found = asked(SIMULATOR)
+    assert [one.what for ones in found.values() for one in ones] == ALL
+    assert "the maker's package" in found["software"][0].said
+    assert found["watchdog"][0].said.endswith("; no voltage is taken then.")
+    assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg, 25 rad/s, 120 s a run."
+    (card,) = cards
+    assert card._inner.largest == [0.0, 0.0] and not card.is_valid()
+
+
+def test_a_board_with_a_clock_of_its_own_is_looked_at_in_its_time(installed):
+    cards = installed(lambda: Watched(PARAMETERS, clock=WallClock()))
+    found = [one for one in bench_doctor.examine("quanser:q2_usb/0", seconds=0.2)]
+    assert {"samples at 500 Hz", "samples at 1000 Hz", "watchdog"} <= {one.what for one in found}
+    assert cards[0]._inner.largest == [0.0, 0.0]
+
+
+# --- a bench that was commissioned, or not ----------------------------------------------------------------------------
+
+
+def test_a_bench_that_was_not_commissioned_is_told_to_be(installed):
+    installed()
+    bench_file.save("bench.toml", BenchFile(SIMULATOR))
+    (one,) = asked("bench.toml")["commissioned"]
+    assert (one.level, one.to_do) == (Level.WARN, "rotflex bench setup")
+    assert one.said.startswith("This bench has not been commissioned as it is wired now")
+
+
+def test_a_bench_that_was_commissioned_says_when_and_how_it_is_wired(installed):
+    installed()
+    told = BenchFile(SIMULATOR, parts={"cable_gain": 3}, wiring={"motor_sign": -1})
+    told = replace(told, record=commissioned.record(told.identity(), {}))
+    bench_file.save("bench.toml", told)
+    found = asked("bench.toml")
+    assert found["commissioned"][0].said == f"On {told.record['date']}, as it is wired now."
+    assert "amplifier VoltPAQ-X1, cable_gain 3, motor_sign -1, servo_sign 1, link_sign -1." in found["bench"][0].said
+
+
+def test_a_bench_that_changed_since_says_what(installed):
+    installed()
+    told = BenchFile(SIMULATOR)
+    told = replace(told, record=commissioned.record(told.identity(), {})).with_signs(link_sign=1)
+    bench_file.save("bench.toml", told)
+    (one,) = asked("bench.toml")["commissioned"]
+    assert one.level is Level.WARN and "link_sign was -1 and is 1" in one.said
+
+
+def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, settings):
+    installed()
+    kept = Unfinished(100, settings, {"sample_time": 0.002})
+    kept.signals[:, :50] = 1.0
+    kept.broken_off("for a test", {})
+    (one,) = asked(SIMULATOR)["unfinished runs"]
+    assert one.level is Level.WARN and one.said.startswith("1 recording of runs that did not end as they should, the")
+    assert one.to_do == "rotflex bench unfinished --out FOLDER"
+
+
+# --- what fails -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("uri", "what", "said"),
+    [
+        ("nowhere.toml", "address", "There is no nowhere.toml"),
+        ("virtul", "address", "There is no bench at 'virtul'"),
+        ("replay:nowhere.mat", "address", "nowhere.mat"),
+        ("quanser:q2_usb/7", "board", "The specified board was not found (error -1073)"),
+        ("serial:/dev/nowhere?supply=12", "board", "The serial port '/dev/nowhere' cannot be opened"),
+    ],
+)
+def test_what_is_not_there_is_a_fault(installed, uri, what, said):
+    installed()
+    (one,) = asked(uri, code=1)[what]
+    assert one.level is Level.FAIL and said in one.said and one.to_do
+
+
+def test_a_package_that_is_missing_is_a_fault_and_the_board_is_not_tried(monkeypatch):
+    monkeypatch.setitem(sys.modules, "quanser.hardware", None)
+    found = asked("quanser:q2_usb/0", code=1)
+    assert found["software"][0].level is Level.FAIL and "Quanser SDK" in found["software"][0].said
+    assert "board" not in found and "commissioned" in found
+
+
+def test_pyserial_that_is_missing_is_a_fault(monkeypatch):
+    def missing(name: str) -> str:
+        raise bench_doctor.importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(bench_doctor.importlib.metadata, "version", missing)
+    (one,) = asked("serial:/dev/nowhere?supply=12", code=1)["software"]
+    assert (one.level, one.to_do) == (Level.FAIL, "pip install pyserial")
+
+
+def test_one_thing_that_fails_does_not_keep_the_others_from_being_looked_at(installed):
+    class NoEncoders(Watched):
+        def read_encoder(self, channels, num_channels, buffer) -> None:
+            raise HILError("The counters do not answer.")
+
+    installed(lambda: NoEncoders(PARAMETERS))
+    found = asked(SIMULATOR, code=1)
+    assert found["encoders"][0].level is Level.FAIL and "The counters do not answer" in found["encoders"][0].said
+    assert found["watchdog"][0].level is Level.OK
+
+
+class Deaf(Watched):
+    """Its watchdog never expires."""
+
+    def watchdog_start(self, timeout: float) -> None:
+        super().watchdog_start(1e9)
+
+
+class Hasty(Watched):
+    """Its watchdog expires in a tenth of its time-out."""
+
+    def watchdog_start(self, timeout: float) -> None:
+        super().watchdog_start(timeout / 10)
+
+
+class Open(Watched):
+    """An expired watchdog keeps no voltage out."""
+
+    def write_analog(self, channels, num_channels, buffer) -> None:
+        if self._watchdog.expired:
+            self.watchdog_clear()
+        super().write_analog(channels, num_channels, buffer)
+
+
+class Stuck(Joined):
+    """An expired watchdog leaves the outputs as they are."""
+
+    def watchdog_set_analog_expiration_state(self, channels, num_channels, voltages) -> None:
+        pass
+
+
+LOOPED = BenchFile("usual:board", wiring={"loopback_output": 1, "loopback_input": 1})
+
+
+def watchdog_of(board: VirtualBoard, told: BenchFile = LOOPED) -> list[Finding]:
+    with real.bench("test", lambda: board, Setup(simulated=True)) as bench:
+        found = list(on_the_board.watchdog(bench, told))
+    assert board.terminals.commanded == [0.0, 0.0]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "level", "said"),
+    [
+        (Deaf, Level.FAIL, "Left alone for 0.4 s it has not expired."),
+        (Hasty, Level.FAIL, "It expired 0.10 s after it was reloaded; its time-out is 0.2 s."),
+        (Open, Level.WARN, "; but a voltage is taken all the same before it is cleared."),
+    ],
+)
+def test_a_watchdog_that_does_not_do_what_it_is_for(kind, level, said):
+    one = watchdog_of(kind(PARAMETERS), BenchFile("usual:board"))[0]
+    assert one.level is level and one.said.endswith(said) and one.to_do
+
+
+def test_where_a_cable_joins_an_output_and_an_input_it_is_seen_that_the_watchdog_takes_a_voltage_away():
+    board = Joined(PARAMETERS)
+    assert watchdog_of(board)[0] == Finding("watchdog", Level.OK, "Of 2 V on the loopback's output it left 0.00 V.")
+    assert board.largest == [0.0, 2.0]
+    one = watchdog_of(Stuck(PARAMETERS))[0]
+    assert one.level is Level.FAIL and one.said == "Of 2 V on the loopback's output it left 2.00 V."
+
+
+def test_the_loopback_is_looked_at_where_bench_toml_names_it(installed):
+    cards = installed(lambda: Joined(PARAMETERS))
+    bench_file.save("bench.toml", BenchFile(SIMULATOR, wiring=dict(LOOPED.wiring)))
+    assert asked("bench.toml")["loopback"][0].said == "what is written comes in, within 0.1 V."
+    assert cards[0]._inner.largest == [0.0, 2.0]
+
+
+def test_a_pause_of_the_computer_is_told_from_a_watchdog_in_haste():
+    one = on_the_board._expired_early("watchdog", 0.31)
+    assert one.level is Level.WARN and one.said.endswith("This computer paused, and the watchdog was right.")
+
+
+@pytest.mark.parametrize(
+    ("late", "missed", "period", "sample_time", "level"),
+    [
+        (0, 0, 0.002, 0.002, Level.OK),
+        (1, 0, 0.002, 0.002, Level.WARN),
+        (10, 6, 0.002, 0.002, Level.FAIL),
+        (0, 0, 0.0021, 0.002, Level.FAIL),
+        (0, 500, 0.001, 0.001, Level.WARN),
+    ],
+)
+def test_what_a_report_on_samples_means(late, missed, period, sample_time, level):
+    percentiles = {"p50": period, "p99": 1.5 * period, "max": 3 * period}
+    timing = {"clock": "hardware", "late": late, "missed": missed, "period": percentiles}
+    one = on_the_board.judged("samples", timing, sample_time, 1500)
+    assert one.level is level and bool(one.to_do) == (level is not Level.OK)
+    assert f"of 1500 samples {late} were late and {missed} missed." in one.said
+    assert (" (The course samples at 500 Hz.)" in one.said) == (sample_time < 0.002 and level is Level.WARN)
+
+
+def test_without_a_bench_it_is_the_instructors_and_says_so_where_that_is_not_installed(monkeypatch):
+    monkeypatch.setitem(sys.modules, "rotflex.instructor.commands.grade", None)
+    monkeypatch.delattr("rotflex.instructor.commands.grade", raising=False)
+    monkeypatch.setattr(cli, "_is_installed", lambda distribution: False)
+    done = CliRunner().invoke(app, ["doctor"])
+    assert done.exit_code == 2 and "which comes with the instructor's distribution" in " ".join(done.output.split())
+
+
+def test_counts_are_those_of_the_channels_that_bench_toml_names(installed):
+    class Swapped(Watched):
+        def read_encoder(self, channels, num_channels, buffer) -> None:
+            buffer[:num_channels] = np.where(channels[:num_channels] == 0, 17, -4)
+
+    installed(lambda: Swapped(PARAMETERS))
+    bench_file.save("bench.toml", BenchFile(SIMULATOR, wiring={"servo_encoder": 1, "link_encoder": 0}))
+    said = asked("bench.toml")["encoders"][0].said
+    assert said == "Servo (encoder 1) at -4 counts, link (encoder 0) at 17."
