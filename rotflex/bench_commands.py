@@ -1,4 +1,4 @@
-"""The commands of a bench: ``rotflex bench setup | run | watch | unfinished | fit``.
+"""The commands of a bench: ``rotflex bench setup | notebook | run | watch | unfinished | fit``.
 
 Modules load when a command needs them.
 """
@@ -60,6 +60,21 @@ def setup(
     )
     bench_file.save(out, done)
     typer.echo(_("The bench is commissioned. Open it as {out}.").format(out=out))
+
+
+@app.command()
+def notebook(
+    out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("commissioning.ipynb"),
+) -> None:
+    """Write a notebook that does what setup does, step by step with the reasons, for JupyterLab."""
+    from rotflex import commissioning
+    from rotflex.courseware import files
+
+    _check_out(out)
+    if out.exists():
+        raise ConfigurationError(_("{out} is there already: name another --out.").format(out=out))
+    files.write(out, commissioning.NOTEBOOK.read_bytes())
+    typer.echo(_("{out} is written. Open it with: jupyter lab {out}").format(out=out))
 
 
 @app.command("run")

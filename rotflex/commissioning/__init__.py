@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from rotflex.commissioning import by_hand, driven
@@ -21,8 +22,9 @@ from rotflex.hil.parts import Safety
 from rotflex.hil.real import CAREFUL, Setup
 from rotflex.units import HZ
 
-__all__ = ["Dialogue", "Terminal", "commission"]
+__all__ = ["NOTEBOOK", "Dialogue", "Terminal", "commission"]
 
+NOTEBOOK = Path(__file__).with_name("commissioning.ipynb")  #: the same steps, in JupyterLab
 _APART = 0.1  # by which two ways to the natural frequency may differ
 
 Connect = Callable[[BenchFile, Setup], Bench]

@@ -28,7 +28,18 @@ class Dialogue(Protocol):
 
 
 class Terminal:
-    """Whoever sits at a terminal; in a notebook, input appears below the cell."""
+    """Whoever sits at a terminal; in a notebook, a field for the answer appears below the cell.
+
+    What is to be done is printed, so that it stays to be read; what is asked for is short, for that field has little
+    room beside it.
+
+    Parameters
+    ----------
+    turn : s, for a full turn by hand
+    """
+
+    def __init__(self, turn: float = 15.0) -> None:
+        self._turn = turn
 
     def say(self, text: str) -> None:
         """Print a line."""
@@ -36,19 +47,22 @@ class Terminal:
 
     def wait(self, text: str) -> None:
         """Print, and wait for Enter."""
-        input(_("{text} Then press Enter. ").format(text=text))
+        self.say(text)
+        input(_("Then press Enter. "))
 
     def agree(self, text: str) -> bool:
         """Ask until the answer is yes or no."""
+        self.say(text)
         while True:
-            answer = input(_("{text} [y/n] ").format(text=text)).strip().lower()
+            answer = input(_("yes or no? ")).strip().lower()
             if answer[:1] in ("y", "n"):
                 return answer[0] == "y"
 
-    def turning(self, text: str, duration: float = 15.0) -> Iterator[None]:
-        """Yield for a quarter of a minute, from Enter on."""
-        input(_("{text} Press Enter, and turn within {duration:g} s. ").format(text=text, duration=duration))
-        end = time.monotonic() + duration
+    def turning(self, text: str) -> Iterator[None]:
+        """Yield from Enter on, for as long as a turn may take."""
+        self.say(_("{text} You have {duration:g} s for it.").format(text=text, duration=self._turn))
+        input(_("Press Enter, and turn. "))
+        end = time.monotonic() + self._turn
         while time.monotonic() < end:
             yield
             time.sleep(_POLL)
