@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import io
 import math
 import sys
 from dataclasses import replace
+from typing import Any
 
 import miswired
 import pytest
 import quanser_double
+from fault_board import Stopwatch
 
 from rotflex import experiments, hil
-from rotflex.commissioning import commission, driven
+from rotflex.commissioning import Terminal, commission, dialogue, driven
 from rotflex.config import joint
 from rotflex.errors import BenchError
 from rotflex.hil import bench_file, real
+from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.student_benches import preset, student_bench
 from rotflex.hil.terminals import Timing
+from rotflex.hil.virtual import VirtualBoard
 from rotflex.units import DEG, HZ
 
 TOLD = BenchFile("virtual:miswired", wiring={"potentiometer": 0})
@@ -165,3 +170,101 @@ def test_a_loopback_without_its_cable_is_told():
     told = BenchFile("virtual:miswired", wiring={"loopback_output": 1, "loopback_input": 1})
     with pytest.raises(BenchError, match=r"-2 V on analog output 1 came in as -?0.00 V at analog input 1"):
         commission(told, connected(laboratory), miswired.Person(laboratory))
+
+
+# --- where time does not wait -----------------------------------------------------------------------------------------
+
+
+class Paused(miswired.Laboratory):
+    """Its boards run in time that does not wait, and the computer pauses for 5 ms now and then."""
+
+    every = 0  # reads between two pauses; none unless given
+
+    def __init__(self, *signs: int) -> None:
+        super().__init__(*signs)
+        self.time, self.reads = Stopwatch(), 0
+
+    def __call__(self) -> VirtualBoard:
+        board = super().__call__()
+        board.clock, read = self.time, board.task_read_encoder
+
+        def paused(*arguments: Any) -> int:
+            self.reads += 1
+            if self.every and self.reads % self.every == 0:
+                self.time.pass_by(0.005)
+            return read(*arguments)
+
+        board.task_read_encoder = paused
+        return board
+
+    def connect(self, told: BenchFile, setup: real.Setup) -> Bench:
+        bench = real.bench("test", self, setup)
+        bench._now = self.time.now
+        return bench
+
+
+@pytest.mark.parametrize("every", [0, 977])
+def test_where_time_does_not_wait_it_goes_as_well_and_the_record_says_how_samples_came(every):
+    laboratory = Paused(-1, 1, 1)
+    laboratory.every = every
+    done = commission(TOLD, laboratory.connect, miswired.Person(laboratory))
+    assert {name: done.wiring[name] for name in SIGNS} == expected(-1, 1, 1)
+    measured = done.record["measured"]
+    assert measured["delay_s"] == pytest.approx(0.001, abs=0.001)
+    assert (measured["late"] > 0) == (every > 0) and measured["missed"] == 0
+
+
+def test_a_computer_that_is_too_busy_for_the_delay_says_so():
+    laboratory = Paused(1, 1, -1)
+    with laboratory.connect(TOLD, TOLD.setup()) as bench:
+        bench.safety = replace(bench.safety, guard=None)
+        laboratory.every = 5
+        with pytest.raises(BenchError, match=r"late in .* steps of .*: close other programs"):
+            driven.loop_delay(bench, 1.6)
+
+
+# --- the person at the bench ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def typed(monkeypatch):
+    """What the person types, line by line."""
+
+    def type_in(*lines: str) -> None:
+        monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
+
+    return type_in
+
+
+def test_at_a_terminal_what_is_to_be_done_is_printed_and_enter_goes_on(typed, capsys):
+    typed("")
+    Terminal().wait("Let the arm go.")
+    assert capsys.readouterr().out == "Let the arm go.\nThen press Enter. "
+
+
+@pytest.mark.parametrize(
+    ("lines", "agreed"), [(("y",), True), (("No",), False), (("", "perhaps", " YES "), True), (("nein",), False)]
+)
+def test_a_question_is_asked_until_the_answer_is_yes_or_no(typed, capsys, lines, agreed):
+    typed(*lines)
+    assert Terminal().agree("Begin?") is agreed
+    assert capsys.readouterr().out == "Begin?\n" + len(lines) * "yes or no? "
+
+
+def test_a_turn_by_hand_has_its_time_from_enter_on(typed, capsys, monkeypatch):
+    clock = Stopwatch()
+    monkeypatch.setattr(dialogue.time, "monotonic", clock.now)
+    monkeypatch.setattr(dialogue.time, "sleep", clock.pass_by)
+    typed("")
+    looks = sum(1 for _each in Terminal(turn=2.0).turning("Turn it."))
+    assert clock.now() == pytest.approx(2.0, abs=0.01)
+    assert looks == pytest.approx(400, abs=2)
+    assert capsys.readouterr().out == "Turn it. You have 2 s for it.\nPress Enter, and turn. "
+
+
+def test_whoever_closes_the_terminal_ends_it_with_the_motor_at_0_V(typed):
+    laboratory = miswired.Laboratory(1, 1, -1)
+    typed()
+    with pytest.raises(EOFError):
+        commission(TOLD, connected(laboratory), Terminal())
+    assert laboratory.board.terminals.commanded == [0.0, 0.0] and not laboratory.board.is_valid()
