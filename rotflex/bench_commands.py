@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotflex.courseware.messages import _
-from rotflex.errors import ConfigurationError
+from rotflex.errors import ConfigurationError, IdentificationError
 
 if TYPE_CHECKING:
     from rotflex.hil.bench import Bench
@@ -256,6 +256,9 @@ def fit(
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("twin.toml"),
     arm_position: Annotated[int, typer.Option(help="Of the top arm, 1, 2 or 3; as recorded unless given.")] = 0,
     encoder: Annotated[str, typer.Option(help="E or EHR; as recorded unless given.")] = "",
+    free: Annotated[
+        str, typer.Option(help="What to fit, as 'K_s,J_eq,delay'; all that the recordings tell unless given.")
+    ] = "",
     leave_out: Annotated[bool, typer.Option(help="Fit without each recording in turn, too, and predict it.")] = True,
 ) -> None:
     """Fit the virtual bench to recordings of a real one, and say how well it tells of one that it has not seen."""
@@ -269,18 +272,34 @@ def fit(
     every = [Recording.load(path) for path in recordings]
     arm = joint(arm_position or _recorded(every, recordings, "arm_position", 1))
     servo = srv02(encoder=encoder or _recorded(every, recordings, "encoder", "E"))
-    own = ["servo_friction"] if len(every) > 1 else []
-    found = greybox.fit(every, servo, arm, per_recording=own)
+    names = [name.strip() for name in free.split(",")] if free else None
+    own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
+    _require_motion(every, recordings)
+    found = greybox.fit(every, servo, arm, names, per_recording=own)
     typer.echo(str(found))
-    if leave_out and len(every) > 1:
-        typer.echo(str(greybox.leave_one_out(every, servo, arm, per_recording=own)))
-    elif len(every) == 1:
+    if len(every) == 1:
         typer.echo(_("There is one recording: how well the fit tells of another, it cannot say."))
+    elif leave_out:
+        try:
+            typer.echo(str(greybox.leave_one_out(every, servo, arm, names, per_recording=own)))
+        except IdentificationError as error:  # what was found is kept all the same
+            typer.echo(_("How well it tells of one that it has not seen, cannot be said: {why}").format(why=error))
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
     made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
     twin.save(out, twin.Twin(made, servo), about)
     typer.echo(_("The fitted bench is in {out}: open it as virtual:{out}.").format(out=out))
+
+
+def _require_motion(every: list[Recording], paths: list[Path]) -> None:
+    """That something moves in each recording, or the message says in which it does not."""
+    from rotflex.identification import channel
+
+    for path, recording in zip(paths, every, strict=True):
+        try:
+            channel(recording, "theta"), channel(recording, "alpha")
+        except IdentificationError as error:
+            raise IdentificationError(_("{path}: {error} Leave it out.").format(path=path, error=error)) from None
 
 
 def _recorded(every: list[Recording], paths: list[Path], name: str, default: Any) -> Any:

@@ -128,6 +128,43 @@ def test_a_twin_is_fitted_and_moves_as_its_bench():
     assert hil.open("virtual:twin.toml?run=2").identity["run"] == 2
 
 
+def recorded(name: str, run: int = 1, duration: str = "3") -> str:
+    bench = ("--bench", f"virtual:?preset=real_bench&run={run}")
+    said("run", "fsf", "--gain", GAIN, *bench, "--duration", duration, "--out", name)
+    return name
+
+
+def test_of_several_recordings_each_is_predicted_by_a_fit_to_the_others():
+    output = said("fit", recorded("1.mat"), recorded("2.mat", run=2), "--free", "K_s,torque_per_volt")
+    assert re.search(r"K_s 1\.\d+ .* torque_per_volt 0\.1\d+ ", output)
+    assert re.search(r"Left out predicted .* \[0\] theta 0\.\d+, alpha 0\.\d+ .* \[1\] theta .* all theta", output)
+    assert "open it as virtual:twin.toml" in output
+    assert hil.open("virtual:twin.toml").identity["arm_position"] == 1
+
+
+def test_a_fit_is_kept_where_no_recording_can_be_left_out():
+    output = said("fit", recorded("1.mat", duration="2"), recorded("2.mat", 2, "2"), "--free", "K_s")
+    assert "of one that it has not seen, cannot be said: Something moves in 2 windows of 1 s only" in output
+    assert "open it as virtual:twin.toml" in output
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (
+            ["rest.mat"],
+            "rest.mat: The channel 'theta' is constant, 0: nothing moved, or a cable is loose. Leave",
+        ),
+        (["short.mat"], "Something moves in 1 window of 1 s only; at least 3 are needed. Record for longer"),
+        (["short.mat", "--free", "K_s,stiffness"], "'stiffness'"),
+    ],
+)
+def test_recordings_that_tell_nothing_are_refused_in_words(words, expected):
+    said("watch", *VIRTUAL, "--duration", "0.5", "--out", "rest.mat")
+    recorded("short.mat", duration="1")
+    assert expected in said("fit", *words, code=2)
+
+
 def test_recordings_of_different_arms_are_not_fitted_together():
     for position in ("1", "2"):
         bench = ("--bench", f"virtual:?seed=1&arm_position={position}")

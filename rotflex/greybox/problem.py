@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.greybox.record import WINDOW, Record
@@ -107,9 +108,8 @@ class Problem:
         if moving < _FEWEST_WINDOWS:
             raise IdentificationError(
                 _(
-                    "Something moves in {moving} windows of {window:g} s only; at least {fewest} are needed. "
-                    "Record for longer."
-                ).format(moving=moving, window=WINDOW, fewest=_FEWEST_WINDOWS)
+                    "Something moves in {moving} of {window:g} s only; at least {fewest} are needed. Record for longer."
+                ).format(moving=plural(moving, _("window")), window=WINDOW, fewest=_FEWEST_WINDOWS)
             )
 
     def windows(self) -> NDArray[np.intp]:

@@ -24,6 +24,7 @@ from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
+_TOGETHER = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
 _UNITS = {
     "K_s": "N·m/rad",
     "J_eq": "kg·m²",
@@ -148,7 +149,19 @@ class FitResult:
             value = _("fixed") if name in self.fixed else f"{found.value:.4g}"
             lines.append(f"{name:24}{value:>12}   {low:.4g} … {high:.4g} {unit}")
         lines.append(_("What is left (RMS, deg): {left}.").format(left=in_degrees(self.residual_rms)))
-        return "\n".join([*lines, *self.fixed.values(), self._in_ratio()])
+        return "\n".join([*lines, *self.fixed.values(), *self._hardly_apart(), self._in_ratio()])
+
+    def _hardly_apart(self) -> list[str]:
+        """What the recordings tell together better than apart."""
+        names = list(self.estimates)[: len(self.correlation)]
+        text = _(
+            "{one} and {other} are hardly told apart (correlation {correlation:.2f}): an error of one goes with an "
+            "error of the other. A recording of other motion parts them."
+        )
+        return [
+            text.format(one=names[row], other=names[column], correlation=self.correlation[row, column])
+            for row, column in zip(*np.nonzero(np.abs(np.triu(self.correlation, 1)) >= _TOGETHER), strict=True)
+        ]
 
     def _in_ratio(self) -> str:
         """What the values stand on."""

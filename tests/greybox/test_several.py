@@ -226,3 +226,14 @@ def test_the_log_of_a_real_bench_tells_its_resonance_and_no_link_friction(real_l
         again = run(bench, StateFeedback([13.0384, -17.2586, 1.3198, -0.0461]), real_log["theta_ref"], progress=False)
     for name, limit in (("theta", 0.2), ("alpha", 0.16)):  # as near as the preset that was made for it
         assert np.sqrt(np.mean((again.degrees(name) - real_log.degrees(name)) ** 2)) <= limit, name
+
+
+def test_what_is_told_together_better_than_apart_is_said_in_words(together):
+    names, size = list(together.estimates), len(together.correlation)
+    assert "hardly told apart" not in str(replace(together, correlation=np.eye(size)))
+    alike = np.eye(size)
+    alike[0, 2] = alike[2, 0] = -0.97
+    alike[1, 3] = alike[3, 1] = 0.9
+    said = str(replace(together, correlation=alike))
+    assert f"{names[0]} and {names[2]} are hardly told apart (correlation -0.97): an error of one goes with" in said
+    assert said.count("hardly told apart") == 1
