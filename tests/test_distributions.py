@@ -100,6 +100,8 @@ def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_inst
         packed.extractall(alone)
     shown = rotflex(alone, tmp_path, "--help").stdout
     assert " lab " in shown and " grade " not in shown
+    assert "is written" in rotflex(alone, tmp_path, "bench", "notebook").stdout  # for who sets up a laboratory's bench
+    assert "A real bench, commissioned" in (tmp_path / "commissioning.ipynb").read_text(encoding="utf-8")
     code = "from pathlib import Path; from rotflex.cli import fill; print(fill(Path('work'), 'ada'))"
     done = subprocess.run(
         [sys.executable, "-P", "-c", code],

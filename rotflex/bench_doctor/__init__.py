@@ -19,11 +19,11 @@ from rotflex.bench_doctor.findings import Finding, Level, step
 from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
-from rotflex.experiments import SAMPLE_TIME
 from rotflex.hil import bench_file, quanser, waiting
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.parts import Safety
+from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import DEG
 
 __all__ = ["Finding", "Level", "examine"]

@@ -17,12 +17,12 @@ from rotflex.bench_doctor.findings import Finding, Level
 from rotflex.commissioning import by_hand
 from rotflex.courseware.messages import _
 from rotflex.errors import HILError
-from rotflex.experiments import SAMPLE_TIME
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.board import Board, Channels, Clock
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.loop import listen
+from rotflex.specifications import SAMPLE_TIME
 
 _PERIOD_OFF = 0.02  # of the period: what its median may be off by
 _FEW = 0.01  # of the samples: more that are late or missed are a fault
