@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import quanser_double
 from quanser_double import VARIANTS
+from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, lacking
 from typer.testing import CliRunner
 
 from rotflex import bench_doctor, cli, experiments, hil
@@ -21,6 +22,7 @@ from rotflex.hil import bench_file, commissioned, real
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.clock import WallClock
 from rotflex.hil.real import Setup
+from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.student_benches import preset
 from rotflex.hil.unfinished import Unfinished
 from rotflex.hil.virtual import VirtualBoard
@@ -235,10 +237,10 @@ class Deaf(Watched):
 
 
 class Hasty(Watched):
-    """Its watchdog expires in a tenth of its time-out."""
+    """Its watchdog expires in a hundredth of its time-out."""
 
     def watchdog_start(self, timeout: float) -> None:
-        super().watchdog_start(timeout / 10)
+        super().watchdog_start(timeout / 100)
 
 
 class Open(Watched):
@@ -271,7 +273,7 @@ def watchdog_of(board: VirtualBoard, told: BenchFile = LOOPED) -> list[Finding]:
     ("kind", "level", "said"),
     [
         (Deaf, Level.FAIL, "Left alone for 0.4 s it has not expired."),
-        (Hasty, Level.FAIL, "It expired 0.10 s after it was reloaded; its time-out is 0.2 s."),
+        (Hasty, Level.FAIL, "It expired though it was reloaded after 0.02 s; its time-out is 0.2 s."),
         (Open, Level.WARN, "; but a voltage is taken all the same before it is cleared."),
     ],
 )
@@ -288,6 +290,16 @@ def test_where_a_cable_joins_an_output_and_an_input_it_is_seen_that_the_watchdog
     assert one.level is Level.FAIL and one.said == "Of 2 V on the loopback's output it left 2.00 V."
 
 
+@pytest.mark.skipif(bool(lacking()), reason=lacking())
+def test_the_watchdog_of_a_board_of_ones_own_lives_while_it_is_reloaded_and_expires_when_left_alone(monkeypatch):
+    uno = SimulatedUno(PARAMETERS)
+    monkeypatch.setattr(on_the_board.time, "sleep", uno.run)
+    with real.bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
+        found = list(on_the_board.watchdog(bench, BenchFile("usual:board")))
+    assert [one.level for one in found] == [Level.OK, Level.OK], found
+    assert uno.voltage == 0.0
+
+
 def test_the_loopback_is_looked_at_where_bench_toml_names_it(installed):
     cards = installed(lambda: Joined(PARAMETERS))
     bench_file.save("bench.toml", BenchFile(SIMULATOR, wiring=dict(LOOPED.wiring)))
@@ -297,7 +309,7 @@ def test_the_loopback_is_looked_at_where_bench_toml_names_it(installed):
 
 def test_a_pause_of_the_computer_is_told_from_a_watchdog_in_haste():
     one = on_the_board._expired_early("watchdog", 0.31)
-    assert one.level is Level.WARN and one.said.endswith("This computer paused, and the watchdog was right.")
+    assert one.level is Level.WARN and one.said.endswith("This computer had paused meanwhile.")
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,8 @@ from rotflex.specifications import SAMPLE_TIME
 
 _PERIOD_OFF = 0.02  # of the period: what its median may be off by
 _FEW = 0.01  # of the samples: more that are late or missed are a fault
-_RELOADS = 4  # of the watchdog, before it is left alone
+_RELOADED = 0.02  # s, from one reload of the watchdog to the next
+_ALONE = 2 * WATCHDOG_TIMEOUT  # s: for so long it is reloaded, and for so long left alone
 _LOOKED_AT = 2.0  # V on the loopback's output, which an expired watchdog has to take away
 _ZERO = 0.1  # V
 _NOTHING_STOPS = _(
@@ -117,9 +118,9 @@ def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
         if not math.isnan(paused):
             yield _expired_early(what, paused)
             return
-        _let_pass(bench, told, 2 * WATCHDOG_TIMEOUT)
+        _let_pass(bench, told, _ALONE)
         if not board.watchdog_is_expired():
-            said = _("Left alone for {time:g} s it has not expired.").format(time=2 * WATCHDOG_TIMEOUT)
+            said = _("Left alone for {time:g} s it has not expired.").format(time=_ALONE)
             yield Finding(what, Level.FAIL, said, _NOTHING_STOPS)
             return
         yield from _outputs_after(what, bench, told)
@@ -138,29 +139,28 @@ def _outputs(told: BenchFile) -> Channels:
 
 def _kept_alive(bench: Bench, told: BenchFile) -> float:
     """Reload it in time, time and again; not a number if it lived, or how long it had been left when it did not (s)."""
-    for _each in range(_RELOADS):
+    for _each in range(round(_ALONE / _RELOADED)):
         begun = time.monotonic()
-        _let_pass(bench, told, WATCHDOG_TIMEOUT / 2)
+        _let_pass(bench, told, _RELOADED)
         if not bench.board.watchdog_reload():
-            return WATCHDOG_TIMEOUT / 2 if bench.is_simulated else time.monotonic() - begun
+            return _RELOADED if bench.is_simulated else time.monotonic() - begun
     return math.nan
 
 
 def _expired_early(what: str, left: float) -> Finding:
-    said = _("It expired {left:.2f} s after it was reloaded; its time-out is {timeout:g} s.").format(
+    said = _("It expired though it was reloaded after {left:.2f} s; its time-out is {timeout:g} s.").format(
         left=left, timeout=WATCHDOG_TIMEOUT
     )
     if left >= WATCHDOG_TIMEOUT:
-        said += _(" This computer paused, and the watchdog was right.")
+        said += _(" This computer had paused meanwhile.")
         return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
     return Finding(what, Level.FAIL, said, _("Ask the board's maker: no run would get far."))
 
 
 def _locked(what: str, board: Board, motor: Channels) -> Finding:
     """Whether an expired watchdog keeps voltages out, as it should."""
-    said = _("It starts, lives while it is reloaded, and expires within {time:g} s when it is left alone").format(
-        time=2 * WATCHDOG_TIMEOUT
-    )
+    said = _("It starts, lives while it is reloaded, and expires within {time:g} s when it is left alone")
+    said = said.format(time=_ALONE)
     try:
         board.write_analog(motor, 1, np.zeros(1))
     except HILError:
