@@ -2,8 +2,9 @@
 
 Four things are looked at, each on the recording alone:
 
-* **counts**: angles are whole counts of the encoders;
-* **controller**: the voltage is what the experiment's controller sets, fed with the recorded angles;
+* **counts**: angles are whole counts of the encoders, where samples came;
+* **controller**: the voltage is what the experiment's controller sets, fed with the recorded angles, where samples were
+  answered, and what was held where they came late;
 * **link**: the arm moves as the servo's angle makes an arm of this bench's natural frequency move. The servo's
   friction, which differs from run to run, has no part in it;
 * **motor**: the servo accelerates as this bench's motor makes it, a few milliseconds after the voltage and not before.
@@ -25,6 +26,7 @@ from rotflex import experiments, link
 from rotflex.config import Servo
 from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
+from rotflex.hil import answered
 from rotflex.hil.controllers import Controller, StateFeedback
 from rotflex.hil.recorded_runs import voltages
 from rotflex.plant import PlantParameters
@@ -57,6 +59,7 @@ class Found:
     link : RMS of what the link's equation leaves, relative to the deflection's; None where the arm hardly moved
     gain, delay : the motor's effect relative to the bench's, and by how many samples it comes after the voltage; None
         where the servo hardly moved
+    timing : why its samples that were not answered are too many; "" where they are not
     """
 
     counts: float
@@ -64,9 +67,12 @@ class Found:
     link: float | None
     gain: float | None
     delay: int | None
+    timing: str = ""
 
     def doubts(self) -> Iterator[str]:
         """What of it is not as on a bench."""
+        if self.timing:
+            yield self.timing
         if self.counts > _COUNTS:
             yield _("its angles are no whole counts of the encoders")
         if self.volts is not None and self.volts > _VOLTS:
@@ -93,7 +99,8 @@ def look(recording: Recording, servo: Servo, bench: PlantParameters) -> Found:
     bench : the bench as it is known
     """
     theta, alpha, vm = recording["theta"], recording["alpha"], recording["vm"]
-    counts = np.concatenate([theta, alpha]) / servo.K_enc
+    came = ~answered.lost(recording)
+    counts = np.concatenate([theta[came], alpha[came]]) / servo.K_enc
     gain, delay = _motor(theta, alpha, vm, recording.sample_time, bench)
     return Found(
         counts=float(np.abs(counts - np.round(counts)).max()),
@@ -102,6 +109,7 @@ def look(recording: Recording, servo: Servo, bench: PlantParameters) -> Found:
         link=_left_of_the_link(theta, alpha, recording.sample_time, bench) if vm.any() else None,
         gain=gain,
         delay=delay,
+        timing=answered.why_not(recording),
     )
 
 
@@ -111,7 +119,7 @@ def _off_the_controller(recording: Recording, servo: Servo) -> float | None:
     if controller is None or "theta_ref" not in recording:
         return None
     anew = voltages(recording, controller, recording["theta_ref"], servo.V_max)
-    return float(np.abs(anew - recording["vm"]).max())
+    return float(answered.apart(recording, anew).max())
 
 
 def _controller(recording: Recording) -> Controller | None:

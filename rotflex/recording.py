@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex import mat_files
+from rotflex import mat_files, unanswered
 from rotflex.courseware import files
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
@@ -141,7 +141,8 @@ class Recording:
             raise RecordingError(f"There is nothing between {start:g} s and {stop:g} s in {self!r}.")
         time = self.time[inside]
         parts = {name: Channel(channel.values[inside], channel.unit) for name, channel in self.channels.items()}
-        return Recording(time - time[0], parts, self.metadata)
+        first = int(np.argmax(inside))
+        return Recording(time - time[0], parts, unanswered.cut(self.metadata, first, time.size))
 
     def save(self, path: str | os.PathLike[str], variables: Iterable[str] | None = None) -> Path:
         """Save to ``.mat`` (version 5, for MATLAB and Octave) or ``.csv``, by the name's ending.

@@ -21,6 +21,7 @@ from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.courseware.signed_files import ENDING
 from rotflex.errors import RecordingError
+from rotflex.hil.answered import why_not
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock
 from rotflex.hil.recorded_runs import RecordedRuns
@@ -108,6 +109,14 @@ class RecordingsFolder:
         path = self.folder / f"{number:03d}-{name}.mat"
         replace(recording, metadata={**recording.metadata, TOLD: dict(told)}).save(path)
         print(_("Kept      {folder}/{name}: {how}").format(folder=FOLDER, name=path.name, how=self._signed(path)))
+        why = why_not(recording)
+        if why:
+            print(
+                _(
+                    "Note      {name} will not count by itself: {why}. Close what else keeps this computer busy, and "
+                    "run it again."
+                ).format(name=path.name, why=why)
+            )
         return path
 
     def _signed(self, path: Path) -> str:

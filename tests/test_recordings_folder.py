@@ -45,6 +45,16 @@ def short(bench):
     return experiments.free_decay(bench, duration=0.5, progress=False)
 
 
+def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, capsys):
+    time = np.arange(2000) * 0.002
+    timing = {"late": 300, "missed": 0, "held": [[first, 60] for first in range(100, 600, 100)]}
+    recording = Recording.of(time, {"experiment": "watch", "timing": timing}, theta=time, alpha=time, vm=0 * time)
+    RecordingsFolder(tmp_path, "ada", signer="").keep(recording, {})
+    told = capsys.readouterr().out
+    assert "Note      001-watch.mat will not count by itself: 15% of its samples were not answered in time" in told
+    assert "Close what else keeps this computer busy, and run it again." in told
+
+
 def test_what_is_recorded_at_the_bench_is_kept_signed_and_given_back(here, tmp_path, capsys):
     lab = at_the_bench()
     with lab.bench() as bench:

@@ -26,12 +26,12 @@ from rotflex.config import Joint, Servo, check_mounted
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts
-from rotflex.hil.guard import Guard
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt
 from rotflex.hil.pace import Pace
 from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Recording
+from rotflex.unanswered import TIMING
 
 _FOREVER = 2**32 - 1
 _RATE_OVER = 0.01  # s
@@ -263,8 +263,9 @@ class Bench:
         if abs(measured.theta) > limits.theta or abs(measured.alpha) > limits.alpha:
             self.stop()
             raise LimitExceeded(_("{why} The motor is at 0 V.").format(why=limits.passed(measured)))
-        if self.safety.guard is not None:
-            self._guard(self.safety.guard, measured, samples)
+        why = "" if self.safety.guard is None else self.safety.guard.see(measured.theta, measured.alpha, samples)
+        if why:
+            self._end(why)
         if measured.time > limits.duration:
             self._end(
                 _("The run has taken {time:g} s, which is all that this bench allows.").format(time=limits.duration),
@@ -279,15 +280,14 @@ class Bench:
         self.late = []
         self._drop_stale(board, pace)
         behind = pace.arrived(self._sample)
-        if not behind:
+        if not behind and not pace.may_have_lost:
             return 0, 0
-        if pace.too_slow and self.safety.guard is not None:  # a virtual bench may run on a computer that is busy
+        if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
             self._end(_TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3))
         lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
         self._lost += lost
         waiting = max(behind - lost, 0)
-        pace.missed += lost
-        pace.late += waiting
+        pace.skipped(self._sample, lost, waiting)
         return lost, waiting
 
     def _newest(self, board: Board, measured: Measurement, waiting: int) -> Measurement:
@@ -352,9 +352,14 @@ class Bench:
         return self._sample - 1
 
     @property
+    def overdue(self) -> int:
+        """How many periods late the voltage was written that was there when the last sample was read."""
+        return 0 if self._pace is None else self._pace.overdue
+
+    @property
     def timing(self) -> dict[str, Any]:
         """How steadily the last run's samples came, a few numbers; nothing where time waits."""
-        return {} if self._pace is None else {"timing": self._pace.report()}
+        return {} if self._pace is None else {TIMING: self._pace.report()}
 
     def require_commissioned(self) -> None:
         """That a loop may be closed on this bench.
@@ -375,11 +380,6 @@ class Bench:
     def _set_motor(self, voltage: float) -> None:
         self._volts[0] = self._wiring.motor_sign * voltage / self.servo.cable_gain
         self.board.write_analog(self._motor, 1, self._volts)
-
-    def _guard(self, guard: Guard, measured: Measurement, samples: int) -> None:
-        why = guard.see(measured.theta, measured.alpha, samples)
-        if why:
-            self._end(why)
 
     def _limit_rate(self, measured: Measurement, before: Measurement) -> None:
         weight = math.exp(-self._sample_time / _RATE_OVER)

@@ -20,7 +20,8 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import Controller, OpenLoop
 from rotflex.hil.halt import reason
 from rotflex.hil.pace import undisturbed
-from rotflex.hil.unfinished import Unfinished, filled
+from rotflex.hil.parts import Measurement
+from rotflex.hil.unfinished import Unfinished
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
@@ -71,7 +72,7 @@ def run(
     if bench.recorded is not None:
         vm = bench.recorded.require_same(vm, asked)
     time = np.arange(targets.size) * sample_time
-    return Recording.of(time, described | bench.timing, theta=theta, alpha=alpha, vm=vm)
+    return Recording.of(time, described | _timing(bench, targets.size, sample_time), theta=theta, alpha=alpha, vm=vm)
 
 
 def listen(
@@ -101,7 +102,8 @@ def listen(
     described = _described(bench, sample_time, metadata)
     heard = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, described, progress)
     channels = {"theta": heard[0], "alpha": heard[1]} | ({} if volts is None else {"vm": volts})
-    return Recording.of(np.arange(samples) * sample_time, described | bench.timing, **channels)
+    described |= _timing(bench, samples, sample_time)
+    return Recording.of(np.arange(samples) * sample_time, described, **channels)
 
 
 def _sampled(
@@ -127,7 +129,7 @@ def _sampled(
             _break_off(bench, error, recorded)
             raise
         bench.stop()
-    return filled(recorded.finished())
+    return recorded.finished()
 
 
 def _break_off(bench: Bench, error: BaseException, recorded: Unfinished) -> None:
@@ -165,18 +167,36 @@ def _catch_up(
     bench: Bench, controller: Controller, targets: NDArray[np.float64], signals: NDArray[np.float64], index: int
 ) -> int:
     """Record the samples that were late, answer the newest, and return which it is."""
-    held = float(signals[2, index - 1]) if index else 0.0
-    newest = bench.sample
-    signals[2, index:newest] = held
-    for sample, measured in enumerate([*bench.late, bench.latest], newest - len(bench.late)):
+    newest, came = bench.sample, [*bench.late, bench.latest]
+    first = newest - len(bench.late)
+    _hold(signals[2], index, newest, bench.overdue)
+    for sample, measured in enumerate([*_bridge(signals, index, first, came[0]), *came], index):
         if sample >= targets.size:
             return newest
         _time, signals[0, sample], signals[1, sample] = measured
         asked = controller(float(targets[sample]), measured.theta, measured.alpha)
-        if sample < newest and bench.on_sample is not None:
-            bench.on_sample(measured, held)
+        if first <= sample < newest and bench.on_sample is not None:
+            bench.on_sample(measured, float(signals[2, sample]))
     signals[2, newest] = bench.write(asked)
     return newest
+
+
+def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> None:
+    """The voltage that the motor had from a sample on to the newest one: the last answer, once it was written."""
+    held = float(vm[index - 1]) if index else 0.0
+    vm[index:newest] = held
+    if index:  # an answer that was written periods after its sample was not at the motor before
+        vm[index - 1 : min(index - 1 + overdue, newest)] = vm[index - 2] if index > 1 else 0.0
+
+
+def _bridge(signals: NDArray[np.float64], index: int, first: int, came: Measurement) -> list[Measurement]:
+    """Samples that never came, from ``index`` to the first that came: on the line between their neighbours.
+
+    The controller sees them, too: its derivatives would take the motion of many samples for that of one.
+    """
+    before = signals[:2, index - 1] if index else np.array(came[1:])
+    parts = np.arange(1, first - index + 1) / (first - index + 1)
+    return [Measurement(np.nan, *(before + part * (np.array(came[1:]) - before)).tolist()) for part in parts]
 
 
 def _note_last(bench: Bench, signals: NDArray[np.float64]) -> None:
@@ -184,6 +204,11 @@ def _note_last(bench: Bench, signals: NDArray[np.float64]) -> None:
     for sample, (_time, *angles) in enumerate([*bench.late, bench.latest], bench.sample - len(bench.late)):
         if 0 <= sample < signals.shape[1] and np.isnan(signals[0, sample]):
             signals[:2, sample] = angles
+
+
+def _timing(bench: Bench, samples: int, sample_time: float) -> dict[str, Any]:
+    """How steadily the samples came; on a replay, as its recording says."""
+    return bench.timing if bench.recorded is None else bench.recorded.timing(samples, sample_time)
 
 
 def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | None) -> dict[str, Any]:

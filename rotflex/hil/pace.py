@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from rotflex.unanswered import HELD, LOST, MOST_NOTED
+
 DRIFT = 5e-4  #: of the time that passes; two crystals differ by a tenth of that
 TOO_SLOW = 5  #: answers of which most take longer than a period: it is no pause, they take too long
 _FRESH = 2.0  # periods after the start in which a first sample is no old one
@@ -31,6 +33,11 @@ class Pace:
     period : s
     clock : what paces the samples, for the report
     now : the computer's time, s
+
+    Attributes
+    ----------
+    late, missed : samples that came late, and that never came
+    overdue : whole periods after its sample at which the last answer before this sample was written
     """
 
     def __init__(self, period: float, clock: str, now: Callable[[], float] = time.perf_counter) -> None:
@@ -42,6 +49,11 @@ class Pace:
         self._arrival = self._begun
         self._together = 1  # samples that the next answer is for: those that waited, and the newest
         self._worst = 0.0
+        self._lateness = 0.0
+        self._overdue = 0  # of the answer to the sample that came last
+        self._held: list[list[int]] = []
+        self._lost: list[list[int]] = []
+        self.overdue = 0
         self.late = 0
         self.missed = 0
 
@@ -61,11 +73,32 @@ class Pace:
         behind = int(lateness / self._period + 1e-9) if lateness > 0 else 0
         self._worst = max(self._worst, lateness)
         self._together = 1 + behind
+        self._lateness = lateness
+        self.overdue, self._overdue = self._overdue, 0
         return behind
+
+    @property
+    def may_have_lost(self) -> bool:
+        """Whether a sample may be missing before the one that has just come: it is later than half a period."""
+        return self._lateness > 0.5 * self._period
+
+    def skipped(self, sample: int, lost: int, waiting: int) -> None:
+        """From a sample on so many never came, and after them so many came late: the motor keeps what it has."""
+        self.missed += lost
+        self.late += waiting
+        if not lost + waiting or len(self._held) >= MOST_NOTED:
+            return
+        # A late answer was not at the motor at its own sample either.
+        first = max(sample - 1, 0) if self.overdue else sample
+        self._held.append([first, sample - first + lost + waiting])
+        if lost:
+            self._lost.append([sample, lost])
 
     def answered(self) -> None:
         """The voltage for the sample that came last is written."""
-        self._answers.append((self._now() - self._arrival) / self._together)
+        took = self._now() - self._arrival
+        self._overdue = int(took / self._period + 1e-9)
+        self._answers.append(took / self._together)
 
     @property
     def too_slow(self) -> bool:
@@ -80,6 +113,7 @@ class Pace:
     def report(self) -> dict[str, Any]:
         """A few numbers for a recording's metadata, times in s."""
         told: dict[str, Any] = {"clock": self._clock, "late": self.late, "missed": self.missed}
+        told |= {name: noted for name, noted in ((HELD, self._held), (LOST, self._lost)) if noted}
         if len(self._arrivals) > 1:
             told["period"] = _percentiles(np.diff(self._arrivals))
             told["latest"] = round(self._worst, 6)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.messages import _
 from rotflex.errors import NotRecorded
+from rotflex.hil import answered
 from rotflex.hil.controllers import Controller
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Channel, Recording
@@ -132,7 +133,7 @@ def fits(recording: Recording, controller: Controller, reference: Vector, sample
     if abs(recording.sample_time - sample_time) > 1e-6 * sample_time:
         return False
     recorded = recording["vm"][: reference.size]
-    apart = voltages(recording, controller, reference, v_max) - recorded
+    apart = answered.apart(recording, voltages(recording, controller, reference, v_max))
     return _rms(apart) <= max(SAME * _rms(recorded), SAME_VOLTS)
 
 

@@ -8,14 +8,17 @@ holds for the log of a real bench as well. All else is refused.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, RecordingError
+from rotflex.hil import answered
 from rotflex.plant import State
 from rotflex.recording import Recording
+from rotflex.unanswered import TIMING, cut
 
 _SAME = 5e-3  # of the recorded voltage (RMS); gains as a report prints them, with four digits, make a thirtieth of it
 _SAME_VOLTS = 1e-3  # V, where hardly any voltage was recorded
@@ -91,6 +94,12 @@ class RecordedPlant:
         held: Vector = self.recording["vm"][np.minimum(np.floor(places + 1e-6).astype(int), len(self.recording) - 1)]
         return held
 
+    def timing(self, samples: int, sample_time: float) -> dict[str, Any]:
+        """What the recording says of how steadily its first samples came; nothing at another sample time."""
+        about = self.recording.metadata
+        same = abs(sample_time - self.recording.sample_time) <= _SAME_PERIOD * self.recording.sample_time
+        return {TIMING: cut(about, 0, samples)[TIMING]} if same and TIMING in about else {}
+
     def require_whole(self, samples: int, sample_time: float, asked: str) -> None:
         """That it may be the run that is asked for.
 
@@ -126,7 +135,7 @@ class RecordedPlant:
             If the run that is asked for would have set another one.
         """
         recorded = self.recording["vm"][: volts.size]
-        apart = np.abs(volts - recorded)
+        apart = answered.apart(self.recording, volts)
         if _rms(apart) <= max(_SAME * _rms(recorded), _SAME_VOLTS):
             return recorded
         worst = int(np.argmax(apart))

@@ -143,6 +143,30 @@ def test_on_a_software_clock_missed_samples_are_told_and_bridged():
     assert board.voltage == 0.0
 
 
+def test_one_sample_that_was_missed_is_told_although_the_next_one_came_a_little_early():
+    """The samples after it would be taken for those before them, for as long as they come as early."""
+    board = Clockless()
+    early = 1e-6  # s
+    bench = Bench(
+        lambda: board,
+        srv02(),
+        joint(1),
+        {"uri": "test", "clock": "wall"},
+        clock=Clock.SYSTEM_CLOCK_1,
+        now=lambda: board.time.now() - (early if board.time.now() > 0.2 else 0.0),
+    )
+
+    def pause(measured, _voltage):
+        if measured.time == 0.2:
+            board.time.pass_by(2 * SAMPLE_TIME)
+
+    with bench:
+        bench.on_sample = pause
+        recording = run(bench, OpenLoop(), np.full(200, 1.0), SAMPLE_TIME, progress=False)
+    assert recording.metadata["timing"]["missed"] == 1
+    assert recording.metadata["timing"]["lost"] == [[101, 1]]
+
+
 def test_software_tasks_end_and_refuse_as_a_boards_own():
     time = Stopwatch()
     tasks = SoftwareTasks(lambda channels, number, buffer: buffer.fill(7), time)

@@ -1,0 +1,60 @@
+"""Samples of a run that were not answered, as its recording says: the program had paused, or the sample never came.
+
+In a recording's metadata, under ``timing``, ``held`` are the samples at which the motor had an older voltage than the
+controller's answer to them, and ``lost`` those among them that never came, whose angles lie on the line between their
+neighbours. Both are lists of stretches, each the number of its first sample and how many it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+TIMING, HELD, LOST = "timing", "held", "lost"
+MOST_NOTED = 100  #: stretches; more would make a recording's metadata too long to be handed in
+
+Stretch = tuple[int, int]
+
+
+def stretches(metadata: Mapping[str, Any], name: str) -> list[Stretch]:
+    """Those of a kind, in order; none where the metadata say nothing that can be understood."""
+    timing = metadata.get(TIMING)
+    noted = timing.get(name) if isinstance(timing, Mapping) else None
+    if not isinstance(noted, list | tuple):
+        return []
+    found = []
+    for one in noted:
+        if not isinstance(one, list | tuple) or len(one) != 2 or not all(type(value) is int for value in one):
+            return []
+        first, count = one
+        if first < 0 or count < 1:
+            return []
+        found.append((first, count))
+    return sorted(found)
+
+
+def mask(found: list[Stretch], samples: int) -> NDArray[np.bool_]:
+    """Which of so many samples are in one of the stretches (samples,)."""
+    inside = np.zeros(samples, dtype=bool)
+    for first, count in found:
+        inside[first : first + count] = True
+    return inside
+
+
+def cut(metadata: Mapping[str, Any], first: int, samples: int) -> dict[str, Any]:
+    """The metadata of a part of a recording: so many samples from one on."""
+    timing = metadata.get(TIMING)
+    if not isinstance(timing, Mapping):
+        return dict(metadata)
+    parts: dict[str, Any] = {}
+    for name in (HELD, LOST):
+        if name in timing:
+            ends = [
+                (max(begin - first, 0), min(begin - first + count, samples))
+                for begin, count in stretches(metadata, name)
+            ]
+            parts[name] = [[begin, end - begin] for begin, end in ends if end > begin]
+    return {**metadata, TIMING: {**timing, **parts}}

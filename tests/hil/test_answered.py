@@ -1,0 +1,243 @@
+"""Samples that were not answered: a recording says which, is known again by the others, and can hide little in them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from fault_board import SAMPLE_TIME, FaultBoard, bench_of
+from forged import changed
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rotflex import experiments, hil, plausible
+from rotflex.config import srv02
+from rotflex.errors import BenchError, NotRecorded
+from rotflex.hil import answered
+from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.student_benches import REAL_BENCH
+from rotflex.recording import Recording
+from rotflex.recordings_folder import bench_of as bench_of_recordings
+from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, mask, stretches
+
+GAIN = [18.2356, -17.1547, 1.5893, 0.6327]
+SECONDS = 4.0
+SAMPLES = round(SECONDS / SAMPLE_TIME) + 1
+FIRST = 400  # the run before only waits for the arm to be at rest, and is shorter
+VERBS = ("task_read_encoder", "write_analog")
+
+
+class Hiccups(FaultBoard):
+    """A board whose program pauses, for s, before a verb at some samples.
+
+    Attributes
+    ----------
+    buffer : how many samples wait at the most
+    before_each : what was at the motor when each sample of the run was taken, V
+    """
+
+    def __init__(self, verb: str, pauses: dict[int, float], buffer: int = 500) -> None:
+        super().__init__()
+        self.buffer, self.before_each = buffer, []
+        left = dict(pauses)
+
+        def pause(sample: int) -> None:
+            self.time.pass_by(left.pop(sample, 0.0))
+
+        self.before[verb] = pause
+        taken = self.inner._values
+
+        def values(task):
+            self.before_each.append(float(self.inner.terminals.commanded[0]) * srv02().cable_gain)
+            return taken(task)
+
+        self.inner._values = values
+
+    def task_create_encoder_reader(self, _samples, channels, number):
+        self.before_each.clear()
+        return self.inner.task_create_encoder_reader(self.buffer, channels, number)
+
+
+def tracked(board: FaultBoard) -> Recording:
+    kept: list[Recording] = []
+    with bench_of(board) as bench:
+        bench.on_recorded = kept.append
+        experiments.tracking(bench, GAIN, duration=SECONDS, progress=False)
+    return kept[0]
+
+
+def look(recording: Recording) -> list[str]:
+    return list(plausible.look(recording, srv02(), REAL_BENCH.parameters).doubts())
+
+
+def again(recording: Recording, gain=GAIN) -> Recording:
+    with bench_of_recordings([recording], 1) as bench:
+        return experiments.tracking(bench, gain, duration=SECONDS, progress=False)
+
+
+def replayed(path, gain=GAIN) -> Recording:
+    with hil.open(f"replay:{path}") as bench:
+        return experiments.tracking(bench, gain, duration=SECONDS, progress=False)
+
+
+@pytest.fixture(scope="module", params=VERBS)
+def paused(request):
+    """A run with a pause of 0.101 s and one of 0.031 s, and its board."""
+    board = Hiccups(request.param, {FIRST: 0.101, 1000: 0.031})
+    return tracked(board), board
+
+
+@pytest.fixture(scope="module", params=VERBS)
+def lossy(request):
+    """The same where no more than four samples wait."""
+    board = Hiccups(request.param, {FIRST: 0.101, 1000: 0.031}, buffer=4)
+    return tracked(board), board
+
+
+def test_the_recorded_voltage_is_what_the_motor_had(paused):
+    recording, board = paused
+    np.testing.assert_allclose(recording["vm"][: SAMPLES - 1], board.before_each[1:SAMPLES], atol=1e-12)
+
+
+def test_it_says_which_samples_were_held(paused):
+    recording, _board = paused
+    held = stretches(recording.metadata, HELD)
+    assert [count for _first, count in held] == pytest.approx([50, 15], abs=1)
+    assert [first for first, _count in held] == pytest.approx([FIRST, 1000], abs=1)
+    assert not stretches(recording.metadata, LOST) and not answered.why_not(recording)
+
+
+def test_samples_that_were_lost_are_told_and_lie_between_their_neighbours(lossy):
+    recording, _board = lossy
+    (first, count), (_second, less) = stretches(recording.metadata, LOST)
+    assert (count, less) == pytest.approx((45, 10), abs=2)
+    assert recording.metadata[TIMING]["missed"] == count + less
+    line = recording["theta"][first - 1 : first + count + 1]
+    assert np.diff(line) == pytest.approx(np.full(count + 1, (line[-1] - line[0]) / (count + 1)), abs=1e-12)
+    assert answered.lost(recording).sum() == count + less
+
+
+@pytest.mark.parametrize("ending", ["mat", "csv"])
+def test_a_recording_with_pauses_is_the_same_run_again(paused, lossy, ending, tmp_path):
+    """As it was kept, loaded from its file, among recordings, on a replay, and on a replay of that."""
+    for recording, _board in (paused, lossy):
+        require_the_same_again(recording, ending, tmp_path)
+
+
+def require_the_same_again(recording, ending, tmp_path):
+    loaded = Recording.load(recording.save(tmp_path / f"a.{ending}"))
+    assert look(loaded) == []
+    for one in (again(loaded), replayed(tmp_path / f"a.{ending}")):
+        np.testing.assert_allclose(one["vm"], recording["vm"], atol=1e-9)
+        assert one.metadata[TIMING] == recording.metadata[TIMING]
+        one.save(tmp_path / "b.mat")
+        np.testing.assert_allclose(replayed(tmp_path / "b.mat")["vm"], recording["vm"], atol=1e-9)
+
+
+def test_another_gain_is_another_run_all_the_same(paused, tmp_path):
+    recording, _board = paused
+    other = [18.2356, -17.1547, 1.7, 0.6327]
+    with pytest.raises(NotRecorded):
+        again(recording, other)
+    with pytest.raises(BenchError, match="is not the run that is asked for"):
+        replayed(recording.save(tmp_path / "a.mat"), other)
+
+
+def _pauses(most: int):
+    """s, up to so many periods; not quite whole ones, where rounding would decide what came first."""
+    return st.builds(lambda whole, part: (whole + part) * SAMPLE_TIME, st.integers(0, most), st.floats(0.05, 0.95))
+
+
+@given(
+    st.dictionaries(st.integers(FIRST, SAMPLES - 50), _pauses(75), max_size=1),
+    st.dictionaries(st.integers(FIRST, SAMPLES - 50), _pauses(10), max_size=2),
+    st.sampled_from(VERBS),
+    st.sampled_from([4, 500]),
+)
+@settings(max_examples=15, deadline=None)
+def test_wherever_a_program_pauses_its_recording_is_honest(long, short, verb, buffer):
+    board = Hiccups(verb, long | short, buffer)
+    recording = tracked(board)
+    assert answered.why_not(recording) == "" and look(recording) == []
+    np.testing.assert_array_equal(again(recording)["vm"], recording["vm"])
+    if buffer == 500:
+        np.testing.assert_allclose(recording["vm"][: SAMPLES - 1], board.before_each[1:SAMPLES], atol=1e-12)
+
+
+def test_a_part_of_a_recording_says_which_of_its_samples_were_held(paused):
+    recording, _board = paused
+    first, count = stretches(recording.metadata, HELD)[0]
+    part = recording.between((first + 10) * SAMPLE_TIME, 1.5)
+    assert stretches(part.metadata, HELD) == [(0, count - 10)]
+    assert answered.why_not(part) == ""
+
+
+# --- what somebody may claim ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def honest():
+    """A run without a pause."""
+    return tracked(FaultBoard())
+
+
+def claimed(recording: Recording, held, late=None, **more) -> Recording:
+    """A recording that says that samples were held."""
+    late = sum(count for _first, count in held) if late is None else late
+    timing = {**recording.metadata[TIMING], "late": late, HELD: held, **more}
+    return Recording(recording.time, recording.channels, {**recording.metadata, TIMING: timing})
+
+
+PAUSE = round(WATCHDOG_TIMEOUT / SAMPLE_TIME) + 2
+
+
+@pytest.mark.parametrize(
+    ("held", "late", "why"),
+    [
+        ([[100, PAUSE + 1]], None, "103 samples in a row are said not to have been answered, where the watchdog"),
+        ([[100 * n, 60] for n in range(1, 10)], None, "27% of its samples were not answered in time, and 5% may be"),
+        ([[100, 50]], 10, "does not go together"),
+        ([[100, 10**12]], None, "in a row"),
+        ([[-1, 10]], 10, "does not go together"),
+        ([[True, 10]], 10, "does not go together"),
+        ([["x", 10]], 10, "does not go together"),
+        ("xy", 10, "does not go together"),
+        ([[10 * n, 1] for n in range(1, MOST_NOTED + 1)], 500, "paused more than 100 times"),
+    ],
+)
+def test_more_than_can_be_is_told_and_excuses_nothing(honest, held, late, why):
+    recording = claimed(honest, [], late) if isinstance(held, str) else claimed(honest, held, late) if late else None
+    recording = recording or claimed(honest, held)
+    recording.metadata[TIMING][HELD] = held
+    forged = changed(recording, vm=recording["vm"] + np.where(np.arange(len(recording)) % 7 == 0, 1.0, 0.0))
+    assert any(why in doubt for doubt in look(forged))
+    assert not answered.lost(recording).any()
+    with pytest.raises(NotRecorded):
+        again(forged)
+
+
+def test_samples_that_are_said_to_be_held_have_to_be(honest):
+    assert look(honest) == []
+    first = 700
+    forged = claimed(changed(honest, vm=honest["vm"] + 0.5 * mask([(first, 40)], len(honest))), [[first, 40]])
+    assert any("V beside what its controller sets" in doubt for doubt in look(forged))
+
+
+def test_an_angle_between_counts_is_excused_where_a_sample_was_lost_alone(honest):
+    theta = honest["theta"] + srv02().K_enc / 2 * mask([(700, 1)], len(honest))
+    forged = changed(honest, theta=theta)
+    assert "its angles are no whole counts of the encoders" in look(forged)
+    excused = claimed(forged, [[700, 1]], **{LOST: [[700, 1]]})
+    assert "its angles are no whole counts of the encoders" not in look(excused)
+    assert "its angles are no whole counts of the encoders" in look(claimed(forged, [], 0, **{LOST: [[700, 1]]}))
+
+
+def test_a_short_run_may_have_one_whole_pause():
+    time = np.arange(1000) * SAMPLE_TIME
+    short = Recording.of(time, {TIMING: {"late": 100, "missed": 0, HELD: [[100, 100]]}}, theta=time, alpha=time)
+    assert answered.why_not(short) == ""
+
+
+def test_what_was_recorded_where_time_waits_says_nothing_of_it(tmp_path):
+    with hil.open("virtual:?seed=3") as bench:
+        recording = experiments.watch(bench, 0.1, progress=False)
+    assert TIMING not in recording.metadata and answered.why_not(recording) == ""
