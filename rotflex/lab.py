@@ -19,6 +19,7 @@ from rotflex import hil
 from rotflex.courseware.benches import PRESET, REAL
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.reflection import Check
+from rotflex.courseware.run import RUNNING
 from rotflex.courseware.session import DEMO, Session, student_of
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
 from rotflex.practice import Practice
@@ -97,14 +98,17 @@ class Lab(Session):
 
         What is recorded at a real bench is kept in the folder ``recordings``. The address "recorded" is that bench once
         more, wherever the folder is: each experiment gives its recording, or says that there is none. Where the course
-        has benches of the laboratory's, "virtual" means the same.
+        has benches of the laboratory's, "virtual" means the same; and so does the session's own address in a check of
+        the whole work, which runs what will be marked, and moves nothing.
         """
         chosen = address or self.address
+        at_a_real_one = chosen.partition(":")[0] not in (VIRTUAL, "replay", ADDRESS)
+        if at_a_real_one and not address and RUNNING in os.environ:  # as it is marked; and nobody stands at that bench
+            chosen, at_a_real_one = VIRTUAL, False
         if chosen == ADDRESS or (chosen == VIRTUAL and self.policy.which == REAL):
             return self.recordings.bench(run)
         preset = self.policy.preset if self.policy.which == PRESET else None
         bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
-        at_a_real_one = chosen.partition(":")[0] not in (VIRTUAL, "replay")
         return self.recordings.keeping(bench, run) if at_a_real_one else bench
 
     def practice(self, number: int | None = None) -> Practice:

@@ -39,6 +39,7 @@ _LINK = (
     0.25  # RMS of what the link's equation leaves, of the deflection's; up to 0.15 on a real log, and on virtual ones
 )
 _STILL = 0.4 * DEG  # RMS of the deflection, below which it is counts and little else
+_DRIVEN = 0.4  # V, RMS, below which most of the voltage goes into friction; small trials have 0.3, a decay has 0.6
 _SMOOTH = 20 * HZ  # rad/s, of the filter through which accelerations are seen
 _MOTOR = 0.25  # how far, relative, the motor's effect may be from the bench's; 0.03 is usual
 _EARLY, _LATE = 0, 5  # samples by which the servo answers after its voltage: board and hold make 1 or 2
@@ -153,7 +154,8 @@ def _motor(
     runs' the same.
     """
     swings = np.count_nonzero(np.diff(np.sign(vm - vm.mean())))
-    if theta.size < _FEWEST or swings < _FEWEST_SWINGS or float(np.std(theta)) < _STILL:
+    hardly = float(np.std(theta)) < _STILL or float(np.std(vm)) < _DRIVEN
+    if hardly or theta.size < _FEWEST or swings < _FEWEST_SWINGS:
         return None, None
     slow, rate, twice = (
         signal.bilinear([_SMOOTH**2, *[0.0] * order], [1.0, 2 * _SMOOTH, _SMOOTH**2], 1 / dt) for order in range(3)

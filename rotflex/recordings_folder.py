@@ -152,7 +152,7 @@ def bench_of(recordings: Sequence[Recording], run: int) -> Bench:
     run : number of the run that is asked for
     """
     servo, arm = parts_of(recordings)
-    runs = RecordedRuns(recordings, servo.V_max, run)
+    runs = RecordedRuns([_as_given(one) for one in recordings], servo.V_max, run)
     about = recordings[-1].metadata.get("bench") if recordings else None
     identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
     return Bench(
@@ -163,6 +163,12 @@ def bench_of(recordings: Sequence[Recording], run: int) -> Bench:
         limits=Limits(theta=float("inf"), alpha=float("inf")),  # there is nothing to come to harm
         recorded=runs,
     )
+
+
+def _as_given(recording: Recording) -> Recording:
+    """A recording as its experiment gave it, before it was kept."""
+    about = {name: value for name, value in recording.metadata.items() if name != TOLD}
+    return replace(recording, metadata=about)
 
 
 def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:

@@ -13,6 +13,7 @@ from laboratory import laboratory
 import rotflex.lab
 from rotflex import experiments, hil
 from rotflex.courseware import signed_files
+from rotflex.courseware.run import RUNNING
 from rotflex.errors import NotRecorded, RecordingError
 from rotflex.recording import Recording
 from rotflex.recordings_folder import SIGNER, RecordingsFolder
@@ -43,6 +44,20 @@ def at_the_bench(**more):
 
 def short(bench):
     return experiments.free_decay(bench, duration=0.5, progress=False)
+
+
+@pytest.mark.parametrize("running", ["check", "grade"])
+def test_a_program_that_runs_the_notebooks_moves_no_bench_and_has_its_recordings(here, monkeypatch, running):
+    with at_the_bench().bench() as bench:
+        made = short(bench)
+    monkeypatch.setenv(RUNNING, running)
+    monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
+    with at_the_bench().bench() as bench:
+        again = short(bench)
+        with pytest.raises(NotRecorded, match="This experiment has no recording of your bench: watch"):
+            experiments.watch(bench, 0.1, progress=False)
+    assert again.metadata == json.loads(json.dumps(made.metadata))
+    np.testing.assert_allclose(again["alpha"], made["alpha"], atol=1e-12)
 
 
 def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, capsys):

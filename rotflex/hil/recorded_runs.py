@@ -19,6 +19,7 @@ from rotflex.hil import answered
 from rotflex.hil.controllers import Controller
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Channel, Recording
+from rotflex.unanswered import cut
 
 SAME = 5e-3  #: of the recorded voltage (RMS): what a run with the same controller may differ by
 SAME_VOLTS = 1e-3  #: V, where hardly any voltage was recorded
@@ -80,9 +81,10 @@ class RecordedRuns(RecordedPlant):
         return self.recording["vm"][: volts.size]
 
     def exactly(self, given: Recording) -> Recording:
-        """A run on it with the angles as they were recorded."""
+        """A run on it as it was recorded: with those angles, and with what the recording says of itself."""
         exact = {name: Channel(self.recording[name][: len(given)], "rad") for name in ("theta", "alpha")}
-        return Recording(given.time, {**given.channels, **exact}, given.metadata)
+        about = cut(self.recording.metadata, 0, len(given))
+        return Recording(given.time, {**given.channels, **exact}, about)
 
     def _lacking(self, settings: Mapping[str, Any], some: bool) -> str:
         """That an experiment was not recorded, and what was."""

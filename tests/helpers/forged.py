@@ -13,6 +13,7 @@ from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.recorded_runs import voltages
 from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
 from rotflex.recording import Recording
+from rotflex.units import DEG
 
 COUNT = srv02().K_enc
 GAIN = [18.2356, -17.1547, 1.5893, 0.6327]
@@ -30,12 +31,13 @@ def recorded(spec: VirtualPlantSpec) -> Made:
         experiments.free_decay(bench, progress=False)
         experiments.tracking(bench, GAIN, progress=False)
         experiments.tracking(bench, GAIN, "partial", progress=False)
+        experiments.tracking(bench, GAIN, amplitude=2 * DEG, duration=3.1, progress=False)
         model = np.diag([1.0, 1.0], 2) - np.diag([0.0, 0.0, 20.0, 20.0])
         experiments.validation(bench, model, [0.0, 0.0, 60.0, -60.0], progress=False)
         experiments.validation(bench, model, [0.0, 0.0, 60.0, -60.0], "step", progress=False)
         experiments.sweep(bench, drive="voltage", progress=False)
         experiments.watch(bench, 1.0, progress=False)
-    names = ("sweep", "decay", "tracking", "partial", "square", "step", "driven", "watch")
+    names = ("sweep", "decay", "tracking", "partial", "trial", "square", "step", "driven", "watch")
     return dict(zip(names, kept, strict=True))
 
 

@@ -14,11 +14,12 @@ SEED = 2**40 + 7  #: beyond those of students
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Attributes: the public key, the signer's settings, its command, and what the bench is made of."""
+    """Attributes: the public key, the signer's settings, the seed of the bench, and what that is made of."""
 
     name: str
     public: str
     settings: Path
+    seed: int
     plant: VirtualPlantSpec
 
     @property
@@ -36,4 +37,4 @@ def laboratory(folder: Path, name: str = "north", seed: int = SEED, real_time: b
         f'bench = "{name}"\nkey = "{name}.key"\njournal = "{name}.jsonl"\nreal_time = {str(real_time).lower()}\n',
         encoding="utf-8",
     )
-    return Laboratory(name, public, settings, student_bench(seed))
+    return Laboratory(name, public, settings, seed, student_bench(seed))

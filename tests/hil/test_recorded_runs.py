@@ -61,6 +61,7 @@ def test_each_experiment_is_given_its_own_recording_to_the_last_bit(made, name):
         for _again in range(2):
             again = ASKED[name](bench)
             assert set(again.channels) == set(given[name].channels)
+            assert again.metadata == given[name].metadata
             for channel in again.channels:
                 np.testing.assert_array_equal(again[channel], given[name][channel])
 

@@ -9,10 +9,10 @@ import pytest
 from forged import ANOTHER, FORGED, GAIN, OTHER_GAIN, OURS, recorded
 from laboratory import laboratory
 from made_courses import OURS as COURSE
+from real_class import ARM, toml_of
 
 import rotflex.lab
 from rotflex import experiments
-from rotflex.config import Joint
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.errors import BenchError, ConfigurationError, NotRecorded
 from rotflex.instructor.marking import decoding, marking
@@ -25,18 +25,6 @@ from solutions import real_benches
 from solutions.real_bench import RealBench
 
 POLICY = BenchPolicy("real", benches=("north", "south"))
-ARM = ("m_1", "L_1", "m_2", "L_2")
-
-
-def toml_of(place, spec) -> str:
-    """A bench's file: the arm as it was measured, and what is identified of a bench."""
-    arm: Joint = spec.joint
-    omega_n = (spec.parameters.K_s / spec.parameters.J_l) ** 0.5
-    lines = [f'keys = ["{place.public}"]', "[told]", f"arm_position = {arm.arm_position}"]
-    lines += [f"{name} = {getattr(arm, name)}" for name in ARM]
-    lines += ["[truth]", f"omega_n = {omega_n}", f"omega_n_u = {0.005 * omega_n}"]
-    lines += [f"{name} = {getattr(spec.parameters, name)}" for name in ("J_eq", "B_eq", "B_l", "torque_per_volt")]
-    return "\n".join(lines) + "\n"
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +73,7 @@ def handed_in(folder, signer, recordings, student="ada", spec=OURS) -> dict[str,
 def test_honest_recordings_count_and_stand_in_the_place_of_the_bench(tmp_path, benches, made):
     bench = RealBench("Ada", POLICY, handed_in(tmp_path, benches["north"], made[0].values()))
     assert (bench.problems, bench.is_known, bench.identity) == ([], True, None)
-    assert bench.notes == ["Recorded at the bench north: 8 recordings."]
+    assert bench.notes == ["Recorded at the bench north: 9 recordings."]
     assert bench.K_s == pytest.approx(OURS.parameters.K_s) and bench.J_l == OURS.joint.J_l
     np.testing.assert_allclose(bench.sweep()["alpha"], made[0]["sweep"]["alpha"], atol=1e-12)
     np.testing.assert_allclose(bench.tracking(tuple(GAIN), "partial")["vm"], made[0]["partial"]["vm"], atol=1e-12)
