@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rotflex import plausible
+from rotflex.courseware.json_values import plural
 from rotflex.courseware.messages import _
 from rotflex.courseware.signed_files import ENDING, Statement, verified
 from rotflex.courseware.student_id import caseless
@@ -29,11 +30,13 @@ class Evidence:
     ----------
     bench : at which the recordings were made; None where none is signed
     recordings : that count, in the order in which they were signed
+    counted : their names
     problems, notes : what an instructor should, or may want to, know
     """
 
     bench: KnownBench | None = None
     recordings: list[Recording] = field(default_factory=list)
+    counted: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     _left_out: bool = False
@@ -69,9 +72,6 @@ def examine(student: str, benches: Sequence[KnownBench], files: Mapping[str, byt
         )
         return found
     found.bench = next(bench for bench in benches if bench.name == at[0][0])
-    found.notes.append(
-        _("Recorded at the bench {name}: {count} recordings.").format(name=found.bench.name, count=at[0][1])
-    )
     for name, _statement, bench in sorted(signed, key=lambda one: _number(one[1])):
         if bench is not found.bench:
             found.leave_out(
@@ -79,6 +79,7 @@ def examine(student: str, benches: Sequence[KnownBench], files: Mapping[str, byt
             )
             continue
         _take(name, files[name], bench, found)
+    found.notes.append(_marked_with(found.bench, found.counted))
     _say_whose(student, [statement for _name, statement, bench in signed if bench is found.bench], found)
     return found
 
@@ -119,6 +120,14 @@ def _take(name: str, content: bytes, bench: KnownBench, found: Evidence) -> None
         found.leave_out(name, "; ".join(doubts))
     else:
         found.recordings.append(recording)
+        found.counted.append(Path(name).stem)
+
+
+def _marked_with(bench: KnownBench, counted: Sequence[str]) -> str:
+    """A line on which bench it was, and which of its recordings count."""
+    return _("Marked with the bench {name} and {count} of it: {listed}.").format(
+        name=bench.name, count=plural(len(counted), _("recording")), listed=", ".join(counted) or _("none counts")
+    )
 
 
 def _say_whose(student: str, statements: Sequence[Statement], found: Evidence) -> None:
@@ -127,7 +136,7 @@ def _say_whose(student: str, statements: Sequence[Statement], found: Evidence) -
     for other, count in others.items():
         found.problems.append(
             _(
-                "{count} of the recordings were signed in the name of {other}: right where the two worked at the bench "
+                "{count} signed in the name of {other}: right where the two worked at the bench "
                 "together, and else not {student}'s own."
-            ).format(count=count, other=other, student=student)
+            ).format(count=plural(count, _("recording")), other=other, student=student)
         )

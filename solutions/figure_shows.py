@@ -52,7 +52,7 @@ class FigureShows:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for each channel, then at the labels."""
         if not case.virtual:
-            return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
+            return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
         shown: Shown = {channel: [] for channel in self.channels}
         for wanted in self._wanted(case):
             for channel, seen in _seen(value, wanted).items():

@@ -115,7 +115,7 @@ class Measured:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Run it again, measure, and compare."""
         if not case.virtual:
-            return for_a_person("It was not measured on the virtual bench; a person will look at it.")
+            return for_a_person("It was not measured on a bench that is known here; a person will look at it.")
         expected = [measured[self.quantity] for measured in measured_again(case, self.again, self.recording)]
         if any(self._near(value, target) for target in expected):
             return right("Agrees with what is measured when the experiment is run again with your own answers.")

@@ -99,8 +99,8 @@ class RecordedRuns(RecordedPlant):
         if len(listed) > _MOST_LISTED:
             listed = [_("{more} before").format(more=len(listed) - _MOST_LISTED), *listed[-_MOST_LISTED:]]
         return _(
-            "This experiment has no recording of your bench: {asked}; {why}. Recorded are: {listed}. Record it at the "
-            "bench with what your notebook has now, and hand in the folder with the new recording."
+            "This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what your "
+            "notebook has now, and hand in the folder with the new recording. Recorded are: {listed}."
         ).format(asked=asked, why=why, listed="; ".join(listed))
 
 

@@ -49,7 +49,7 @@ class Case:
     bench : the student's own, as it really is: what the course's ``bench`` gives
     own : the student's other answers
     probe_seed : from which the inputs of functions were drawn
-    virtual : whether the answers come from the virtual bench; of another one, nothing is known here
+    virtual : whether the answers come from a bench whose truth is known here, as a virtual one's
     """
 
     bench: Any

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,8 @@ from typing import Any
 from laboratory import Laboratory, laboratory
 from made_courses import copied
 
-from rotflex.courseware.run import execute
+from rotflex.courseware import signed_files
+from rotflex.courseware.run import execute, submit
 from rotflex.hil.student_benches import VirtualPlantSpec
 from rotflex.instructor import course as courses
 from rotflex.instructor.course import Course
@@ -92,12 +94,16 @@ class RealClass:
         return folder
 
     def at_the_bench(self, folder: Path, student: str, only: Iterable[str] = ()) -> None:
-        """Run a student's notebooks at the laboratory's bench, in a kernel each: recordings and answers stay there."""
-        notebooks: dict[str, dict[str, Any]] = {
-            path.name: json.loads(path.read_text(encoding="utf-8"))
-            for path in sorted(folder.glob("*.ipynb"))
-            if not only or path.name in only
-        }
+        """Run a student's notebooks at the laboratory's bench, in a kernel each: recordings and answers stay there.
+
+        Cells that only show something are left out, for the time.
+        """
+        notebooks: dict[str, dict[str, Any]] = {}
+        for path in sorted(folder.glob("*.ipynb")):
+            if not only or path.name in only:
+                notebook = json.loads(path.read_text(encoding="utf-8"))
+                cells = [cell for cell in notebook["cells"] if "illustration" not in cell["metadata"].get("tags", ())]
+                notebooks[path.name] = {**notebook, "cells": cells}
         before = os.environ.get(SIGNER)
         os.environ[SIGNER] = shlex.join(self.place.command)
         try:
@@ -105,15 +111,39 @@ class RealClass:
                 notebooks,
                 folder,
                 parameters={"student": student, "bench": ADDRESS},
-                first=lambda _name: _AT_THE_BENCH.format(seed=self.seed, address=ADDRESS),
+                first=lambda _name: _AT_THE_BENCH.format(seed=self.place.seed, address=ADDRESS),
             )
         finally:
             os.environ.pop(SIGNER) if before is None else os.environ.update({SIGNER: before})
         assert broken == ()
 
-    @property
-    def seed(self) -> int:
-        return self.place.seed
+    def copy(self, folder: Path, where: Path, student: str, in_the_name_of: str = "") -> Path:
+        """Another student's folder with the same in it, recordings signed for them: nobody else's are told of them.
+
+        Parameters
+        ----------
+        folder : of the first
+        where : in which it is made
+        student : the other
+        in_the_name_of : who is said to have made the recordings; the other unless given
+        """
+        made = where / student
+        shutil.copytree(folder, made, ignore=shutil.ignore_patterns("answers.json"))
+        course = json.loads((made / "course.json").read_text(encoding="utf-8"))
+        (made / "course.json").write_text(json.dumps({**course, "student": student}), encoding="utf-8")
+        for path in (made / "recordings").glob("*.mat"):
+            self.sign(path, in_the_name_of or student)
+        return made
+
+    def sign(self, path: Path, student: str) -> None:
+        """Have a recording signed in a student's name, whatever the signing program thinks of it."""
+        key = signed_files.private_key(self.place.settings.with_suffix(".key"))
+        about = {"student": student, "number": int(path.name.partition("-")[0])}
+        path.with_name(path.name + signed_files.ENDING).write_bytes(signed_files.signed(path.read_bytes(), about, key))
+
+    def hand_in(self, folder: Path, out: Path) -> Path:
+        """Pack a folder as ``rotflex submit`` does, without its check."""
+        return submit.submit(folder, [path.name for path in self.course.notebooks], out=out).path
 
 
 def made(folder: Path, notebooks: Iterable[str], more: str = "") -> RealClass:

@@ -73,7 +73,8 @@ def handed_in(folder, signer, recordings, student="ada", spec=OURS) -> dict[str,
 def test_honest_recordings_count_and_stand_in_the_place_of_the_bench(tmp_path, benches, made):
     bench = RealBench("Ada", POLICY, handed_in(tmp_path, benches["north"], made[0].values()))
     assert (bench.problems, bench.is_known, bench.identity) == ([], True, None)
-    assert bench.notes == ["Recorded at the bench north: 9 recordings."]
+    (note,) = bench.notes
+    assert note.startswith("Marked with the bench north and 9 recordings of it: 001-x, 002-x, 003-x,")
     assert bench.K_s == pytest.approx(OURS.parameters.K_s) and bench.J_l == OURS.joint.J_l
     np.testing.assert_allclose(bench.sweep()["alpha"], made[0]["sweep"]["alpha"], atol=1e-12)
     np.testing.assert_allclose(bench.tracking(tuple(GAIN), "partial")["vm"], made[0]["partial"]["vm"], atol=1e-12)
@@ -130,7 +131,7 @@ def test_a_recording_in_anothers_name_is_told(tmp_path, benches, made):
     bench = RealBench("ada", POLICY, handed_in(tmp_path, benches["north"], [made[0]["sweep"]], student="bob"))
     assert bench.is_known
     assert bench.problems == [
-        "1 of the recordings were signed in the name of bob: right where the two worked at the bench together, and "
+        "1 recording signed in the name of bob: right where the two worked at the bench together, and "
         "else not ada's own."
     ]
 

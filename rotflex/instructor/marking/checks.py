@@ -196,7 +196,7 @@ class RecordingOf:
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
     """The verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
     if not case.virtual:
-        return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
+        return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
     for name, wanted in part.settings:
         if value["metadata"].get(name) != wanted:
             return wrong(

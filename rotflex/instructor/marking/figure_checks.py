@@ -51,7 +51,7 @@ class FigureFollows:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for a curve that follows, then at the labels of its axes."""
         if not case.virtual:
-            return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
+            return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
         lacking = ""
         for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
             seen = best(find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
@@ -103,7 +103,7 @@ class FigureOfSpectrum:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for a curve with the right peak, then at the labels of its axes."""
         if not case.virtual:
-            return for_a_person(_("It does not come from the virtual bench; a person will look at it."))
+            return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
         elsewhere = ""
         for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
             found = sorted(self._readings(value, trace), key=lambda one: (bool(one[1].fault), one[1].says_another))

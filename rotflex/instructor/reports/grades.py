@@ -20,7 +20,7 @@ from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRecord
-from rotflex.instructor.reports import feedback, grades_table, similar
+from rotflex.instructor.reports import feedback, grades_table, shared_files, similar
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
 from rotflex.instructor.reports.result import Result, lapse, result_of
 
@@ -75,6 +75,7 @@ class Reports:
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, str] = {}
         self._hints: list[similar.Hint] = []
+        self._shared: list[str] = []
 
     def __enter__(self) -> Reports:
         return self
@@ -99,12 +100,14 @@ class Reports:
 
     @property
     def hints(self) -> str:
-        """A line on answers that fit a class-mate's bench; "" where there are none. After :meth:`write_all`."""
-        if not self._hints:
-            return ""
-        return _(
-            "Answers that fit a class-mate's bench, as a hint and never a verdict: {count}, listed in {file}."
-        ).format(count=len(self._hints), file=self._out / HINTS_FILE)
+        """What class-mates have in common, in a line or two; "" where it is nothing. After :meth:`write_all`."""
+        told = (
+            (self._hints, _("Answers that fit a class-mate's bench")),
+            (self._shared, _("Measurements that several handed in")),
+        )
+        line = _("{what}, as a hint and never a verdict: {count}, listed in {file}.")
+        file = self._out / HINTS_FILE
+        return "\n".join(line.format(what=what, count=len(found), file=file) for found, what in told if found)
 
     def write_all(self) -> int:
         """Write everybody's pages, ``grades.csv``, and ``hints.md``.
@@ -123,27 +126,32 @@ class Reports:
         waiting = {caseless(one): StudentRecord(one) for one in (*self._handed_in, *self._book.handed_in())}
         everybody = waiting | {caseless(one.student): one for one in self._book.students()}
         rows: list[Result | Unmarked] = []
-        measured: list[similar.Student] = []
+        answered: list[similar.Student] = []
+        measured: list[shared_files.Measured] = []
         for known_as, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
                 rows.append(Unmarked(about, NOT_GRADED_YET if known_as in waiting else NOTHING_HANDED_IN))
             else:
                 rows.append(self._pages(graded, about))
-                measured += filter(None, [similar.student(graded, self._course)])
-        self._write_hints(measured)
+                answered += filter(None, [similar.student(graded, self._course)])
+                measured.append(shared_files.measured(graded))
+        self._write_hints(answered, measured)
         if rows:
             self._write(self._out / GRADES_FILE, grades_table.text(rows, self._course.key))
         if self._failures:
             raise _not_written(self._failures)
         return len(rows)
 
-    def _write_hints(self, measured: list[similar.Student]) -> None:
+    def _write_hints(self, answered: list[similar.Student], measured: list[shared_files.Measured]) -> None:
         """The file of hints; none where there are none, nor one of before."""
-        self._hints = similar.hints(measured, similar.measured_parts(self._course.key))
+        self._hints = similar.hints(answered, similar.measured_parts(self._course.key))
+        self._shared = shared_files.hints(measured)
         path = self._out / HINTS_FILE
-        if self._hints:
-            self._write(path, similar.text(self._hints))
+        parts = [similar.text(self._hints)] if self._hints else []
+        parts += [shared_files.text(self._shared)] if self._shared else []
+        if parts:
+            self._write(path, "\n".join(parts))
             return
         try:
             path.unlink(missing_ok=True)
