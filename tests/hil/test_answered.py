@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from fault_board import SAMPLE_TIME, FaultBoard, bench_of
@@ -9,11 +11,13 @@ from forged import changed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import rotflex.lab
 from rotflex import experiments, hil, plausible
 from rotflex.config import srv02
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import answered
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.pace import Pace
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording
 from rotflex.recordings_folder import bench_of as bench_of_recordings
@@ -229,6 +233,20 @@ def test_an_angle_between_counts_is_excused_where_a_sample_was_lost_alone(honest
     excused = claimed(forged, [[700, 1]], **{LOST: [[700, 1]]})
     assert "its angles are no whole counts of the encoders" not in look(excused)
     assert "its angles are no whole counts of the encoders" in look(claimed(forged, [], 0, **{LOST: [[700, 1]]}))
+
+
+def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
+    noted = [[10_000 + 10 * n, 100] for n in range(MOST_NOTED)]
+    pace = Pace(SAMPLE_TIME, "hardware", lambda: 0.0)
+    for first, count in [*noted, *noted]:
+        pace.skipped(first, count, 0)
+    timing = honest.metadata[TIMING] | pace.report()
+    assert timing[HELD] == timing[LOST] == noted
+    recording = Recording(honest.time, honest.channels, {**honest.metadata, TIMING: timing})
+    lab = rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+    lab.answer("3.13", response=recording)
+    kept = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))
+    assert kept["answers"]["3.13"]["response"]["metadata"][TIMING][HELD] == noted
 
 
 def test_a_short_run_may_have_one_whole_pause():
