@@ -141,9 +141,10 @@ class RealClass:
         about = {"student": student, "number": int(path.name.partition("-")[0])}
         path.with_name(path.name + signed_files.ENDING).write_bytes(signed_files.signed(path.read_bytes(), about, key))
 
-    def hand_in(self, folder: Path, out: Path) -> Path:
+    def hand_in(self, folder: Path, out: Path, partners: Iterable[str] = ()) -> Path:
         """Pack a folder as ``rotflex submit`` does, without its check."""
-        return submit.submit(folder, [path.name for path in self.course.notebooks], out=out).path
+        notebooks = [path.name for path in self.course.notebooks]
+        return submit.submit(folder, notebooks, partners=list(partners), out=out).path
 
 
 def made(folder: Path, notebooks: Iterable[str], more: str = "") -> RealClass:

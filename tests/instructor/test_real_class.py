@@ -53,6 +53,16 @@ def lose_the_partial(folder):
             path.unlink()
 
 
+def a_pairs(made, ada, homes):
+    """The folder of Gil, who handed in with Hal: what they have done so far, one recording in the name of each."""
+    gil = made.copy(ada, homes, "gil")
+    for path in [*gil.glob("*.ipynb"), *(gil / "recordings").glob("*-tracking.mat*")]:
+        if path.name != NOTEBOOKS[0]:
+            path.unlink()
+    made.sign(next((gil / "recordings").glob("*-validation.mat")), "hal")
+    return gil
+
+
 @pytest.fixture(scope="module")
 def graded(school, sandbox):
     """The class as the command grades it: honest Ada, her bench's partner Bob, and those who have something to hear."""
@@ -73,6 +83,7 @@ def graded(school, sandbox):
     made.at_the_bench(fay, "fay", ["06_control_design.ipynb", "08_full_state_feedback.ipynb"])
     for folder in (ada, bob, carl, dora, eve, fay):
         made.hand_in(folder, hand_ins)
+    made.hand_in(a_pairs(made, ada, homes), hand_ins, ["hal"])
     for path in hand_ins.glob("*.txt"):
         path.unlink()
     command = [sys.executable, "-m", "rotflex.cli", "grade", hand_ins, "--out", base / "marks", "--course", made.source]
@@ -123,6 +134,18 @@ def test_whoever_hands_in_recordings_in_anothers_name_and_the_teacher_are_told(g
     )
     assert "signed in the name of ada" in page(graded, "bob") and "signed in the name of ada" in graded[1].stdout
     assert lost(graded, "bob") == {}
+
+
+@pytest.mark.parametrize("student", ["gil", "hal"])
+def test_one_bench_shared_by_a_pair_that_hands_in_together_is_told_as_such_and_costs_nothing(graded, student):
+    names = [one for one in result(graded, student)["problems"] if "signed in the name" in one]
+    assert names == [
+        "1 recording signed in the name of hal: right where the two worked at the bench together, and else not gil's "
+        "own."
+    ]
+    status = {(mark["question"], mark["part"]): mark["status"] for mark in result(graded, student)["marks"]}
+    assert (status["2.9", "sweep"], status["2.11", "omega_n"], status["2.12", "K_s"]) == ("right", "right", "right")
+    assert "Marked with the bench north and 2 recordings of it: 001-sweep, 002-validation." in page(graded, student)
 
 
 def test_the_same_recordings_of_several_are_told_to_the_teacher_and_not_to_the_class(graded):
