@@ -8,26 +8,55 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+
+_BRIDGED = 5  # lost samples: a hundredth of a second, in which the servo goes straight on
 
 
-def residual(theta: ArrayLike, alpha: ArrayLike, dt: float, stiffness: float, damping: float) -> float:
+def residual(
+    theta: ArrayLike,
+    alpha: ArrayLike,
+    dt: float,
+    stiffness: float,
+    damping: float,
+    came: NDArray[np.bool_] | None = None,
+) -> float:
     """RMS of what the link's equation leaves of the deflection, relative to the deflection's.
 
-    The arm's angle theta + alpha is the servo's, through the link's two poles: nothing is differentiated.
+    The arm's angle theta + alpha is the servo's, through the link's two poles: nothing is differentiated. What the
+    servo did while samples were lost is not known; the arm may swing freely by anything from then on.
 
     Parameters
     ----------
     theta, alpha : (n,) angles from rest on, rad
     dt : s
     stiffness, damping : K_s/J_l, 1/s², and B_l/J_l, 1/s
+    came : (n,) which samples came, and were not bridged; all unless given
     """
     from scipy.signal import bilinear, lfilter
 
     servo, deflection = np.asarray(theta, dtype=float), np.asarray(alpha, dtype=float)
     numerator, denominator = bilinear([damping, stiffness], [1.0, damping, stiffness], 1 / dt)
     arm = lfilter(numerator, denominator, servo - servo[0]) + servo[0]
-    return float(np.std(deflection - (arm - servo)) / np.std(deflection))
+    whole = np.ones(servo.size, dtype=bool) if came is None else came
+    left = (deflection - (arm - servo))[whole]
+    swings = _free_swings(denominator, whole)[whole]
+    if swings.size:
+        left = left - swings @ np.linalg.lstsq(swings, left, rcond=None)[0]
+    return float(np.std(left) / np.std(deflection[whole]))
+
+
+def _free_swings(denominator: ArrayLike, came: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """How the link swings by itself (samples, 2 a gap) after each gap of some length; short ones are bridged well."""
+    from scipy.signal import lfilter
+
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], came, [True]]).astype(int)))
+    begun = [end for first, end in zip(edges[::2], edges[1::2], strict=True) if end - first > _BRIDGED]
+    starts = [start + later for start in begun for later in (0, 1) if start + later < came.size]
+    impulses = np.zeros((came.size, len(starts)))
+    impulses[starts, range(len(starts))] = 1.0
+    swings: NDArray[np.float64] = lfilter([1.0], denominator, impulses, axis=0)
+    return swings
 
 
 def natural_frequency(

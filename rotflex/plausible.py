@@ -107,7 +107,7 @@ def look(recording: Recording, servo: Servo, bench: PlantParameters) -> Found:
         counts=float(np.abs(counts - np.round(counts)).max()),
         volts=_off_the_controller(recording, servo),
         # At 0 V somebody moves it by hand, or it swings from before.
-        link=_left_of_the_link(theta, alpha, recording.sample_time, bench) if vm.any() else None,
+        link=_left_of_the_link(theta, alpha, came, recording.sample_time, bench) if vm.any() else None,
         gain=gain,
         delay=delay,
         timing=answered.why_not(recording),
@@ -138,11 +138,13 @@ def _controller(recording: Recording) -> Controller | None:
     return None
 
 
-def _left_of_the_link(theta: Vector, alpha: Vector, dt: float, bench: PlantParameters) -> float | None:
+def _left_of_the_link(
+    theta: Vector, alpha: Vector, came: NDArray[np.bool_], dt: float, bench: PlantParameters
+) -> float | None:
     """What :func:`rotflex.link.residual` says of this bench; None where the arm hardly moved."""
     if theta.size < _FEWEST or float(np.std(alpha)) < _STILL:
         return None
-    return link.residual(theta, alpha, dt, bench.K_s / bench.J_l, bench.B_l / bench.J_l)
+    return link.residual(theta, alpha, dt, bench.K_s / bench.J_l, bench.B_l / bench.J_l, came)
 
 
 def _motor(

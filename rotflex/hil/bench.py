@@ -280,7 +280,7 @@ class Bench:
         self.late = []
         self._drop_stale(board, pace)
         behind = pace.arrived(self._sample)
-        if not behind and not pace.may_have_lost:
+        if not (behind or pace.overdue or pace.may_have_lost):
             return 0, 0
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
             self._end(_TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3))

@@ -159,6 +159,7 @@ def _sample(
         if bench.late or bench.sample != index:
             passed = _catch_up(bench, controller, targets, signals, index)
             continue
+        _hold(vm, index, index, bench.overdue)
         _, theta[index], alpha[index] = measured
         vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
 
@@ -185,7 +186,7 @@ def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> Non
     """The voltage that the motor had from a sample on to the newest one: the last answer, once it was written."""
     held = float(vm[index - 1]) if index else 0.0
     vm[index:newest] = held
-    if index:  # an answer that was written periods after its sample was not at the motor before
+    if index and overdue:  # an answer that was written periods after its sample was not at the motor before
         vm[index - 1 : min(index - 1 + overdue, newest)] = vm[index - 2] if index > 1 else 0.0
 
 

@@ -86,7 +86,7 @@ class Pace:
         """From a sample on so many never came, and after them so many came late: the motor keeps what it has."""
         self.missed += lost
         self.late += waiting
-        if not lost + waiting or len(self._held) >= MOST_NOTED:
+        if not (lost or waiting or self.overdue) or len(self._held) >= MOST_NOTED:
             return
         # A late answer was not at the motor at its own sample either.
         first = max(sample - 1, 0) if self.overdue else sample
