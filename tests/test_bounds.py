@@ -141,7 +141,6 @@ BOUNDS: dict[str, tuple[float, str]] = {
         "of a run; a busy computer made 0.006 of one late, and two long pauses make 0.04",
     ),
     "hil.answered:_ROUNDING": (2, "samples: one at either end of a pause"),
-    "unanswered:MOST_NOTED": (100, "stretches of a dozen characters: 2.4 kB of the 4 kB that metadata may have"),
     "hil.pace:DRIFT": (5e-4, "a cheap crystal is off by 1e-4, and one that is hot by as much again"),
     "hil.pace:TOO_SLOW": (5, "answers; a pause makes one of them long"),
     "hil.pace:_FRESH": (2, "periods; a board may take its first sample one after the start"),
