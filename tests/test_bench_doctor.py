@@ -131,7 +131,7 @@ def test_the_makers_board_is_looked_at_whatever_its_watchdog_does_and_its_motor_
     assert [one.what for ones in found.values() for one in ones] == ALL
     assert "the maker's package" in found["software"][0].said
     assert found["watchdog"][0].said.endswith("; no voltage is taken then.")
-    assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg, 25 rad/s, 120 s a run."
+    assert found["limits"][0].said == "2 V, theta ±40 deg, alpha ±25 deg, 8 rad/s, 60 s a run, until it is commissioned."
     (card,) = cards
     assert card._inner.largest == [0.0, 0.0] and not card.is_valid()
 
@@ -157,17 +157,18 @@ def test_a_bench_that_was_not_commissioned_is_told_to_be(installed):
 def test_a_bench_that_was_commissioned_says_when_and_how_it_is_wired(installed):
     installed()
     told = BenchFile(SIMULATOR, parts={"cable_gain": 3}, wiring={"motor_sign": -1})
-    told = replace(told, record=commissioned.record(told.identity(), {}))
+    told = replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6}))
     bench_file.save("bench.toml", told)
     found = asked("bench.toml")
     assert found["commissioned"][0].said == f"On {told.record['date']}, as it is wired now."
+    assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg, 25 rad/s, 120 s a run."
     assert "amplifier VoltPAQ-X1, cable_gain 3, motor_sign -1, servo_sign 1, link_sign -1." in found["bench"][0].said
 
 
 def test_a_bench_that_changed_since_says_what(installed):
     installed()
     told = BenchFile(SIMULATOR)
-    told = replace(told, record=commissioned.record(told.identity(), {})).with_signs(link_sign=1)
+    told = replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})).with_signs(link_sign=1)
     bench_file.save("bench.toml", told)
     (one,) = asked("bench.toml")["commissioned"]
     assert one.level is Level.WARN and "link_sign was -1 and is 1" in one.said

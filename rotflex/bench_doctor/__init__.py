@@ -139,7 +139,8 @@ def _in_words(limits: Limits) -> str:
         _("{value:g} rad/s"): limits.rate,
         _("{value:g} s a run"): limits.duration,
     }
-    return ", ".join(text.format(value=value) for text, value in known.items() if value < math.inf) + "."
+    listed = ", ".join(text.format(value=value) for text, value in known.items() if value < math.inf)
+    return _("{limits}, until it is commissioned.").format(limits=listed) if limits.why else f"{listed}."
 
 
 def _unfinished() -> Finding:

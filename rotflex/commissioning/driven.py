@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import cmath
 import itertools
 import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import least_squares
+from scipy.signal import lfilter
 
 from rotflex import experiments
 from rotflex.courseware.messages import _
@@ -29,7 +30,8 @@ _SWEEP = {"f_start": 2.0, "f_stop": 5.0, "duration": 6.0, "amplitude": 0.6}  # H
 _NATURAL, _SPACING = (1.5, 6.0), 0.05  # Hz; no arm position and spring of the joint is outside
 _DAMPING = 0.6  # 1/s, B_l/J_l; it says little of where the best frequency is
 _LEFT = 0.25  # of the arm's motion, that may be left over; 0.02 to 0.12 is usual
-_STEP, _STEPS, _STEP_FOR = 1.5, 8, 0.024  # V; how many, by turns either way; s, each
+_STEP, _STEPS, _STEP_FOR = 1.5, 8, 0.06  # V; how many, by turns either way; s, each
+_FINELY = 20  # parts of a sample
 _TRIES = 10  # of a step, until all its samples come in time
 
 
@@ -98,7 +100,7 @@ def _breakaway(bench: Bench, way: int, far: float) -> float:
 
 
 def _step(bench: Bench, voltage: float) -> Vector:
-    """The first moments of a step from rest, rad, one in which every sample came in time.
+    """theta and alpha (2, n) in the first moments of a step from rest, rad, one in which every sample came in time.
 
     Raises
     ------
@@ -106,16 +108,16 @@ def _step(bench: Bench, voltage: float) -> Vector:
         If none did.
     """
     for _each in range(_TRIES):
-        taken: list[float] = []
+        taken: list[tuple[float, float]] = []
 
-        def seen(measured: Measurement, taken: list[float] = taken) -> bool:
-            taken.append(measured.theta)
+        def seen(measured: Measurement, taken: list[tuple[float, float]] = taken) -> bool:
+            taken.append((measured.theta, measured.alpha))
             return measured.time >= _STEP_FOR
 
         _drive(bench, lambda _time: voltage, seen, 2 * _STEP_FOR)
         timing = bench.timing.get("timing", {"late": 0, "missed": 0})
         if not timing["late"] and not timing["missed"]:
-            return np.array(taken)
+            return np.array(taken).T
     raise BenchError(
         _(
             "Samples came late in {tries} steps of {time:g} ms, one after the other, so that the delay cannot be told: "
@@ -127,29 +129,28 @@ def _step(bench: Bench, voltage: float) -> Vector:
 def loop_delay(bench: Bench, stiffness: float) -> float:
     """The time from writing a voltage to its effect, s, from the first moments of steps from rest.
 
-    Within 0.7 ms, as the springs may begin a little bent within the link's friction. ``rotflex bench fit`` tells it
-    better.
-
-    At first the link stays where it is, so that the servo turns as if its spring (N·m/rad) were fixed at the other
-    end. The servo's inertia is taken as nominal.
+    The spring (stiffness in N·m/rad) pulls as the measured deflection says. The motor's effect and the braking are
+    found along with the delay, and the servo's inertia is taken as nominal. A step is a few dozen counts, so that the
+    delay is told within 0.8 ms; ``rotflex bench fit`` tells it better.
     """
-    mean = np.mean(
-        [way * _step(bench, way * _STEP) for way in itertools.islice(itertools.cycle((1, -1)), _STEPS)], axis=0
-    )
-    time = np.arange(mean.size) * SAMPLE_TIME
-
-    half = (bench.servo.B_eq + bench.servo.back_emf_damping) / bench.servo.J_eq / 2
-    swing = cmath.sqrt(stiffness / bench.servo.J_eq - half**2)
+    ways = itertools.islice(itertools.cycle((1, -1)), _STEPS)
+    theta, alpha = np.mean([way * _step(bench, way * _STEP) for way in ways], axis=0)
+    time = np.arange(theta.size) * SAMPLE_TIME
+    finely = np.arange((theta.size - 1) * _FINELY + 1) * SAMPLE_TIME / _FINELY
+    pulled = np.interp(finely, time, alpha) * stiffness / bench.servo.J_eq
 
     def left(unknown: Vector) -> Vector:
-        height, delay = unknown
-        passed = np.maximum(time - delay, 0.0)
-        turned = 1 - np.exp(-half * passed) * (np.cos(swing * passed) + half / swing * np.sin(swing * passed)).real
-        counts: Vector = (height * turned - mean) / bench.servo.K_enc
+        pull, delay, braking = unknown
+        driven = pull * np.clip((finely - delay) / finely[1] + 1, 0, 1)
+        fading = math.exp(-braking * finely[1])
+        rate = lfilter([0, (1 - fading) / braking], [1, -fading], pulled + driven)
+        turned = cumulative_trapezoid(rate, finely, initial=0)[::_FINELY]
+        counts: Vector = (turned - theta) / bench.servo.K_enc
         return counts
 
-    found = least_squares(left, [float(mean[-1]) * 3, 0.001], x_scale=[0.1, 1e-3], bounds=([0, 0], [math.inf, 0.02]))
-    return float(found.x[1])
+    guess = [2 * float(theta[-1]) / time[-1] ** 2, 0.001, bench.servo.back_emf_damping / bench.servo.J_eq]
+    bounds = ([0, 0, guess[2] / 3], [math.inf, 0.02, guess[2] * 3])
+    return float(least_squares(left, guess, x_scale=[10, 1e-3, guess[2]], bounds=bounds).x[1])
 
 
 def link(bench: Bench) -> float:
