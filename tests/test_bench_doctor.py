@@ -131,7 +131,8 @@ def test_the_makers_board_is_looked_at_whatever_its_watchdog_does_and_its_motor_
     assert [one.what for ones in found.values() for one in ones] == ALL
     assert "the maker's package" in found["software"][0].said
     assert found["watchdog"][0].said.endswith("; no voltage is taken then.")
-    assert found["limits"][0].said == "2 V, theta ±40 deg, alpha ±25 deg, 8 rad/s, 60 s a run, until it is commissioned."
+    narrow = "2 V, theta ±40 deg, alpha ±25 deg, 8 rad/s, 60 s a run, until it is commissioned."
+    assert found["limits"][0].said == narrow
     (card,) = cards
     assert card._inner.largest == [0.0, 0.0] and not card.is_valid()
 
