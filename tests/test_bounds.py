@@ -158,7 +158,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "hil.serial.port:_PATIENCE": (1, "s; a frame takes less than a millisecond"),
     "hil.serial.stream:SLOWEST": (10_000, "ms; ten seconds between samples are no experiment"),
     "hil.serial.stream:_LATE": (0.1, "s; twice the board's 50 ms of silence"),
-    "hil.bench:_RATE_OVER": (0.01, "s; a count is worth 0.15 rad/s then"),
+    "hil.supervision:_RATE_OVER": (0.01, "s; a count is worth 0.15 rad/s then"),
     # --- what is taken in ---
     "instructor.running.intake.limits:MAX_CLASS_ENTRIES": (100_000, "1000 students with 100 files each"),
     "instructor.running.intake.limits:MAX_ENTRIES": (5000, "as the guide says"),

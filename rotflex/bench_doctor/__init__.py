@@ -22,7 +22,6 @@ from rotflex.errors import RotflexError
 from rotflex.hil import bench_file, quanser, waiting
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import BenchFile
-from rotflex.hil.parts import Safety
 from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import DEG
 
@@ -95,8 +94,6 @@ def _software(scheme: str) -> Finding:
 
 def _on_the_board(bench: Bench, told: BenchFile, seconds: float) -> Iterator[Finding]:
     """All that is asked of an open board."""
-    # At 0 V nothing runs away, and whoever moves the arm meanwhile breaks no limit.
-    bench.limits, bench.safety = Limits(theta=math.inf, alpha=math.inf), Safety()
     what = _("board")
     with contextlib.ExitStack() as opened:
         try:

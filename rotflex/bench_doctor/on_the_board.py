@@ -110,10 +110,10 @@ def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
     what, board = _("watchdog"), bench.board
     outputs = _outputs(told)
     board.watchdog_set_analog_expiration_state(outputs, len(outputs), np.zeros(len(outputs)))
-    if told.loopback is not None:
-        board.write_analog(outputs[1:], 1, np.array([_LOOKED_AT]))
-    board.watchdog_start(WATCHDOG_TIMEOUT)
     try:
+        if told.loopback is not None:
+            board.write_analog(outputs[1:], 1, np.array([_LOOKED_AT]))
+        board.watchdog_start(WATCHDOG_TIMEOUT)
         paused = _kept_alive(bench, told)
         if not math.isnan(paused):
             yield _expired_early(what, paused)
@@ -126,8 +126,10 @@ def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
         yield from _outputs_after(what, bench, told)
         yield _locked(what, board, outputs[:1])
     finally:
-        bench.stop()
-        board.write_analog(outputs, len(outputs), np.zeros(len(outputs)))
+        try:
+            bench.stop()
+        finally:
+            board.write_analog(outputs, len(outputs), np.zeros(len(outputs)))
     yield Finding(what, Level.OK, _("Cleared and stopped, it lets the board be used again, and the motor is at 0 V."))
 
 

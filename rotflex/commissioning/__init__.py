@@ -18,7 +18,6 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.commissioned import record
-from rotflex.hil.parts import Safety
 from rotflex.hil.real import CAREFUL, Setup
 from rotflex.units import HZ
 
@@ -129,6 +128,4 @@ def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measu
 
 def _unguarded(told: BenchFile, connect: Connect) -> Bench:
     """A bench on which little can happen, and which takes motion the wrong way for what it is to find out."""
-    bench = connect(told, replace(told.setup(), limits=CAREFUL))
-    bench.safety = Safety(commissioned=bench.safety.commissioned, folder=bench.safety.folder)
-    return bench
+    return connect(told, replace(told.setup(), limits=CAREFUL, guarded=False))

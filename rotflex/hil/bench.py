@@ -14,7 +14,6 @@ Where time does not wait for the program, a read gives the newest sample: those 
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping
 from types import TracebackType
@@ -26,15 +25,15 @@ from rotflex.config import Joint, Servo, check_mounted
 from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts
-from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt
+from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt, uninterrupted
 from rotflex.hil.pace import Pace
 from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
+from rotflex.hil.supervision import Supervision, at
 from rotflex.recording import Recording
 from rotflex.unanswered import TIMING
 
 _FOREVER = 2**32 - 1
-_RATE_OVER = 0.01  # s
 _EXPIRED = _(
     "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the motor to 0 V. Close "
     "what else keeps this computer busy, and run it again."
@@ -60,6 +59,7 @@ class Bench:
     safety : for a bench that can come to harm
     clock : of the board, that paces the samples
     now : the computer's time, s
+    prepare : sets up the board, once its watchdog is stopped and the motor at 0 V: options, ranges, quadrature, filters
 
     Attributes
     ----------
@@ -83,6 +83,7 @@ class Bench:
         safety: Safety | None = None,
         clock: int = Clock.HARDWARE_CLOCK_0,
         now: Callable[[], float] = time.perf_counter,
+        prepare: Callable[[Board], None] | None = None,
     ) -> None:
         self.servo = check_mounted(servo)
         self.joint = joint
@@ -91,7 +92,7 @@ class Bench:
         self.recorded = recorded
         self.safety = safety or Safety()
         self._clock, self._now = clock, now
-        self._connect = connect
+        self._connect, self._prepare = connect, prepare
         self._wiring = wiring or Wiring()
         self.on_sample: Callable[[Measurement, float], None] | None = None
         self.on_recorded: Callable[[Recording], object] | None = None
@@ -100,7 +101,7 @@ class Bench:
         self.latest = Measurement(0.0, 0.0, 0.0)
         self._pace: Pace | None = None
         self._lost = 0
-        self._rate = 0.0  # rad/s, smoothed
+        self._supervision: Supervision | None = None  # of a run
         self._board: Board | None = None
         self._task: int | None = None
         self._sample = 0
@@ -141,6 +142,9 @@ class Bench:
             self._board.watchdog_clear()
             self._board.watchdog_stop()
             self._set_motor(0.0)
+            if self._prepare is not None:
+                self._prepare(self._board)
+                self._set_motor(0.0)  # with a range that was chosen now, the same number may be other volts
         except BaseException:
             self._close()
             raise
@@ -161,17 +165,19 @@ class Bench:
 
     def _close(self) -> None:
         """0 V, then let go of the board; each is tried whatever happens to the other."""
-        board, self._board = self._board, None
-        if board is None or not board.is_valid():
-            return
-        try:
-            self._halt(board)
-        finally:
-            board.close()
+        with uninterrupted():
+            board, self._board = self._board, None
+            if board is None or not board.is_valid():
+                return
+            try:
+                self._halt(board)
+            finally:
+                board.close()
 
     def _halt(self, board: Board) -> None:
-        task, self._task = self._task, None
-        halt(board, self._motor, task)
+        with uninterrupted():
+            task, self._task = self._task, None
+            halt(board, self._motor, task)
 
     # --- an experiment --------------------------------------------------------------------------------------------
 
@@ -198,9 +204,8 @@ class Bench:
         if zero:
             board.set_encoder_counts(self._encoders, 2, np.zeros(2, dtype=np.int32))
         self._sample, self._sample_time = 0, sample_time
-        self._pace, self._lost, self._rate, self.late = None, 0, 0.0, []
-        if self.safety.guard is not None:
-            self.safety.guard.start(sample_time)
+        self._pace, self._lost, self.late = None, 0, []
+        self._supervision = Supervision(self.limits, self.safety.guard, sample_time)
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW
         board.task_set_buffer_overflow_mode(self._task, mode)
@@ -258,21 +263,10 @@ class Bench:
         """The next sample from its counts, within the limits; ``samples`` after the one before."""
         measured = Measurement(self._sample * self._sample_time, servo * self._K_theta, link * self._K_alpha)
         self._sample += 1
-        before, self.latest = self.latest, measured
-        limits = self.limits
-        if abs(measured.theta) > limits.theta or abs(measured.alpha) > limits.alpha:
-            self.stop()
-            raise LimitExceeded(_("{why} The motor is at 0 V.").format(why=limits.passed(measured)))
-        why = "" if self.safety.guard is None else self.safety.guard.see(measured.theta, measured.alpha, samples)
+        self.latest = measured
+        why = "" if self._supervision is None else self._supervision.see(measured, samples)
         if why:
             self._end(why)
-        if measured.time > limits.duration:
-            self._end(
-                _("The run has taken {time:g} s, which is all that this bench allows.").format(time=limits.duration),
-                limits.why,
-            )
-        if limits.rate < math.inf and samples == 1 and self._sample > 1:
-            self._limit_rate(measured, before)
         return measured
 
     def _waiting(self, board: Board, pace: Pace) -> tuple[int, int]:
@@ -283,7 +277,8 @@ class Bench:
         if not (behind or pace.overdue or pace.may_have_lost):
             return 0, 0
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
-            self._end(_TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3))
+            slow = _TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
+            self._end(at(slow, self.latest.time))
         lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
         self._lost += lost
         waiting = max(behind - lost, 0)
@@ -306,7 +301,7 @@ class Bench:
         Raises
         ------
         BenchError
-            If the voltage is not a finite number; the motor is at 0 V then.
+            If the voltage is not a finite number, or the bench is not sampling; the motor is at 0 V then.
         LimitExceeded
             If it is more than a bench allows that was not commissioned; the motor is at 0 V then.
         HILError
@@ -315,6 +310,9 @@ class Bench:
         applied = min(max(voltage, -self._v_max), self._v_max)
         if applied != voltage:
             self._refuse_beyond(voltage)
+        if applied and self._task is None:  # no watchdog runs, and nothing would stop the motor
+            self.stop()
+            raise BenchError("The bench is not sampling, so the motor stays at 0 V; call start() first.")
         if self.on_sample is not None:
             self.on_sample(self.latest, applied)
         try:
@@ -324,8 +322,8 @@ class Bench:
             raise
         if self._pace is not None:
             self._pace.answered()
-        if self.safety.guard is not None:
-            self.safety.guard.drive(applied)
+        if self._supervision is not None:
+            self._supervision.drive(applied)
         return applied
 
     def _refuse_beyond(self, voltage: float) -> None:
@@ -335,7 +333,7 @@ class Bench:
             raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
         if self.limits.why:
             text = _("The controller asked for {voltage:.1f} V, and the limit is ±{limit:g} V.")
-            self._end(text.format(voltage=voltage, limit=self._v_max), self.limits.why)
+            self._end(at(text.format(voltage=voltage, limit=self._v_max), self.latest.time, self.limits.why))
 
     def _explain_expiry(self) -> None:
         """A board refuses a voltage mostly because its watchdog has expired: then that is said."""
@@ -381,20 +379,7 @@ class Bench:
         self._volts[0] = self._wiring.motor_sign * voltage / self.servo.cable_gain
         self.board.write_analog(self._motor, 1, self._volts)
 
-    def _limit_rate(self, measured: Measurement, before: Measurement) -> None:
-        weight = math.exp(-self._sample_time / _RATE_OVER)
-        rate = (measured.theta - before.theta) / (measured.time - before.time)
-        self._rate = weight * self._rate + (1 - weight) * rate
-        if abs(self._rate) > self.limits.rate:
-            self._end(
-                _("The servo turned at {rate:.1f} rad/s; its limit is ±{limit:.1f} rad/s.").format(
-                    rate=self._rate, limit=self.limits.rate
-                ),
-                self.limits.why,
-            )
-
-    def _end(self, why: str, advice: str = "") -> NoReturn:
+    def _end(self, why: str) -> NoReturn:
         """End a run for a limit: 0 V first, and then the reason."""
         self.stop()
-        told = _("{why} (t = {time:.3f} s.) The motor is at 0 V. {advice}")
-        raise LimitExceeded(told.format(why=why, time=self.latest.time, advice=advice).rstrip())
+        raise LimitExceeded(_("{why} The motor is at 0 V.").format(why=why))

@@ -20,7 +20,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.hil import commissioned
 from rotflex.hil.board import Board, Clock
-from rotflex.hil.kinds import BOARDS, BoardKind
+from rotflex.hil.kinds import BOARDS, SERIAL, BoardKind
 from rotflex.hil.parts import Limits, Wiring
 from rotflex.hil.real import LIMITS, WORKBOOKS_STIFFNESS, Setup
 from rotflex.units import DEG
@@ -62,6 +62,8 @@ class BenchFile:
     def kind(self) -> BoardKind | None:
         """The kind of board; None if it is not among those that are known."""
         scheme, _colon, rest = self.address.partition(":")
+        if scheme == "serial":
+            return SERIAL
         return BOARDS.get(rest.partition("/")[0]) if scheme == "quanser" else None
 
     @property
@@ -86,6 +88,7 @@ class BenchFile:
         arm = joint(parts.pop("arm_position"))
         wired = Wiring(**{name: self.wiring[name] for name in ("motor", "servo_encoder", "link_encoder", *_SIGNS)})
         bound = dict(self.limits) | {name: self.limits[name] * DEG for name in ("theta", "alpha")}
+        bound["voltage"] = min(bound["voltage"], self.board["output_range"] * self.parts["cable_gain"])
         return Setup(
             servo=check_mounted(srv02(**parts)),
             joint=arm,
@@ -101,17 +104,24 @@ class BenchFile:
         """The same bench, wired otherwise."""
         return replace(self, wiring={**self.wiring, **signs})
 
+    def _is_to_be_set(self, key: str) -> bool:
+        """Whether a board is told this: one that is known to take it always, another if it is not as usual."""
+        known = self.kind is not None and self.kind is not SERIAL
+        return known or bool(self.board[key] != TABLES["board"][key].default)
+
     def _prepare(self, board: Board) -> None:
         """Set up a board that was just opened."""
         told, wired = self.board, self.wiring
         if told["options"]:
             board.set_card_specific_options(told["options"], len(told["options"]))
         encoders = np.array([wired["servo_encoder"], wired["link_encoder"]], dtype=np.uint32)
-        if self.kind is not None:
+        if self._is_to_be_set("quadrature"):
             board.set_encoder_quadrature_mode(encoders, 2, np.full(2, told["quadrature"], dtype=np.uint32))
+        if self._is_to_be_set("output_range"):
             _set_range(board.set_analog_output_ranges, wired["motor"], told["output_range"])
-            if self.potentiometer is not None:
-                _set_range(board.set_analog_input_ranges, self.potentiometer, told["input_range"])
+        for channel in (self.potentiometer, None if self.loopback is None else self.loopback[1]):
+            if channel is not None and self._is_to_be_set("input_range"):
+                _set_range(board.set_analog_input_ranges, channel, told["input_range"])
         if told["filter"]:
             board.set_encoder_filter_frequency(encoders, 2, np.full(2, float(told["filter"])))
 
@@ -229,6 +239,10 @@ def _check(bench: BenchFile) -> None:
         )
     if bench.kind is not None:
         _check_kind(bench, bench.kind)
+    if bench.kind is SERIAL and bench.parts["cable_gain"] != 1:
+        _refuse("[parts] cable_gain", bench.parts["cable_gain"], "1", _("A motor's driver has no cable with a gain."))
+    if bench.kind is SERIAL and bench.board["clock"] != 0:
+        _refuse("[board] clock", bench.board["clock"], "0", _("The serial bench has one clock, the board's own."))
 
 
 def _check_kind(bench: BenchFile, kind: BoardKind) -> None:

@@ -8,8 +8,12 @@ left with its watchdog running, which sets 0 V where it can.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -75,6 +79,32 @@ def halt(board: Board, motor: Channels, task: int | None) -> None:
         steps.take("task_stop", partial(board.task_stop, task))
         steps.take("task_delete", partial(board.task_delete, task))
     steps.finish()
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Ctrl-C waits until the end of this, for it comes most easily just when a bench is let go.
+
+    Pressed twice, it does not wait. Only the main thread hears it, and only there it has to.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    pressed: list[Any] = []
+
+    def later(*event: Any) -> None:
+        if pressed:
+            before(*event)
+        pressed.append(event)
+
+    signal.signal(signal.SIGINT, later)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if pressed:
+            before(*pressed[0])
 
 
 def _at_zero(clear: Callable[[], bool], write: Callable[[], bool]) -> bool:

@@ -51,3 +51,6 @@ BOARDS = {
         BoardKind("ni_pcie_6259", "NI PCIe-6259", None, 32, 4, _RANGES_NI, _RANGES_5_10),
     )
 }
+
+#: The board of one's own (``firmware/``). Its output's range is its supply.
+SERIAL = BoardKind("serial", "serial board", encoders=2, analog_inputs=2, analog_outputs=1)

@@ -56,9 +56,10 @@ class Setup:
     limits, wiring : see :mod:`rotflex.hil.parts`
     stiffness : of its joint, N·m/rad, within 15 %, for the runaway guard; the workbook's unless it was measured
     commissioned : text that is not empty is why no loop is closed
-    prepare : sets up a board that was just opened: options, ranges, quadrature, filters
+    prepare : sets up a board that was opened: options, ranges, quadrature, filters
     clock : of the board, that paces the samples; a negative one is the computer's
     simulated : whether time waits for the program, as it does in the maker's simulator
+    guarded : whether the runaway guard watches; not while a commissioning finds out what it would guard by
     """
 
     servo: Servo = field(default_factory=srv02)
@@ -67,9 +68,10 @@ class Setup:
     wiring: Wiring = field(default_factory=Wiring)
     stiffness: float = WORKBOOKS_STIFFNESS
     commissioned: Callable[[], str] = not_commissioned
-    prepare: Callable[[Board], None] = lambda board: None
+    prepare: Callable[[Board], None] | None = None
     clock: int = Clock.HARDWARE_CLOCK_0
     simulated: bool = False
+    guarded: bool = True
 
 
 def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
@@ -82,19 +84,14 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     setup : what is known of it
     """
 
-    def prepared() -> Board:
+    def connected() -> Board:
         waiting.tell()
-        board = connect()
-        try:
-            setup.prepare(board)
-        except BaseException:
-            board.close()
-            raise
-        return board
+        return connect()
 
     why_not = setup.commissioned()
+    guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness))
     return Bench(
-        connect=prepared,
+        connect=connected,
         servo=setup.servo,
         joint=setup.joint,
         identity={
@@ -106,11 +103,12 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         limits=careful(setup.limits, why_not) if why_not else setup.limits,
         wiring=setup.wiring,
         safety=Safety(
-            guard=Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)),
+            guard=guard if setup.guarded else None,
             commissioned=setup.commissioned,
             folder=waiting.place(),
         ),
         clock=setup.clock,
+        prepare=setup.prepare,
     )
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+import signal
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +16,7 @@ import pytest
 from rotflex import hil
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
+from rotflex.hil import halt
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Wiring
 from rotflex.hil.student_benches import DRAW, preset, student_bench
 from rotflex.hil.virtual import VirtualBoard
@@ -128,18 +132,21 @@ def test_wiring_says_which_encoder_is_which_and_its_sign():
 
 def test_voltages_are_cut_to_the_limit_and_reported_as_set():
     with bench_of(FaultyBoard(), limits=Limits(voltage=6.0)) as bench:
+        bench.start(SAMPLE_TIME)
         assert [bench.write(v) for v in (7.0, -100.0, 2.5, np.float64(3.0))] == [6.0, -6.0, 2.5, 3.0]
 
 
 def test_the_amplifier_bounds_the_voltage_too():
     board = FaultyBoard()
     with Bench(lambda: board, srv02(amplifier="Q3"), joint(1), {}) as bench:
+        bench.start(SAMPLE_TIME)
         assert bench.write(10.0) == 4.16
 
 
 def test_the_cables_gain_is_taken_into_account():
     board = FaultyBoard()
     with Bench(lambda: board, srv02(cable_gain=5), joint(1), {}) as bench:
+        bench.start(SAMPLE_TIME)
         bench.write(5.0)
         assert board.voltage == 1.0
 
@@ -308,6 +315,60 @@ def test_a_voltage_that_is_no_number_stops_the_motor(voltage):
             bench.write(voltage)
         assert board.voltage == 0.0
     assert_left_alone(board)
+
+
+@pytest.mark.parametrize("before", [lambda b: None, lambda b: b.stop(), lambda b: (b.start(SAMPLE_TIME), b.stop())])
+def test_no_voltage_is_set_while_no_watchdog_runs(before):
+    """It would stay when the program is killed, and for as long as nobody reads."""
+    board = FaultyBoard()
+    with bench_of(board) as bench:
+        before(bench)
+        with pytest.raises(BenchError, match=r"not sampling, so the motor stays at 0 V; call start\(\) first"):
+            bench.write(1.0)
+        assert board.voltage == 0.0
+        assert bench.write(0.0) == 0.0
+
+
+def interrupted(line: int, by_an_exception: bool) -> tuple[bool, FaultyBoard, Bench]:
+    """Ctrl-C at one of the lines that are passed as a bench is let go: whether there was one, the board, the bench."""
+    files = {sys.modules[one.__module__].__file__ for one in (Bench, halt.halt)}
+    board, passed = FaultyBoard(), itertools.count(1)
+    pressed = False
+
+    def trace(frame: Any, event: str, _argument: Any) -> Any:
+        nonlocal pressed
+        if frame.f_code.co_filename not in files:
+            return None
+        if event == "line" and next(passed) == line:
+            pressed = True
+            signal.raise_signal(signal.SIGINT)
+        return trace
+
+    bench = bench_of(board)
+    try:
+        with bench:
+            run(bench)
+            sys.settrace(trace)
+            if by_an_exception:
+                raise ZeroDivisionError
+    except (KeyboardInterrupt, ZeroDivisionError) as error:
+        assert isinstance(error, KeyboardInterrupt if pressed else ZeroDivisionError)
+    finally:
+        sys.settrace(None)
+    return pressed, board, bench
+
+
+@pytest.mark.parametrize("by_an_exception", [False, True])
+def test_ctrl_c_at_whatever_moment_a_bench_is_let_go_leaves_it_at_0_V(by_an_exception):
+    for line in itertools.count(1):
+        pressed, board, bench = interrupted(line, by_an_exception)
+        if not pressed:
+            break
+        if board.voltage != 0.0:  # nothing was begun: the board is open, and its watchdog runs
+            assert bench._board is board and board.transcript[-1] == "write_analog"
+            bench._close()
+        assert_left_alone(board)
+    assert line > 20
 
 
 # --- misuse ----------------------------------------------------------------------------------------------------------

@@ -160,6 +160,23 @@ def test_limits_are_those_of_the_laboratory_unless_others_are_given():
     assert (Limits().voltage, Limits().theta, Limits().alpha) == pytest.approx((10.0, np.pi, np.pi / 6))
 
 
+def test_an_arm_that_is_turned_by_hand_at_0_V_breaks_no_limit(monkeypatch):
+    board = WatchedBoard()
+    with bench_of(board, limits=Limits(theta=0.1, alpha=0.1, rate=1.0, duration=0.01)) as bench:
+        bench.start(SAMPLE_TIME)
+        coming = iter(range(0, 4000, 200))
+
+        def read(task: int, number: int, counts: Any) -> int:
+            counts[:] = next(coming)
+            return 1
+
+        monkeypatch.setattr(board.inner, "task_read_encoder", read)
+        for _sample in range(20):
+            bench.read()
+            bench.write(0.0)
+        assert bench.latest.theta > 5
+
+
 @pytest.mark.parametrize(("limit", "angle"), [("theta", "servo angle"), ("alpha", "deflection")])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_an_angle_may_be_at_its_limit_and_not_beyond(limit, angle, sign, monkeypatch):
@@ -175,6 +192,7 @@ def test_an_angle_may_be_at_its_limit_and_not_beyond(limit, angle, sign, monkeyp
 
     with bench_of(board, limits=limits) as bench:
         bench.start(SAMPLE_TIME)
+        bench.write(0.01)
         monkeypatch.setattr(board.inner, "task_read_encoder", read)
         assert abs(getattr(bench.read(), limit)) == pytest.approx(at[limit] * count)
         with pytest.raises(Exception, match=f"The {angle} reached"):
