@@ -7,6 +7,7 @@ import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -183,6 +184,74 @@ def test_a_record_is_of_one_board_and_wiring_and_says_what_has_changed(change, s
     why = replace(bench, **change).setup().commissioned()
     assert re.search(said, why)
     assert "until it is commissioned again: rotflex bench setup" in why
+
+
+def test_a_board_that_the_last_program_left_driven_and_expired_is_cleared_and_at_0_V_before_it_is_set_up(
+    cards, monkeypatch, tmp_path
+):
+    """Whether a locked board takes a range is documented nowhere: this one takes none."""
+    bench_file.save(tmp_path / "bench.toml", BenchFile(SIMULATOR))
+    begin, do = quanser_double.HIL.open, quanser_double.HIL._do
+    first: dict[str, float] = {}
+
+    def left_behind(card: Any, *where: Any) -> None:
+        begin(card, *where)
+        card._inner.terminals.set({0: 3.0})
+        card._inner._watchdog.expired = True
+
+    def locked(card: Any, verb: str, *arguments: Any, **more: Any) -> Any:
+        if verb.endswith(("ranges", "mode", "options")) and "task" not in verb:
+            assert not card._inner.watchdog_is_expired(), verb
+            first.setdefault(verb, card._inner.terminals.commanded[0])
+        return do(card, verb, *arguments, **more)
+
+    monkeypatch.setattr(quanser_double.HIL, "open", left_behind)
+    monkeypatch.setattr(quanser_double.HIL, "_do", locked)
+    with hil.open(str(tmp_path / "bench.toml")):
+        pass
+    assert first == {"set_encoder_quadrature_mode": 0.0, "set_analog_output_ranges": 0.0}
+
+
+def test_a_voltage_beyond_the_outputs_range_is_recorded_as_what_it_is_cut_to(cards, tmp_path):
+    narrow = BenchFile(SIMULATOR, board={"output_range": 5.0})
+    path = tmp_path / "bench.toml"
+    bench_file.save(path, recorded(narrow))
+    with hil.open(str(path)) as bench:
+        bench.start(0.002)
+        bench.read()
+        assert bench.write(8.0) == 5.0
+        assert quanser_double.output(cards[0]) == 5.0
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"parts": {"cable_gain": 5}}, r"\[parts\] cable_gain is 5; it must be 1\. A motor's driver has no cable"),
+        ({"wiring": {"motor": 3}}, r"\[wiring\] motor is 3; it must be on a serial board from 0 to 0"),
+        ({"wiring": {"servo_encoder": 7}}, r"servo_encoder is 7; it must be on a serial board from 0 to 1"),
+        ({"board": {"clock": -1}}, r"\[board\] clock is -1; it must be 0\. The serial bench has one clock"),
+    ],
+)
+def test_what_a_serial_board_has_not_is_refused(told, said):
+    with pytest.raises(ConfigurationError, match=said):
+        BenchFile("serial:/dev/ttyACM0?supply=12", **told)
+
+
+def test_a_board_that_is_not_known_is_told_what_is_not_as_usual():
+    said: list[tuple[str, float]] = []
+
+    class Told:
+        def __getattr__(self, verb: str) -> Any:
+            return lambda channels, number, *values: said.append((verb, float(values[-1][0])))
+
+    usual = BenchFile("quanser:q9/0", wiring={"potentiometer": 0})
+    usual.setup().prepare(Told())
+    assert said == []
+    other = replace(
+        usual, board={"output_range": 5.0, "input_range": 2.0}, wiring={"loopback_output": 1, "loopback_input": 3}
+    )
+    other.setup().prepare(Told())
+    assert said == [("set_analog_output_ranges", 5.0), ("set_analog_input_ranges", 2.0)]
 
 
 def test_limits_may_be_changed_after_the_commissioning():
