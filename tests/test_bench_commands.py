@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from rotflex import commissioning, hil
 from rotflex.cli import app
+from rotflex.errors import BenchError
 from rotflex.hil import bench_file
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -125,7 +126,10 @@ def test_a_twin_is_fitted_and_moves_as_its_bench():
     said("run", "fsf", "--gain", GAIN, "--bench", "virtual:twin.toml", "--duration", "5", "--out", "twin.mat")
     apart = Recording.load("twin.mat")["theta"] - Recording.load("fsf.mat")["theta"]
     assert np.sqrt(np.mean(apart**2)) < 0.3 * DEG
-    assert hil.open("virtual:twin.toml?run=2").identity["run"] == 2
+    identity = hil.open("virtual:twin.toml?run=2").identity
+    assert (identity["run"], identity["uri"]) == (2, "virtual:twin.toml?run=2")
+    with pytest.raises(BenchError, match="run must be a whole number"):
+        hil.open("virtual:twin.toml?run=x")
 
 
 def recorded(name: str, run: int = 1, duration: str = "3") -> str:

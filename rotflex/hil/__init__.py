@@ -80,22 +80,23 @@ def open(
         If a value in it does not exist.
     """
     scheme, _colon, rest = uri.partition(":")
+    given = {"plant": plant, "servo": servo, "setup": setup}
     if uri.endswith(".toml") and scheme not in ("virtual", "replay"):
-        return _of_file(uri, setup)
+        _take(uri, given, why=_("the file says what is known of the bench."))
+        return _of_file(uri)
     if scheme == "virtual" and rest.partition("?")[0].endswith(".toml"):
+        _take(uri, given, why=_("the file has the plant and its servo."))
         return _twin(uri, rest, run)
     if scheme == "replay":
-        if plant is not None:
-            raise BenchError(_("A recording has no plant of one's own: give {uri!r} or a plant.").format(uri=uri))
+        _take(uri, given, why=_("a recording is in the plant's place, and says what it is of."))
         return _replay(uri, rest)
     if scheme in ("quanser", "serial"):
-        if plant is not None or servo is not None:
-            raise BenchError(
-                _(
-                    "A real bench has a plant already, and what is known of it is a setup: "
-                    "hil.open({uri!r}, setup=Setup(servo=…, joint=…))."
-                ).format(uri=uri)
-            )
+        _take(
+            uri,
+            given,
+            "setup",
+            why=_("a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."),
+        )
         return quanser_bench(uri, rest, setup) if scheme == "quanser" else _serial(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
@@ -103,6 +104,7 @@ def open(
             "in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as in "
             "'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
         )
+    _take(uri, given, "plant", "servo", why=_("a setup is of a real bench."))
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     identity: dict[str, Any] = {"uri": uri}
@@ -131,9 +133,14 @@ def open(
     )
 
 
-def _of_file(path: str, setup: Setup | None) -> Bench:
-    if setup is not None:
-        raise BenchError(_("{path} says what is known of the bench: give the file or a setup.").format(path=path))
+def _take(uri: str, given: Mapping[str, object], *taken: str, why: str) -> None:
+    """That nothing was given that this address has no use for."""
+    for name, value in given.items():
+        if value is not None and name not in taken:
+            raise BenchError(_("The address {uri!r} takes no {name}=: {why}").format(uri=uri, name=name, why=why))
+
+
+def _of_file(path: str) -> Bench:
     told = load_bench_file(path)
     return open(told.address, setup=told.setup())
 
@@ -142,7 +149,10 @@ def _twin(uri: str, rest: str, run: int) -> Bench:
     path, mark, query = rest.partition("?")
     options = _options(uri, mark + query, ("run", "clock"), "virtual:twin.toml?clock=wall")
     known = load_twin(path)
-    return open("virtual:" + mark + query, plant=known.spec, servo=known.servo, run=int(options.get("run", run)))
+    number = _integer("run", options.get("run", run))
+    bench = open("virtual:" + mark + query, plant=known.spec, servo=known.servo, run=number)
+    bench.identity["uri"] = uri
+    return bench
 
 
 def _own(

@@ -144,7 +144,7 @@ def test_a_file_that_is_not_there_is_told_with_what_writes_one(tmp_path):
 def test_a_file_and_a_setup_are_one_too_many(tmp_path):
     bench = BenchFile(SIMULATOR)
     bench_file.save(tmp_path / "bench.toml", bench)
-    with pytest.raises(BenchError, match="give the file or a setup"):
+    with pytest.raises(BenchError, match="takes no setup=: the file says what is known"):
         hil.open(str(tmp_path / "bench.toml"), setup=bench.setup())
 
 

@@ -7,6 +7,7 @@ import pytest
 from rotflex import experiments, hil
 from rotflex.config import srv02
 from rotflex.errors import BenchError
+from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import student_bench
 from rotflex.recording import Recording
 
@@ -49,9 +50,18 @@ def test_the_servo_is_as_given():
         ("virtual:?seed=3", "says seed=, and a plant was given as well"),
         ("virtual:?preset=workbook", "says preset=, and a plant"),
         ("virtual:?arm_position=2", "says arm_position="),
-        ("replay:some.mat", "has no plant of one's own: give 'replay:some.mat' or a plant"),
+        ("replay:some.mat", "takes no plant=: a recording is in the plant's place"),
     ],
 )
 def test_a_plant_beside_another_is_refused(address, said):
     with pytest.raises(BenchError, match=said):
         hil.open(address, plant=student_bench(7).parameters)
+
+
+def test_what_an_address_has_no_use_for_is_refused_and_not_dropped_in_silence():
+    for uri in ("virtual:?seed=7", "virtual:twin.toml", "replay:some.mat"):
+        with pytest.raises(BenchError, match="takes no setup="):
+            hil.open(uri, setup=Setup())
+    for uri in ("virtual:twin.toml", "replay:some.mat", "quanser:q2_usb/0"):
+        with pytest.raises(BenchError, match="takes no servo="):
+            hil.open(uri, servo=srv02())

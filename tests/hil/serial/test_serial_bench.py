@@ -146,7 +146,7 @@ def test_an_address_that_is_not_understood(uri, words):
 
 def test_a_plant_is_not_given_to_a_real_bench():
     for given in ({"plant": PLANT}, {"servo": srv02()}):
-        with pytest.raises(BenchError, match=r"has a plant already, and what is known of it is a setup"):
+        with pytest.raises(BenchError, match="a real bench has its own plant; its parts stand in setup=Setup"):
             hil.open(URI, **given)
 
 
