@@ -40,13 +40,13 @@ def residual(
     arm = lfilter(numerator, denominator, servo - servo[0]) + servo[0]
     whole = np.ones(servo.size, dtype=bool) if came is None else came
     left = (deflection - (arm - servo))[whole]
-    swings = _free_swings(denominator, whole)[whole]
+    swings = _free_swings(np.asarray(denominator), whole)[whole]
     if swings.size:
         left = left - swings @ np.linalg.lstsq(swings, left, rcond=None)[0]
     return float(np.std(left) / np.std(deflection[whole]))
 
 
-def _free_swings(denominator: ArrayLike, came: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _free_swings(denominator: NDArray[np.float64], came: NDArray[np.bool_]) -> NDArray[np.float64]:
     """How the link swings by itself (samples, 2 a gap) after each gap of some length; short ones are bridged well."""
     from scipy.signal import lfilter
 
