@@ -45,9 +45,17 @@ class KnownBench:
     parameters: PlantParameters
 
 
-def names(folder: Path = FOLDER) -> tuple[str, ...]:
-    """Of all benches whose truth is known."""
-    return tuple(sorted(path.stem for path in folder.glob("*.toml")))
+def faults(folder: Path = FOLDER) -> dict[str, str]:
+    """Names of all benches whose truth is known, and what is wrong with their files; empty text for nothing."""
+    return {path.stem: _fault(path.stem, folder) for path in sorted(folder.glob("*.toml"))}
+
+
+def _fault(name: str, folder: Path) -> str:
+    try:
+        read(name, folder)
+    except ConfigurationError as error:
+        return str(error)
+    return ""
 
 
 def read(name: str, folder: Path = FOLDER) -> KnownBench:

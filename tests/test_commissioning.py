@@ -166,6 +166,21 @@ def test_a_motor_without_power_is_told():
         commission(TOLD, connected(laboratory), miswired.Person(laboratory))
 
 
+def test_the_rising_voltage_ends_at_the_limit_however_late_the_last_sample_comes(monkeypatch):
+    """Beyond it the bench refuses, and says of a motor without power that more was asked for than is allowed."""
+    asked = []
+    monkeypatch.setattr(
+        driven,
+        "_drive",
+        lambda bench, voltage, until, longest: asked.append([voltage(longest + late) for late in (0, 1)]),
+    )
+    laboratory = miswired.Laboratory(1, 1, -1)
+    with connected(laboratory)(TOLD, TOLD.setup()) as bench:
+        with pytest.raises(BenchError, match="did not move at 2 V"):
+            driven.motor_sign(bench)
+        assert asked == [[bench.limits.voltage] * 2]
+
+
 def test_a_loopback_without_its_cable_is_told():
     laboratory = miswired.Laboratory(1, 1, -1)
     told = BenchFile("virtual:miswired", wiring={"loopback_output": 1, "loopback_input": 1})

@@ -60,7 +60,7 @@ def commission(told: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFi
 
 def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> BenchFile:
     """All that is found at 0 V."""
-    dialogue.say(_("The board is opened; the motor stays at 0 V."))
+    dialogue.say(_("Opening the board; the motor stays at 0 V."))
     with connect(told, told.setup()) as bench:
         dialogue.say(_("The board answers at {address}.").format(address=told.address))
         measured["loopback"] = by_hand.loopback(bench, told)
@@ -99,6 +99,7 @@ def _driving(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: di
                 "The link swings at {natural:.2f} Hz: K_s is {stiffness:.2f} N·m/rad, its inertia taken as nominal."
             ).format(natural=omega / HZ, stiffness=stiffness)
         )
+        dialogue.say(_("Now short steps, each from rest: a minute or two."))
         delay = driven.loop_delay(bench, stiffness)
         measured["delay_s"] = delay
         dialogue.say(_("A voltage takes effect after {delay:.1f} ms.").format(delay=delay * 1e3))

@@ -86,7 +86,7 @@ def _breakaway(bench: Bench, way: int, far: float) -> float:
     """The voltage at which the servo had moved so far, rad."""
     if not _drive(
         bench,
-        lambda time: way * _SLOPE * time,
+        lambda time: way * min(_SLOPE * time, bench.limits.voltage),
         lambda measured: abs(measured.theta) >= far,
         bench.limits.voltage / _SLOPE,
     ):

@@ -168,7 +168,8 @@ class FitResult:
         given = "torque_per_volt" if "J_l" in self.estimates else "J_l"
         return _(
             "Recordings tell inertias, stiffness, friction and torques in ratio only: {given} = {value:.4g} {unit} was "
-            "given, and an error of it is an error of all of them. omega_n = {omega_n} rad/s does not depend on it."
+            "given, and an error of it is an error of all of them. omega_n = {omega_n} rad/s (± one standard "
+            "uncertainty) does not depend on it."
         ).format(given=given, value=getattr(self.parameters, given), unit=_UNITS[given], omega_n=self.omega_n)
 
 

@@ -143,7 +143,7 @@ class _Key:
 
 
 def _one_of(default: Any, *allowed: Any) -> _Key:
-    listed = ", ".join(repr(one) for one in allowed)
+    listed = ", ".join(str(one).lower() if isinstance(one, bool) else repr(one) for one in allowed)
     return _Key(default, lambda value: any(value == one and type(value) is type(one) for one in allowed), listed)
 
 
@@ -162,6 +162,7 @@ def _channel(default: int, lowest: int = 0) -> _Key:
 
 
 _FILTER = _Key(0, lambda value: _is_number(value) and value >= 0, _("a frequency in Hz, or 0 for the board's own"))
+_FEW_DEG = 5  # deg; with less nothing can be done, and it was meant in radians
 TABLES: dict[str, dict[str, _Key]] = {
     "parts": {
         "gear": _one_of("high", "high"),
@@ -194,8 +195,8 @@ TABLES: dict[str, dict[str, _Key]] = {
     },
     "limits": {
         "voltage": _number(LIMITS.voltage, 0, 24),
-        "theta": _number(round(LIMITS.theta / DEG, 6), 0, 360),
-        "alpha": _number(round(LIMITS.alpha / DEG, 6), 0, 90),
+        "theta": _number(round(LIMITS.theta / DEG, 6), _FEW_DEG, 360),
+        "alpha": _number(round(LIMITS.alpha / DEG, 6), _FEW_DEG / 2, 90),
         "rate": _number(LIMITS.rate, 0, 100),
         "duration": _number(LIMITS.duration, 0, 3600),
     },
@@ -285,6 +286,8 @@ def load(path: str | Path) -> BenchFile:
         raise ConfigurationError(_("There is no {path}. `rotflex bench setup` writes one.").format(path=path)) from None
     except (OSError, ValueError) as error:
         raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
+    if "plant" in told:
+        raise ConfigurationError(_("{path} is a fitted plant: open it as virtual:{path}.").format(path=path))
     known = ("address", *TABLES, "commissioned")
     unknown = [name for name in told if name not in known]
     if unknown:

@@ -65,7 +65,7 @@ class Course:
     title : of the course, for people; that of its settings counts, where they have one
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
-    benches : names of the laboratory's benches whose truth it has
+    benches : names of the laboratory's benches whose truth it has, and what is wrong with it, if anything
     evidence : folder of students' own files that the truth of a laboratory's bench is made with
     bench_of_files : student's ID, policy, these files (path → content) → the bench that they were made at, for a policy
         of the laboratory's benches. Its ``problems`` and ``notes`` are told; where its ``is_known`` is false, what was
@@ -88,7 +88,7 @@ class Course:
     title: str = ""
     presets: tuple[str, ...] = ()
     draw: int = FIRST_DRAW
-    benches: tuple[str, ...] = ()
+    benches: Mapping[str, str] = field(default_factory=dict)
     evidence: str = ""
     bench_of_files: Callable[[str, BenchPolicy, Mapping[str, bytes]], Any] | None = None
     knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True

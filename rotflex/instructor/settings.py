@@ -147,7 +147,10 @@ _ENTRIES: Mapping[str, Mapping[str, _Entry]] = {
 
 
 def read(
-    folder: Path, presets: Collection[str] = (), draw: int = THEIR_OWN.draw, benches: Collection[str] = ()
+    folder: Path,
+    presets: Collection[str] = (),
+    draw: int = THEIR_OWN.draw,
+    benches: Mapping[str, str] | None = None,
 ) -> CourseSettings:
     """The settings of the course in a folder; the usual ones where there is no file.
 
@@ -156,7 +159,7 @@ def read(
     folder : of the course
     presets : names of the benches that the course has
     draw : version of how the course draws benches
-    benches : names of the laboratory's benches whose truth the course has
+    benches : names of the laboratory's benches whose truth the course has, and what is wrong with its file, if anything
 
     Raises
     ------
@@ -174,7 +177,7 @@ def read(
         found = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
-    faults = [*_misfits(found)] or [*_contradictions(found, presets, benches)]
+    faults = [*_misfits(found)] or [*_contradictions(found, presets, benches or {})]
     if faults:
         raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
     return _settings(found, draw)
@@ -213,7 +216,7 @@ def _wanted(section: str, name: str, what: str) -> str:
     )
 
 
-def _contradictions(found: Mapping[str, Any], presets: Collection[str], benches: Collection[str]) -> Iterator[str]:
+def _contradictions(found: Mapping[str, Any], presets: Collection[str], benches: Mapping[str, str]) -> Iterator[str]:
     """Entries that do not go with each other, or with the course."""
     bench = found.get("bench", {})
     which = bench.get("which", OWN)
@@ -236,6 +239,8 @@ def _contradictions(found: Mapping[str, Any], presets: Collection[str], benches:
             yield _("bench.benches: of {name!a} the course has no truth; it has that of {known}.").format(
                 name=name, known=known
             )
+        elif benches[name]:
+            yield _("bench.benches: {fault}").format(fault=benches[name])
     reflect = found.get("reflect", {})
     if not reflect.get("asks", True) and "from" in reflect:
         yield _("reflect.from: it goes with asks = true, and asks is false. Leave one of them out.")

@@ -105,7 +105,10 @@ def test_what_is_written_is_read_again(tmp_path):
         ("address = 'a:b'\n[wiring]\nangle = 'potentiometer'", r"must be 'encoder'. The potentiometer has a gap"),
         ("address = 'a:b'\n[parts]\ngear = 'low'", r"must be 'high'. The flexible joint is mounted on a servo in high"),
         ("address = 'a:b'\n[parts]\ncable_gain = 2", r"\[parts\] cable_gain is 2; it must be 1, 3, 5"),
-        ("address = 'a:b'\n[limits]\nalpha = nan", r"\[limits\] alpha is nan; it must be a number above 0, at most 90"),
+        (
+            "address = 'a:b'\n[limits]\nalpha = nan",
+            r"\[limits\] alpha is nan; it must be a number above 2.5, at most 90",
+        ),
         (
             "address = 'quanser:q2_usb/0'\n[wiring]\nlink_encoder = 2",
             r"link_encoder is 2; it must be on a Quanser Q2-USB from 0 to 1",

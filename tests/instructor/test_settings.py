@@ -46,8 +46,10 @@ def test_everything_that_may_be_said_is_read(tmp_path):
     assert not found.feedback.is_open(datetime(2026, 12, 1, 10, 59, tzinfo=UTC))
     assert found.feedback.is_open(datetime(2026, 12, 1, 11, tzinfo=UTC))
     (tmp_path / "course.toml").write_text('[bench]\nwhich = "real"\nbenches = ["north"]\n', encoding="utf-8")
-    real = settings.read(tmp_path, benches=("north", "south")).bench
+    real = settings.read(tmp_path, benches={"north": "", "south": "its file"}).bench
     assert real == BenchPolicy("real", benches=("north",))
+    with pytest.raises(GradingError, match=r"bench\.benches: north\.toml cannot be used: it knows no entry 'J_eqq'"):
+        settings.read(tmp_path, benches={"north": "north.toml cannot be used: it knows no entry 'J_eqq'"})
     assert read(tmp_path, '[bench]\nwhich = "preset"\npreset = "workbook"').bench == BenchPolicy(
         "preset", preset="workbook"
     )

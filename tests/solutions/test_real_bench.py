@@ -188,3 +188,12 @@ def test_recordings_are_as_they_were_when_kept(tmp_path, made):
     (tmp_path / "x.mat").write_bytes(kept(tmp_path, made[0]["sweep"]))
     read = Recording.load(tmp_path / "x.mat")
     np.testing.assert_allclose(read["vm"], made[0]["sweep"]["vm"], atol=1e-12)
+
+
+def test_what_is_wrong_with_a_benchs_file_is_known_before_anything_is_graded(tmp_path):
+    truth = 'keys = ["k"]\n[told]\narm_position = 1\n[truth]\nomega_n = 22.9\nomega_n_u = '
+    (tmp_path / "north.toml").write_text(truth + "0.1\n", encoding="utf-8")
+    (tmp_path / "south.toml").write_text(truth + "0.5\n", encoding="utf-8")
+    assert list(found := real_benches.faults(tmp_path)) == ["north", "south"]
+    assert found["north"] == ""
+    assert "omega_n is known to 2.2% only" in found["south"]

@@ -65,7 +65,7 @@ class SerialPort:
             ) from None
         self.name = name
         try:
-            self._line = serial.serial_for_url(name, BAUD_RATE, timeout=0, write_timeout=_PATIENCE)
+            self._line = serial.serial_for_url(name, BAUD_RATE, timeout=0, write_timeout=_PATIENCE, exclusive=True)
         except (OSError, ValueError) as error:
             raise BenchError(
                 _("The serial port {name!r} cannot be opened: {error}. {ports}").format(
