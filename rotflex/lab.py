@@ -98,12 +98,12 @@ class Lab(Session):
 
         What is recorded at a real bench is kept in the folder ``recordings``. The address "recorded" is that bench once
         more, wherever the folder is: each experiment gives its recording, or says that there is none. Where the course
-        has benches of the laboratory's, "virtual" means the same; and so does the session's own address in a check of
-        the whole work, which runs what will be marked, and moves nothing.
+        has benches of the laboratory's, "virtual" means the same; and so does a real bench's address in a check of the
+        whole work, which runs what will be marked, and moves nothing.
         """
         chosen = address or self.address
         at_a_real_one = chosen.partition(":")[0] not in (VIRTUAL, "replay", ADDRESS)
-        if at_a_real_one and not address and RUNNING in os.environ:  # as it is marked; and nobody stands at that bench
+        if at_a_real_one and RUNNING in os.environ:  # as it is marked; and nobody stands at that bench
             chosen, at_a_real_one = VIRTUAL, False
         if chosen == ADDRESS or (chosen == VIRTUAL and self.policy.which == REAL):
             return self.recordings.bench(run)

@@ -60,6 +60,18 @@ def test_a_program_that_runs_the_notebooks_moves_no_bench_and_has_its_recordings
     np.testing.assert_allclose(again["alpha"], made["alpha"], atol=1e-12)
 
 
+@pytest.mark.parametrize("address", ["north:", "bench.toml", "quanser:q2_usb/0", "serial:/dev/ttyACM0?supply=12"])
+@pytest.mark.parametrize("started_at", ["north:", "virtual"])
+def test_nor_does_a_program_move_a_bench_whose_address_a_cell_names(here, monkeypatch, started_at, address):
+    with at_the_bench().bench() as bench:
+        made = short(bench)
+    monkeypatch.setenv(RUNNING, "check")
+    monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
+    session = rotflex.lab.start("ada", bench=started_at, quiet=True)
+    with session.bench(address) as bench:
+        np.testing.assert_allclose(short(bench)["alpha"], made["alpha"], atol=1e-12)
+
+
 def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, capsys):
     time = np.arange(2000) * 0.002
     timing = {"late": 300, "missed": 0, "held": [[first, 60] for first in range(100, 600, 100)]}
