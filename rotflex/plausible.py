@@ -3,8 +3,8 @@
 Four things are looked at, each on the recording alone:
 
 * **counts**: angles are whole counts of the encoders, where samples came;
-* **controller**: the voltage is what the experiment's controller sets, fed with the recorded angles, where samples were
-  answered, and what was held where they came late;
+* **controller**: the voltage is what the experiment's controller sets, fed with the recorded angles and cut to the
+  bench's limit, where samples were answered, and what was held where they came late;
 * **link**: the arm moves as the servo's angle makes an arm of this bench's natural frequency move. The servo's
   friction, which differs from run to run, has no part in it;
 * **motor**: the servo accelerates as this bench's motor makes it, a few milliseconds after the voltage and not before.
@@ -28,7 +28,7 @@ from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 from rotflex.hil import answered
 from rotflex.hil.controllers import Controller, StateFeedback
-from rotflex.hil.recorded_runs import voltages
+from rotflex.hil.recorded_runs import voltage_limit, voltages
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
@@ -119,7 +119,7 @@ def _off_the_controller(recording: Recording, servo: Servo) -> float | None:
     controller = _controller(recording)
     if controller is None or "theta_ref" not in recording:
         return None
-    anew = voltages(recording, controller, recording["theta_ref"], servo.V_max)
+    anew = voltages(recording, controller, recording["theta_ref"], voltage_limit(recording, servo.V_max))
     return float(answered.apart(recording, anew).max())
 
 

@@ -24,13 +24,12 @@ from rotflex.errors import RecordingError
 from rotflex.hil.answered import why_not
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock
-from rotflex.hil.recorded_runs import RecordedRuns
+from rotflex.hil.recorded_runs import TOLD, VOLTAGE_LIMIT, RecordedRuns
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 
 FOLDER = "recordings"  #: beside the notebooks
 SIGNER = "ROTFLEX_SIGNER"  #: environment variable: the command that starts the signing program at a bench
-TOLD = "told"  #: in a recording's metadata: the parts as the student was told them
 ADDRESS = "recorded"  #: of the bench whose plant these recordings are
 _PATIENCE = 60.0  # s for a signature
 _NUMBERED = re.compile(r"(\d{3,})-.*\.mat")
@@ -79,7 +78,8 @@ class RecordingsFolder:
     def keeping(self, bench: Bench, run: int) -> Bench:
         """A real bench, each of whose recordings is kept here as soon as it is made."""
         bench.identity["run"] = run
-        told = {"servo": asdict(bench.servo), "joint": asdict(bench.joint)}
+        limit = min(bench.limits.voltage, bench.servo.V_max)
+        told = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
         bench.on_recorded = lambda recording: self.keep(recording, told)
         return bench
 
@@ -91,7 +91,7 @@ class RecordingsFolder:
         Parameters
         ----------
         recording : as the bench gave it
-        told : the parts on the bench, as plain data
+        told : the parts on the bench and its limit, as plain data
 
         Raises
         ------
@@ -152,7 +152,7 @@ def bench_of(recordings: Sequence[Recording], run: int) -> Bench:
     run : number of the run that is asked for
     """
     servo, arm = parts_of(recordings)
-    runs = RecordedRuns([_as_given(one) for one in recordings], servo.V_max, run)
+    runs = RecordedRuns(recordings, servo.V_max, run)
     about = recordings[-1].metadata.get("bench") if recordings else None
     identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
     return Bench(
@@ -163,12 +163,6 @@ def bench_of(recordings: Sequence[Recording], run: int) -> Bench:
         limits=Limits(theta=float("inf"), alpha=float("inf")),  # there is nothing to come to harm
         recorded=runs,
     )
-
-
-def _as_given(recording: Recording) -> Recording:
-    """A recording as its experiment gave it, before it was kept."""
-    about = {name: value for name, value in recording.metadata.items() if name != TOLD}
-    return replace(recording, metadata=about)
 
 
 def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from forged import ANOTHER, FORGED, OURS, recorded
+from forged import ANOTHER, FORGED, GAIN, OURS, limited, recorded
 
-from rotflex import plausible
+from rotflex import experiments, hil, plausible
 from rotflex.config import srv02
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording
@@ -39,6 +39,19 @@ def test_what_is_found_of_forged_recordings(made, what):
     forge, is_found = FORGED[what]
     found = look(forge(*made))
     assert bool(list(found.doubts())) is is_found, found
+
+
+def test_what_a_bench_cut_to_its_own_limit_is_not_doubted_and_without_the_limit_it_is(made):
+    """And a limit that is no number, or none at all, is as if none were told."""
+    with hil.open("virtual", plant=OURS) as bench:
+        bench._v_max = 6.0
+        cut = experiments.tracking(bench, GAIN, progress=False)
+    assert abs(cut["vm"]).max() == 6.0
+    assert list(look(limited(cut, 6.0)).doubts()) == []
+    for other in (cut, limited(cut, 7.0), limited(cut, 5.0), limited(cut, "6")):
+        assert any("beside what its controller sets" in doubt for doubt in look(other).doubts())
+    for nothing in (None, -1.0, 0, True, [6.0], float("nan")):
+        assert list(look(limited(made[0]["tracking"], nothing)).doubts()) == []
 
 
 def test_a_recording_that_names_no_controller_is_not_compared_with_one(made):

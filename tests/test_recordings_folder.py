@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from laboratory import laboratory
 
 import rotflex.lab
-from rotflex import experiments, hil
+from rotflex import experiments, hil, plausible
 from rotflex.courseware import signed_files
 from rotflex.courseware.run import RUNNING
 from rotflex.errors import NotRecorded, RecordingError
+from rotflex.hil import real
+from rotflex.hil.student_benches import student_bench
+from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 from rotflex.recordings_folder import SIGNER, RecordingsFolder
 
@@ -70,6 +74,26 @@ def test_nor_does_a_program_move_a_bench_whose_address_a_cell_names(here, monkey
     session = rotflex.lab.start("ada", bench=started_at, quiet=True)
     with session.bench(address) as bench:
         np.testing.assert_allclose(short(bench)["alpha"], made["alpha"], atol=1e-12)
+
+
+@pytest.mark.parametrize("volts", [10.0, 6.0, 5.0])
+def test_what_a_bench_cut_to_its_own_limit_is_given_back_and_not_doubted(tmp_path, monkeypatch, volts):
+    """As with `[limits] voltage = 6` in bench.toml, or a motor driver that is fed with 6 V."""
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
+    spec = student_bench(1)
+    limits = replace(real.LIMITS, voltage=volts)
+    setup = real.Setup(joint=spec.joint, limits=limits, commissioned=lambda: "", simulated=True)
+    bench = real.bench("north:0", lambda: VirtualBoard(spec.parameters, timing=spec.timing), setup)
+    store = RecordingsFolder(tmp_path, "ada", signer="")
+    gain = [25.0, -17.15, 1.59, 0.63]
+    with store.keeping(bench, 1) as opened:
+        made = experiments.tracking(opened, gain, duration=4.0, progress=False)
+    assert abs(made["vm"]).max() == pytest.approx(volts, abs=2.5 if volts == 10.0 else 0)
+    assert list(plausible.look(store.recordings()[0], bench.servo, spec.parameters).doubts()) == []
+    with store.bench(1) as given:
+        np.testing.assert_allclose(
+            experiments.tracking(given, gain, duration=4.0, progress=False)["vm"], made["vm"], atol=1e-9
+        )
 
 
 def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, capsys):

@@ -23,6 +23,8 @@ from rotflex.unanswered import cut
 
 SAME = 5e-3  #: of the recorded voltage (RMS): what a run with the same controller may differ by
 SAME_VOLTS = 1e-3  #: V, where hardly any voltage was recorded
+TOLD = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
+VOLTAGE_LIMIT = "voltage_limit"  #: in that, V: to which the bench cut voltages
 _MOST_LISTED = 12
 _NOTHING = Recording.of([0.0, 0.002], theta=[0.0, 0.0], alpha=[0.0, 0.0], vm=[0.0, 0.0])
 
@@ -35,7 +37,7 @@ class RecordedRuns(RecordedPlant):
     Parameters
     ----------
     recordings : in the order in which they were made
-    v_max : to which voltages were cut, V
+    v_max : to which voltages were cut where a recording says of no lower limit, V
     run : number of the run that is asked for
 
     Raises
@@ -68,7 +70,9 @@ class RecordedRuns(RecordedPlant):
         name = str(settings.get("experiment", ""))
         likely = [one for one in self._all if one.metadata.get("experiment") == name and run_of(one) == self._run]
         for one in reversed(likely):
-            if controller is None or fits(one, controller, reference, sample_time, self._v_max):
+            if controller is None or fits(
+                one, controller, reference, sample_time, voltage_limit(one, self._v_max)
+            ):
                 super().__init__(one, _("the recording of your {experiment}").format(experiment=name))
                 return
         raise NotRecorded(self._lacking(settings, bool(likely)))
@@ -84,6 +88,7 @@ class RecordedRuns(RecordedPlant):
         """A run on it as it was recorded: with those angles, and with what the recording says of itself."""
         exact = {name: Channel(self.recording[name][: len(given)], "rad") for name in ("theta", "alpha")}
         about = cut(self.recording.metadata, 0, len(given))
+        about = {name: value for name, value in about.items() if name != TOLD}  # which came when it was kept
         return Recording(given.time, {**given.channels, **exact}, about)
 
     def _lacking(self, settings: Mapping[str, Any], some: bool) -> str:
@@ -102,6 +107,19 @@ class RecordedRuns(RecordedPlant):
             "This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what your "
             "notebook has now, and hand in the folder with the new recording. Recorded are: {listed}."
         ).format(asked=asked, why=why, listed="; ".join(listed))
+
+
+def voltage_limit(recording: Recording, v_max: float) -> float:
+    """To which voltage (V) the bench of a recording cut what its controller asked for.
+
+    Parameters
+    ----------
+    recording : says so itself, where it was kept at a bench
+    v_max : the most that its servo can have, V; a limit beyond it counts for nothing
+    """
+    told = recording.metadata.get(TOLD)
+    limit = told.get(VOLTAGE_LIMIT) if isinstance(told, Mapping) else None
+    return min(limit, v_max) if type(limit) in (int, float) and limit > 0 else v_max
 
 
 def run_of(recording: Recording) -> int:

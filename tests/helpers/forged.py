@@ -10,7 +10,7 @@ import numpy as np
 from rotflex import experiments, hil
 from rotflex.config import srv02
 from rotflex.hil.controllers import StateFeedback
-from rotflex.hil.recorded_runs import voltages
+from rotflex.hil.recorded_runs import TOLD, VOLTAGE_LIMIT, voltages
 from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -51,10 +51,10 @@ def on_counts(values: Any) -> Any:
     return np.round(np.asarray(values) / COUNT) * COUNT
 
 
-def consistent(recording: Recording) -> Recording:
+def consistent(recording: Recording, limit: float = 10.0) -> Recording:
     """With the voltage that the controller sets on the forged angles: by somebody who knows what is looked at."""
     controller = StateFeedback(recording.metadata["K"], recording.metadata["feedback"])
-    return changed(recording, vm=voltages(recording, controller, recording["theta_ref"], 10.0))
+    return changed(recording, vm=voltages(recording, controller, recording["theta_ref"], limit))
 
 
 def scaled(recording: Recording, factor: float) -> Recording:
@@ -73,6 +73,12 @@ def shifted(recording: Recording, samples: int, *names: str) -> Recording:
 
 def of_another_gain(recording: Recording) -> Recording:
     return Recording(recording.time, recording.channels, {**recording.metadata, "K": OTHER_GAIN})
+
+
+def limited(recording: Recording, volts: float) -> Recording:
+    """Of a bench that is said to have cut its voltages to that."""
+    told = {TOLD: {VOLTAGE_LIMIT: volts}}
+    return Recording(recording.time, recording.channels, {**recording.metadata, **told})
 
 
 #: What was done → the forged recording, of ours and of another bench's; and whether it is found.
@@ -117,6 +123,11 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
         lambda ours, other: Recording(
             ours["partial"].time, ours["partial"].channels, {**ours["partial"].metadata, "feedback": "full"}
         ),
+        True,
+    ),
+    "cut to less than its voltages": (lambda ours, other: limited(ours["tracking"], 5.0), True),
+    "cut to more than the servo can have, vm made to fit": (
+        lambda ours, other: limited(consistent(scaled(ours["tracking"], 2.0), 40.0), 40.0),
         True,
     ),
     "a stretch repeated": (
