@@ -96,15 +96,19 @@ def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
         if is_held(beside(path, _LOCK)):
             continue
         try:
-            described = json.loads(_words(path).read_text(encoding="utf-8"))
-            signals = np.load(path, mmap_mode="r")
-        except (OSError, ValueError):  # killed before it was whole: there is nothing in it
-            continue
-        described.setdefault(ENDED, _("The program ended without a word; the board's watchdog set the motor to 0 V."))
-        recording = _recording(np.array(signals), described)
+            recording = _left_behind(path)
+        except (OSError, EOFError, ValueError, TypeError, LookupError, RecordingError):
+            continue  # killed before it was whole, or it is none of ours
         if recording is not None:
             found[path] = recording
     return found
+
+
+def _left_behind(path: Path) -> Recording | None:
+    described = dict(json.loads(_words(path).read_text(encoding="utf-8")))
+    signals = np.load(path, mmap_mode="r")
+    described.setdefault(ENDED, _("The program ended without a word; the board's watchdog set the motor to 0 V."))
+    return _recording(np.array(signals), described)
 
 
 def filled(signals: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -89,7 +89,7 @@ def tell(folder: Path | None = None) -> None:
     folder : in which they wait; that of real benches unless given
     """
     new: list[Waiting] = []
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(Exception):  # whatever the file of a killed program holds
         for one in waiting(folder or place()):
             if not beside(one.path, _TOLD).exists():
                 new.append(one)

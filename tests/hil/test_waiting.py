@@ -145,6 +145,43 @@ def test_a_recording_that_does_not_read_as_it_was_written_waits_on(settings, mon
     assert one.path.exists()
 
 
+SAYS = '{"source": "bench", "bench": {"uri": "here"}, "sample_time": 0.002}'
+#: What a killed program, or a full disk, may leave: its samples and its words.
+BROKEN: dict[str, tuple[bytes | None, str]] = {
+    "no sample and no header": (b"", SAYS),
+    "half a header": (b"\x93NUMPY\x01\x00v\x00{", SAYS),
+    "no samples' file at all": (b"\x80\x04K\x01.", SAYS),
+    "words that are none": (None, ""),
+    "words that are a list": (None, "[]"),
+    "words that are a number": (None, "3"),
+    "words without a sample time": (None, "{}"),
+    "words whose sample time is none": (None, '{"sample_time": []}'),
+    "words whose sample time is 0": (None, '{"sample_time": 0}'),
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_a_file_that_is_not_whole_keeps_nobody_from_a_bench_nor_hides_the_others(boards, settings, capsys, broken):
+    samples, words = BROKEN[broken]
+    whole = Unfinished(100, settings, {"sample_time": 0.002})
+    whole.signals[:] = 1.0
+    whole.broken_off("for a test", {})
+    with (settings / "0.npy").open("wb") as file:
+        file.write(samples) if samples is not None else np.save(file, np.zeros((3, 10)))
+    (settings / "0.json").write_text(words, encoding="utf-8")
+    with hil.open(SIMULATOR):
+        assert capsys.readouterr().out == TOLD
+    assert "run, 0.2 s, ? for a test 1 recording in" in unfinished()
+
+
+@pytest.mark.parametrize("shape", [(3,), (2, 10), (0, 0), ()])
+def test_samples_of_another_shape_are_none_of_ours(settings, shape):
+    settings.mkdir(parents=True)
+    np.save(settings / "0.npy", np.zeros(shape))
+    (settings / "0.json").write_text(SAYS, encoding="utf-8")
+    assert "No recording waits" in unfinished()
+
+
 def test_a_folder_that_cannot_be_read_keeps_nobody_from_a_bench(boards, settings, capsys, monkeypatch):
     def refuse(folder: Path) -> dict[Path, Recording]:
         raise PermissionError(13, "Permission denied")
