@@ -125,11 +125,11 @@ def _sampled(
             raise
         try:
             _sample(bench, controller, targets, coming, recorded.signals)
-        except BaseException as error:
+            bench.stop()
+            return recorded.finished()
+        except BaseException as error:  # also of the stop in the end, where the run is whole
             _break_off(bench, error, recorded)
             raise
-        bench.stop()
-    return recorded.finished()
 
 
 def _break_off(bench: Bench, error: BaseException, recorded: Unfinished) -> None:

@@ -69,12 +69,11 @@ class Unfinished:
         """The signals in memory; the file is gone."""
         if self._path is None:
             return self.signals
-        signals = np.array(self.signals)
-        del self.signals  # on Windows a file that is mapped cannot be deleted
+        self.signals = np.array(self.signals)  # on Windows a file that is mapped cannot be deleted
         for path in (self._path, _words(self._path)):
             path.unlink(missing_ok=True)
         self._release()
-        return signals
+        return self.signals
 
     def _release(self) -> None:
         if self._held is not None:

@@ -400,6 +400,21 @@ def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("error", [HILError("the board refused"), KeyboardInterrupt()], ids=["refused", "Ctrl-C"])
+@pytest.mark.parametrize("verb", ["task_stop", "task_delete", "watchdog_clear", "watchdog_stop"])
+def test_a_run_that_is_whole_is_kept_where_the_stop_in_the_end_fails(verb, error, tmp_path):
+    board = FaultBoard()
+    with pytest.raises(type(error)), bench_of(board, tmp_path) as bench:
+        board.before[verb] = once(SAMPLES, error)
+        run(bench, StateFeedback(GAIN), REFERENCE, SAMPLE_TIME, progress=False)
+    assert board.voltage == 0.0
+    for name in ("theta", "alpha", "vm"):
+        assert bench.kept[name].tolist() == undisturbed_run()[name].tolist()
+    ((_file, found),) = unfinished(tmp_path).items()
+    assert found.metadata["ended"].startswith(type(error).__name__)
+    assert found["vm"].tolist() == bench.kept["vm"].tolist()
+
+
 # --- what a pause does ------------------------------------------------------------------------------------------------
 
 
