@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(help="A bench: set it up, run experiments on it, fit a virtual one to its recordings.")
 
+_Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
 _Bench = Annotated[str, typer.Option("--bench", help="Its address: bench.toml, or as 'virtual:?seed=7'.")]
 
 
@@ -87,11 +88,12 @@ def run_experiment(
     ] = "",
     model: Annotated[Path | None, typer.Option(help="A .mat file with A and B, for validation.")] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds; as the course has it unless given.")] = None,
+    force: _Force = False,
 ) -> None:
     """Run an experiment, and keep what was recorded, also of a run that ended before its time."""
     from rotflex import hil
 
-    _check_out(out)
+    _check_recording(out, force)
     chosen = _experiment(experiment, gain, model, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
         try:
@@ -114,9 +116,23 @@ def _keep(bench: Bench, out: Path) -> None:
 
 
 def _check_out(out: Path) -> None:
-    """That a recording could be written there: afterwards it is too late."""
+    """That a file could be written there: afterwards it is too late."""
     if not out.absolute().parent.is_dir() or out.is_dir():
         raise ConfigurationError(_("{out} cannot be written: name a file in a folder that is there.").format(out=out))
+
+
+def _check_new(out: Path, force: bool) -> None:
+    """And that nothing is lost by it."""
+    _check_out(out)
+    if out.exists() and not force:
+        raise ConfigurationError(_("{out} is there already: name another --out, or add --force.").format(out=out))
+
+
+def _check_recording(out: Path, force: bool) -> None:
+    from rotflex.recording import saved_ending
+
+    saved_ending(out)
+    _check_new(out, force)
 
 
 def _experiment(experiment: Experiment, gain: str, model: Path | None, settings: dict[str, Any]) -> Any:
@@ -170,13 +186,14 @@ def watch(
     bench: _Bench = "bench.toml",
     duration: Annotated[float, typer.Option(help="Seconds; Ctrl-C ends it before.")] = 60.0,
     out: Annotated[Path | None, typer.Option(help="A .mat file for what is seen.")] = None,
+    force: _Force = False,
 ) -> None:
     """Show both angles at 0 V while the arm is moved by hand."""
     from rotflex import experiments, hil
     from rotflex.units import DEG
 
     if out is not None:
-        _check_out(out)
+        _check_recording(out, force)
     with hil.open(bench) as opened:
         shown = [-1.0]
 
@@ -260,6 +277,7 @@ def fit(
         str, typer.Option(help="What to fit, as 'K_s,J_eq,delay'; all that the recordings tell unless given.")
     ] = "",
     leave_out: Annotated[bool, typer.Option(help="Fit without each recording in turn, too, and predict it.")] = True,
+    force: _Force = False,
 ) -> None:
     """Fit the virtual bench to recordings of a real one, and say how well it tells of one that it has not seen."""
     from rotflex import greybox
@@ -269,6 +287,9 @@ def fit(
     from rotflex.hil.terminals import Timing
     from rotflex.recording import Recording
 
+    _check_new(out, force)
+    if out.suffix != ".toml":
+        raise ConfigurationError(_("{out}: a fitted bench is a file whose name ends in .toml.").format(out=out))
     every = [Recording.load(path) for path in recordings]
     arm = joint(arm_position or _recorded(every, recordings, "arm_position", 1))
     servo = srv02(encoder=encoder or _recorded(every, recordings, "encoder", "E"))

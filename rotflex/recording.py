@@ -160,9 +160,7 @@ class Recording:
             If the file cannot be written, or would not hold the whole recording as it is.
         """
         target = Path(path)
-        write = {".mat": self._write_mat, ".csv": self._write_csv}.get(target.suffix.lower())
-        if write is None:
-            raise RecordingError(f"{target.name}: a recording is saved as .mat or .csv.")
+        write = {".mat": self._write_mat, ".csv": self._write_csv}[saved_ending(target)]
         try:
             files.write(target, lambda scratch: write(scratch, variables))
         except OSError as error:
@@ -276,6 +274,20 @@ class Recording:
             return json.dumps(self.metadata, sort_keys=True)
         except (TypeError, ValueError, RecursionError) as error:
             raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
+
+
+def saved_ending(path: Path) -> str:
+    """The ending of a file as which a recording can be saved.
+
+    Raises
+    ------
+    RecordingError
+        If it is another one.
+    """
+    ending = path.suffix.lower()
+    if ending not in (".mat", ".csv"):
+        raise RecordingError(f"{path.name}: a recording is saved as .mat or .csv.")
+    return ending
 
 
 def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:

@@ -86,6 +86,35 @@ def test_a_place_that_cannot_be_written_is_said_before_anything_moves():
     assert "name a file in a folder that is there" in said("run", "sweep", *VIRTUAL, "--out", "no/out.mat", code=2)
 
 
+WRITING = {
+    "run": (["run", "sweep", *VIRTUAL, "--duration", "1"], "out.mat"),
+    "watch": (["watch", *VIRTUAL, "--duration", "0.5"], "out.mat"),
+    "fit": (["fit", "fsf.mat"], "out.toml"),
+}
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_what_cannot_be_written_or_is_there_is_said_before_anything_is_done(command, monkeypatch, tmp_path):
+    words, out = WRITING[command]
+    monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
+    monkeypatch.setattr(Recording, "load", lambda *_paths: pytest.fail("the recordings were read"))
+    ending = "whose name ends in .toml" if command == "fit" else "a recording is saved as .mat or .csv"
+    for wrong in ("out.txt", "out", "out.npz"):
+        assert ending in said(*words, "--out", wrong, code=2)
+    assert "name a file in a folder that is there" in said(*words, "--out", f"no/{out}", code=2)
+    (tmp_path / out).write_text("mine")
+    assert f"{out} is there already: name another --out, or add --force" in said(*words, "--out", out, code=2)
+    assert (tmp_path / out).read_text() == "mine"
+
+
+@pytest.mark.parametrize("command", ["run", "watch"])
+def test_a_file_is_written_over_where_that_is_asked_for(command, tmp_path):
+    words, out = WRITING[command]
+    (tmp_path / out).write_text("mine")
+    assert "samples are in out.mat" in said(*words, "--out", out, "--force")
+    assert len(Recording.load(tmp_path / out)) > 100
+
+
 def test_a_run_that_ends_before_its_time_is_kept():
     gain = "--gain=-60,0,0,0"
     output = said("run", "fsf", gain, *VIRTUAL, "--out", "out.mat", code=2)
