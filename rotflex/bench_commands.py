@@ -101,7 +101,19 @@ def run_experiment(
         except BaseException:
             _keep(opened, out)
             raise
-    typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
+        _save(recording, opened, out)
+
+
+def _save(recording: Recording, bench: Bench, out: Path) -> None:
+    """Save a run, or say where it is where that fails."""
+    from rotflex.errors import RecordingError
+    from rotflex.hil import waiting
+
+    try:
+        recording.save(out)
+    except RecordingError as error:
+        raise RecordingError(f"{error} {waiting.put_by(recording, bench.safety.folder)}") from error
+    typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=out))
 
 
 def _keep(bench: Bench, out: Path) -> None:
@@ -211,8 +223,8 @@ def watch(
         except KeyboardInterrupt:
             recording = opened.kept
         typer.echo("")
-    if out is not None and recording is not None:
-        typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=recording.save(out)))
+        if out is not None and recording is not None:
+            _save(recording, opened, out)
 
 
 def examine(bench: str, seconds: float, as_json: bool) -> None:

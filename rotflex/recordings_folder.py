@@ -21,6 +21,7 @@ from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.courseware.signed_files import ENDING
 from rotflex.errors import RecordingError
+from rotflex.hil import waiting
 from rotflex.hil.answered import why_not
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock
@@ -80,7 +81,16 @@ class RecordingsFolder:
         bench.identity["run"] = run
         limit = min(bench.limits.voltage, bench.servo.V_max)
         told = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
-        bench.on_recorded = lambda recording: self.keep(recording, told)
+
+        def keep(recording: Recording) -> None:
+            try:
+                self.keep(recording, told)
+            except RecordingError as error:
+                bench.kept = replace(recording, metadata={**recording.metadata, TOLD: told})
+                where = waiting.put_by(bench.kept, bench.safety.folder)
+                raise RecordingError(f"{error} {where}") from error
+
+        bench.on_recorded = keep
         return bench
 
     def keep(self, recording: Recording, told: Mapping[str, Any]) -> Path:
@@ -133,7 +143,10 @@ class RecordingsFolder:
             return _("not signed: {why}").format(why=error)
         if done.returncode != 0 or not done.stdout:
             return _("not signed: {why}").format(why=done.stderr.decode(errors="replace").strip()[-500:])
-        files.write(path.with_name(path.name + ENDING), done.stdout)
+        try:
+            files.write(path.with_name(path.name + ENDING), done.stdout)
+        except OSError as error:
+            return _("not signed: {why}").format(why=error)
         return _("signed")
 
     # --- in its place ---------------------------------------------------------------------------------------------

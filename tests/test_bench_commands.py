@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 import miswired
 import numpy as np
@@ -14,8 +16,10 @@ from typer.testing import CliRunner
 
 from rotflex import commissioning, hil
 from rotflex.cli import app
-from rotflex.errors import BenchError
-from rotflex.hil import bench_file
+from rotflex.errors import BenchError, RecordingError
+from rotflex.hil import bench_file, commissioned
+from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
@@ -113,6 +117,29 @@ def test_a_file_is_written_over_where_that_is_asked_for(command, tmp_path):
     (tmp_path / out).write_text("mine")
     assert "samples are in out.mat" in said(*words, "--out", out, "--force")
     assert len(Recording.load(tmp_path / out)) > 100
+
+
+@pytest.mark.parametrize("command", ["run", "watch"])
+def test_a_run_that_cannot_be_saved_after_all_says_where_it_is(command, monkeypatch, tmp_path):
+    """As on a disk that is full by then."""
+    modules, _opened = quanser_double.package(lambda: VirtualBoard(preset("real_bench").parameters))
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    told = bench_file.BenchFile(SIMULATOR)
+    bench_file.save("bench.toml", replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})))
+    really = Recording.save
+
+    def save(recording: Recording, path: Path) -> Path:
+        if path.name == "out.mat":
+            raise RecordingError("out.mat cannot be written: No space left on device.")
+        return really(recording, path)
+
+    monkeypatch.setattr(Recording, "save", save)
+    words = {"run": ["run", "decay"], "watch": ["watch"]}[command]
+    output = said(*words, "--bench", "bench.toml", "--duration", "1", "--out", "out.mat", code=2)
+    (kept,) = (tmp_path / "settings").rglob("*.mat")
+    assert "No space left on device. The recording is whole: it is in" in output and kept.name in output
+    assert len(Recording.load(kept)) == 501
 
 
 def test_a_run_that_ends_before_its_time_is_kept():

@@ -79,17 +79,13 @@ def test_nor_does_a_program_move_a_bench_whose_address_a_cell_names(here, monkey
 @pytest.mark.parametrize("volts", [10.0, 6.0, 5.0])
 def test_what_a_bench_cut_to_its_own_limit_is_given_back_and_not_doubted(tmp_path, monkeypatch, volts):
     """As with `[limits] voltage = 6` in bench.toml, or a motor driver that is fed with 6 V."""
-    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
-    spec = student_bench(1)
-    limits = replace(real.LIMITS, voltage=volts)
-    setup = real.Setup(joint=spec.joint, limits=limits, commissioned=lambda: "", simulated=True)
-    bench = real.bench("north:0", lambda: VirtualBoard(spec.parameters, timing=spec.timing), setup)
+    bench = a_bench(tmp_path, monkeypatch, replace(real.LIMITS, voltage=volts))
     store = RecordingsFolder(tmp_path, "ada", signer="")
     gain = [25.0, -17.15, 1.59, 0.63]
     with store.keeping(bench, 1) as opened:
         made = experiments.tracking(opened, gain, duration=4.0, progress=False)
     assert abs(made["vm"]).max() == pytest.approx(volts, abs=2.5 if volts == 10.0 else 0)
-    assert list(plausible.look(store.recordings()[0], bench.servo, spec.parameters).doubts()) == []
+    assert list(plausible.look(store.recordings()[0], bench.servo, student_bench(1).parameters).doubts()) == []
     with store.bench(1) as given:
         np.testing.assert_allclose(
             experiments.tracking(given, gain, duration=4.0, progress=False)["vm"], made["vm"], atol=1e-9
@@ -179,6 +175,47 @@ def test_a_broken_file_is_told_and_left_out_and_numbers_go_on(here, tmp_path, ca
     assert [path.name for path in store.paths] == ["001-a-b-c.mat", "0999-x.mat", "1000-run.mat"]
     assert len(store.recordings()) == 2
     assert "Note      0999-x.mat cannot be read as a .mat file" in capsys.readouterr().out
+
+
+def a_bench(tmp_path, monkeypatch, limits=real.LIMITS):
+    """A bench that can come to harm, of a virtual one."""
+    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
+    spec = student_bench(1)
+    setup = real.Setup(joint=spec.joint, limits=limits, commissioned=lambda: "", simulated=True)
+    return real.bench("north:0", lambda: VirtualBoard(spec.parameters, timing=spec.timing), setup)
+
+
+@pytest.mark.parametrize("beside", ["", "a file"], ids=["there is a place", "there is none"])
+def test_a_run_that_cannot_be_kept_is_not_lost_and_its_place_is_told(tmp_path, monkeypatch, beside):
+    bench = a_bench(tmp_path, monkeypatch)
+    store = RecordingsFolder(tmp_path, "ada", signer="")
+    (tmp_path / "recordings").write_text("a file")
+    with pytest.raises(RecordingError, match=r"recordings cannot be made: .* The recording is whole: it is in") as told:  # noqa: SIM117
+        with store.keeping(bench, 1) as opened:
+            bench.safety = replace(bench.safety, folder=None if beside else bench.safety.folder)
+            short(opened)
+    assert len(bench.kept) == 251 and "theta_ref" in bench.kept and "ended" not in bench.kept.metadata
+    saved = list((tmp_path / "settings").rglob("*.mat"))
+    if beside:
+        assert not saved and "in the bench's `kept`, until the program ends" in str(told.value)
+        return
+    assert f"it is in {saved[0]}, and in the bench's `kept`" in str(told.value)
+    again = Recording.load(*saved)
+    assert again.metadata == json.loads(json.dumps(dict(bench.kept.metadata)))
+    np.testing.assert_allclose(again["alpha"], bench.kept["alpha"], atol=1e-12)
+    (tmp_path / "recordings").unlink()
+    (tmp_path / "recordings").mkdir()
+    saved[0].rename(tmp_path / "recordings" / "001-free-decay.mat")  # as it would have been kept
+    with store.bench(1) as given:
+        np.testing.assert_allclose(short(given)["vm"], bench.kept["vm"], atol=1e-9)
+
+
+def test_a_signature_that_cannot_be_written_is_told_and_the_recording_is_kept(here, monkeypatch, capsys, tmp_path):
+    (tmp_path / "ada/recordings/001-free-decay.mat.signed/mine").mkdir(parents=True)
+    with at_the_bench().bench() as bench:
+        assert len(short(bench)) == 251
+    assert "Kept      recordings/001-free-decay.mat: not signed: " in capsys.readouterr().out
+    assert len(Recording.load(tmp_path / "ada/recordings/001-free-decay.mat")) == 251
 
 
 def test_a_folder_that_cannot_be_made_is_told(here, tmp_path):

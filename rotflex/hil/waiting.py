@@ -10,6 +10,7 @@ import contextlib
 import datetime
 import os
 import re
+import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,6 +100,28 @@ def tell(folder: Path | None = None) -> None:
         print(said.format(recordings=plural(len(new), _("recording"))))
 
 
+def put_by(recording: Recording, folder: Path | None) -> str:
+    """Save a recording that is whole, and could not be kept where it should be; where it is now, in words.
+
+    Parameters
+    ----------
+    recording : with its name in its metadata
+    folder : in which the bench keeps samples while they come; None for a bench that keeps none
+    """
+    if folder is not None:
+        name = f"{_named(recording)}-{datetime.datetime.now():%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:8]}.mat"
+        with contextlib.suppress(OSError, RecordingError):
+            folder.mkdir(parents=True, exist_ok=True)
+            path = recording.save(folder / name)
+            return _("The recording is whole: it is in {path}, and in the bench's `kept`.").format(path=path)
+    return _("The recording is whole: it is in the bench's `kept`, until the program ends.")
+
+
+def _named(recording: Recording) -> str:
+    """What a file of a recording's is called."""
+    return re.sub(r"\W+", "-", str(recording.metadata.get("experiment", _("run")))).strip("-") or "run"
+
+
 def write_out(one: Waiting, folder: Path) -> Path:
     """Write a recording as a .mat file with the reason in it, and take it out of those that wait.
 
@@ -112,14 +135,13 @@ def write_out(one: Waiting, folder: Path) -> Path:
     RecordingError
         If it cannot be written, or not read again as it is. It waits on then.
     """
-    name = re.sub(r"\W+", "-", one.experiment).strip("-") or "run"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RecordingError(
             _("{folder} cannot be made: {why}.").format(folder=folder, why=error.strerror or error)
         ) from None
-    path = one.recording.save(folder / f"{name}-{one.begun:%Y%m%d-%H%M%S}-{one.path.stem[:8]}.mat")
+    path = one.recording.save(folder / f"{_named(one.recording)}-{one.begun:%Y%m%d-%H%M%S}-{one.path.stem[:8]}.mat")
     written = Recording.load(path)
     if not _same(written, one.recording):
         raise RecordingError(
