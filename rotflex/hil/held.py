@@ -37,7 +37,8 @@ class Held:
         handle, self._handle = self._handle, None
         if handle is not None:
             os.close(handle)
-            self._path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # on Windows, while another program asks whether it is held
+                self._path.unlink(missing_ok=True)
 
     def __del__(self) -> None:
         if self._handle is not None:

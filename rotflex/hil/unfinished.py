@@ -6,6 +6,7 @@ system's own memory, which costs the loop nothing and which no end of the progra
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import uuid
@@ -24,6 +25,7 @@ from rotflex.recording import Recording
 
 ENDED = "ended"  #: why a recording is not whole, in its metadata
 _LOCK = ".lock"  # of an empty file beside the samples
+_OVER = ".over"  # of an empty file beside one that could not be deleted, of a run that ended as it should
 
 
 class Unfinished:
@@ -70,9 +72,9 @@ class Unfinished:
         if self._path is None:
             return self.signals
         self.signals = np.array(self.signals)  # on Windows a file that is mapped cannot be deleted
-        for path in (self._path, _words(self._path)):
-            path.unlink(missing_ok=True)
+        _discard(self._path)  # the lock last: nobody is to take it for what a killed program left
         self._release()
+        _discard(self._path)
         return self.signals
 
     def _release(self) -> None:
@@ -91,8 +93,10 @@ def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
     folder : in which the bench keeps samples while they come
     """
     found = {}
+    for over in list(Path(folder).glob(f"*{_OVER}")):
+        _discard(over)
     for path in sorted(Path(folder).glob("*.npy")):
-        if is_held(beside(path, _LOCK)):
+        if is_held(beside(path, _LOCK)) or beside(path, _OVER).exists():
             continue
         try:
             recording = _left_behind(path)
@@ -137,6 +141,22 @@ def _recording(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Re
 def beside(path: Path, ending: str) -> Path:
     """Another file of the same recording."""
     return path.with_suffix(ending)
+
+
+def _discard(path: Path) -> None:
+    """Delete the files of a run that ended as it should: now, or where a program has one open, once it does not.
+
+    On Windows the system's search may have it open, or another program that asks whether this one still lives.
+    """
+    files_of_it = [beside(path, ending) for ending in (".json", ".npy", _LOCK)]
+    for one in files_of_it:
+        with contextlib.suppress(OSError):
+            one.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        if any(one.exists() for one in files_of_it):
+            beside(path, _OVER).touch()
+        else:
+            beside(path, _OVER).unlink(missing_ok=True)
 
 
 def _words(path: Path) -> Path:

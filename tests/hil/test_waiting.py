@@ -145,6 +145,27 @@ def test_a_recording_that_does_not_read_as_it_was_written_waits_on(settings, mon
     assert one.path.exists()
 
 
+@pytest.mark.parametrize("busy", [".npy", ".json", ".lock"])
+def test_a_file_that_another_program_has_open_loses_no_run_and_is_deleted_later(boards, settings, monkeypatch, busy):
+    """As on Windows, where a file cannot be deleted that the system's search has open."""
+    really = Path.unlink
+
+    def unlink(path: Path, missing_ok: bool = False) -> None:
+        if path.suffix == busy and path.exists():
+            raise PermissionError(13, "The process cannot access the file", str(path))
+        really(path, missing_ok)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", unlink)
+        with hil.open(SIMULATOR) as bench:
+            assert len(run(bench, OpenLoop(), np.full(100, 0.3), progress=False)) == 100
+        assert bench.kept is None
+        assert sorted(path.suffix for path in settings.iterdir()) == sorted([busy, ".over"])
+        assert "No recording waits" in unfinished()
+    assert "No recording waits" in unfinished()
+    assert not list(settings.iterdir())
+
+
 SAYS = '{"source": "bench", "bench": {"uri": "here"}, "sample_time": 0.002}'
 #: What a killed program, or a full disk, may leave: its samples and its words.
 BROKEN: dict[str, tuple[bytes | None, str]] = {
