@@ -118,12 +118,17 @@ def _save(recording: Recording, bench: Bench, out: Path) -> None:
 
 def _keep(bench: Bench, out: Path) -> None:
     """Save what a run recorded that ended before its time, in place of what was kept of it meanwhile."""
-    from rotflex.hil import waiting
-
     if bench.kept is None:
         return
     typer.echo(_("What was recorded until then is in {out}.").format(out=bench.kept.save(out)), err=True)
-    if bench.safety.folder is not None:
+    _forget_unfinished(bench)
+
+
+def _forget_unfinished(bench: Bench) -> None:
+    """Take what a bench has as kept out of the recordings that wait: it is elsewhere, or nobody asked for it."""
+    from rotflex.hil import waiting
+
+    if bench.kept is not None and bench.safety.folder is not None:
         waiting.remove_same(bench.kept, bench.safety.folder)
 
 
@@ -220,11 +225,17 @@ def watch(
         recording: Recording | None = None
         try:
             recording = experiments.watch(opened, duration, progress=False)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt:  # as the help says: nothing was broken off
             recording = opened.kept
+        except BaseException:
+            typer.echo("")
+            if out is not None:
+                _keep(opened, out)
+            raise
         typer.echo("")
         if out is not None and recording is not None:
             _save(recording, opened, out)
+        _forget_unfinished(opened)
 
 
 def examine(bench: str, seconds: float, as_json: bool) -> None:

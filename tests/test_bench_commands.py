@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from rotflex import commissioning, hil
 from rotflex.cli import app
-from rotflex.errors import BenchError, RecordingError
+from rotflex.errors import BenchError, HILError, RecordingError
 from rotflex.hil import bench_file, commissioned
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
@@ -140,6 +140,36 @@ def test_a_run_that_cannot_be_saved_after_all_says_where_it_is(command, monkeypa
     (kept,) = (tmp_path / "settings").rglob("*.mat")
     assert "No space left on device. The recording is whole: it is in" in output and kept.name in output
     assert len(Recording.load(kept)) == 501
+
+
+class Ended(VirtualBoard):
+    """A real bench's board, on which something happens at its 100th sample."""
+
+    error: BaseException = KeyboardInterrupt()
+    read = 0
+
+    def task_read_encoder(self, *arguments):
+        self.read += 1
+        if self.read == 100:
+            raise self.error
+        return super().task_read_encoder(*arguments)
+
+
+@pytest.mark.parametrize("out", [["--out", "out.mat"], []], ids=["with a file", "without"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), HILError("the board refused")], ids=["Ctrl-C", "refused"])
+def test_watching_that_somebody_ends_is_no_run_that_did_not_end_as_it_should(out, error, monkeypatch):
+    monkeypatch.setattr(Ended, "error", error)
+    modules, _opened = quanser_double.package(lambda: Ended(preset("real_bench").parameters))
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    wanted = isinstance(error, KeyboardInterrupt)
+    output = said("watch", "--bench", SIMULATOR, *out, code=0 if wanted else 2)
+    if out:
+        assert ("99 samples are in out.mat" if wanted else "What was recorded until then is in out.mat") in output
+        assert len(Recording.load("out.mat")) == 99
+    waits = not out and not wanted
+    assert ("the board refused" in said("unfinished")) is waits
+    assert ("No recording waits" in said("unfinished")) is not waits
 
 
 def test_a_run_that_ends_before_its_time_is_kept():
