@@ -8,14 +8,35 @@ import numpy as np
 import pytest
 
 from rotflex import __version__, hil
+from rotflex.config import srv02
 from rotflex.errors import BenchError, LimitExceeded
+from rotflex.hil.bench import Bench, Safety
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
+from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 from rotflex.signals import square_wave, time_axis
 from rotflex.units import DEG
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
+
+
+class Closing(OpenLoop):
+    """Made of an open loop, and none."""
+
+    def __call__(self, reference: float, theta: float, alpha: float) -> float:
+        return reference - 5.0 * theta
+
+
+def test_a_class_made_of_the_open_loop_closes_none_on_a_bench_that_was_not_commissioned(tmp_path):
+    spec = preset("real_bench")
+    safety = Safety(commissioned=lambda: "It was not commissioned.", folder=tmp_path)
+    bench = Bench(lambda: VirtualBoard(spec.parameters), srv02(), spec.joint, {"clock": "simulated"}, safety=safety)
+    with bench:
+        assert len(run(bench, OpenLoop(), np.zeros(10), progress=False)) == 10
+        with pytest.raises(BenchError, match="It was not commissioned"):
+            run(bench, Closing(), np.zeros(10), progress=False)
 
 
 class Scripted:
