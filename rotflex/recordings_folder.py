@@ -6,7 +6,6 @@ Each has a file of its own, ``003-tracking.mat``, and beside it what the bench's
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -17,9 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware import files
+from rotflex.courseware import files, signed_files
 from rotflex.courseware.messages import _
-from rotflex.courseware.signed_files import ENDING
 from rotflex.errors import RecordingError
 from rotflex.hil import waiting
 from rotflex.hil.answered import why_not
@@ -49,8 +47,7 @@ class RecordingsFolder:
     def __init__(self, beside: Path, student: str, signer: str | None = None) -> None:
         self.folder = beside / FOLDER
         self._student = student
-        command = os.environ.get(SIGNER, "") if signer is None else signer
-        self._signer = shlex.split(command, posix=os.name == "posix")
+        self._signer = os.environ.get(SIGNER, "") if signer is None else signer
 
     @property
     def paths(self) -> list[Path]:
@@ -131,20 +128,19 @@ class RecordingsFolder:
 
     def _signed(self, path: Path) -> str:
         """Have a file signed, and how that ended."""
-        if not self._signer:
+        if not self._signer.strip():
             return _("not signed, as this machine signs nothing")
-        content = path.read_bytes()
-        head = json.dumps({"student": self._student, "bytes": len(content)}).encode() + b"\n"
         try:
-            done = subprocess.run(
-                self._signer, input=head + content, capture_output=True, timeout=_PATIENCE, check=False
-            )
+            command, asked = started(self._signer), signed_files.request(self._student, path.read_bytes())
+            done = subprocess.run(command, input=asked, capture_output=True, timeout=_PATIENCE, check=False)
+        except ValueError as error:
+            return _("not signed: {variable} is no command ({why})").format(variable=SIGNER, why=error)
         except (OSError, subprocess.TimeoutExpired) as error:
             return _("not signed: {why}").format(why=error)
         if done.returncode != 0 or not done.stdout:
             return _("not signed: {why}").format(why=done.stderr.decode(errors="replace").strip()[-500:])
         try:
-            files.write(path.with_name(path.name + ENDING), done.stdout)
+            files.write(path.with_name(path.name + signed_files.ENDING), done.stdout)
         except OSError as error:
             return _("not signed: {why}").format(why=error)
         return _("signed")
@@ -154,6 +150,17 @@ class RecordingsFolder:
     def bench(self, run: int) -> Bench:
         """The bench that these recordings are of: each experiment gives its own, or says that it was not recorded."""
         return bench_of(self.recordings(), run)
+
+
+def started(command: str, system: str = os.name) -> str | list[str]:
+    """A command as a program is started by it: Windows takes the line as it is, and all others its words.
+
+    Raises
+    ------
+    ValueError
+        If it has one quote without the other.
+    """
+    return command if system == "nt" else shlex.split(command)
 
 
 def bench_of(recordings: Sequence[Recording], run: int) -> Bench:

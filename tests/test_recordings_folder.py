@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import sys
 from dataclasses import replace
@@ -20,7 +21,7 @@ from rotflex.hil import real
 from rotflex.hil.student_benches import student_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
-from rotflex.recordings_folder import SIGNER, RecordingsFolder
+from rotflex.recordings_folder import SIGNER, RecordingsFolder, started
 
 REAL = json.dumps({"student": "ada", "draw": 2, "bench": {"which": "real"}})
 
@@ -143,6 +144,11 @@ def test_before_anything_is_recorded_notebooks_open_and_say_so(here):
     [
         ("", "not signed, as this machine signs nothing"),
         ("/no/such/program", "not signed: "),
+        pytest.param(
+            '"unclosed',
+            "not signed: ROTFLEX_SIGNER is no command (No closing quotation)",
+            marks=pytest.mark.skipif(os.name == "nt", reason="Windows takes the line as it is"),
+        ),
         (shlex.join([sys.executable, "-c", "import sys; sys.exit('no key today')"]), "not signed: no key today"),
         (shlex.join([sys.executable, "-c", ""]), "not signed: "),
     ],
@@ -153,6 +159,12 @@ def test_what_cannot_be_signed_is_kept_and_the_line_says_why(here, monkeypatch, 
         short(bench)
     assert f"Kept      recordings/001-free-decay.mat: {why}" in capsys.readouterr().out
     assert [path.name for path in (tmp_path / "ada/recordings").iterdir()] == ["001-free-decay.mat"]
+
+
+def test_on_windows_a_command_with_a_blank_in_its_path_is_taken_as_it_is():
+    line = r'"C:\Program Files\Python\python.exe" -I -m rotflex.signing sign C:\signer\north.toml'
+    assert started(line, "nt") == line
+    assert started("'/opt/my python' -I -m x", "posix") == ["/opt/my python", "-I", "-m", "x"]
 
 
 def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):

@@ -31,6 +31,11 @@ MOST_BYTES = 20_000  #: of what lies beside a file
 _DIGEST = "sha256"  # in a statement
 
 
+def request(student: str, content: bytes) -> bytes:
+    """What is sent to a program that signs: who asks, and the file."""
+    return json.dumps({"student": student, "bytes": len(content)}).encode() + b"\n" + content
+
+
 @dataclass(frozen=True)
 class Statement:
     """What a machine says of a file.

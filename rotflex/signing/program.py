@@ -20,11 +20,6 @@ _LONGEST_LINE = 10_000
 REFUSED = 3  #: the program's exit code where it does not sign
 
 
-def request(student: str, recording: bytes) -> bytes:
-    """What is sent to the program: who asks, and the recording's file."""
-    return json.dumps({"student": student, "bytes": len(recording)}).encode() + b"\n" + recording
-
-
 def main(words: Sequence[str] | None = None) -> int:
     """Run the program with its words, and return its exit code."""
     parser = argparse.ArgumentParser(prog="python -m rotflex.signing", description=_("Sign recordings of a bench."))

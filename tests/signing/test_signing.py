@@ -32,7 +32,7 @@ def run(command, given: bytes) -> subprocess.CompletedProcess[bytes]:
 def test_a_recording_is_signed_by_a_process_of_its_own_and_entered_in_the_journal(tmp_path):
     here = laboratory(tmp_path)
     content = file_of(tmp_path)
-    done = run(here.command, program.request("ada", content))
+    done = run(here.command, signed_files.request("ada", content))
     assert (done.returncode, done.stderr) == (0, b"")
     said = signed_files.verified(content, done.stdout, [here.public])
     assert {name: said.about[name] for name in ("bench", "student", "number", "seconds", "real_time")} == {
