@@ -28,6 +28,8 @@ from rotflex.recording import Recording
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
 
+_ARRAYS = (np.ndarray, np.generic)  # which a file of a recording cannot hold as they are
+
 
 def run(
     bench: Bench,
@@ -219,5 +221,5 @@ def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | N
         "bench": dict(bench.identity),
         "sample_time": sample_time,
         "software": f"rotflex {__version__}",
-        **(metadata or {}),
+        **{name: value.tolist() if isinstance(value, _ARRAYS) else value for name, value in (metadata or {}).items()},
     }

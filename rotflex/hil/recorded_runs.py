@@ -70,9 +70,7 @@ class RecordedRuns(RecordedPlant):
         name = str(settings.get("experiment", ""))
         likely = [one for one in self._all if one.metadata.get("experiment") == name and run_of(one) == self._run]
         for one in reversed(likely):
-            if controller is None or fits(
-                one, controller, reference, sample_time, voltage_limit(one, self._v_max)
-            ):
+            if controller is None or fits(one, controller, reference, sample_time, voltage_limit(one, self._v_max)):
                 super().__init__(one, _("the recording of your {experiment}").format(experiment=name))
                 return
         raise NotRecorded(self._lacking(settings, bool(likely)))

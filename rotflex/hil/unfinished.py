@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware import files
+from rotflex.courseware import course_place, files
 from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
 from rotflex.hil.held import Held, is_held
@@ -45,6 +45,7 @@ class Unfinished:
         if folder is None:
             self.signals: NDArray[np.float64] = np.full((3, samples), np.nan)
             return
+        _require_plain(self._described)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._path = folder / f"{uuid.uuid4().hex}.npy"
@@ -53,9 +54,10 @@ class Unfinished:
             self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=np.float64, shape=(3, samples))
         except OSError as error:
             raise RecordingError(
-                _("Samples cannot be kept in {folder} while they come: {why}. Name another folder.").format(
-                    folder=folder, why=error.strerror or error
-                )
+                _(
+                    "Samples cannot be kept in {folder} while they come: {why}. Make that folder writable, or name "
+                    "another one for settings in the environment variable {variable}, and start again."
+                ).format(folder=folder, why=error.strerror or error, variable=course_place.SETTINGS)
             ) from None
         self.signals[:] = np.nan
 
@@ -141,6 +143,14 @@ def _recording(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Re
 def beside(path: Path, ending: str) -> Path:
     """Another file of the same recording."""
     return path.with_suffix(ending)
+
+
+def _require_plain(described: dict[str, Any]) -> None:
+    """Metadata that a file cannot hold are told before anything moves."""
+    try:
+        json.dumps(described)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise RecordingError(_("The metadata must be plain data, as JSON can hold: {why}.").format(why=error)) from None
 
 
 def _discard(path: Path) -> None:

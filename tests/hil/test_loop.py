@@ -9,7 +9,7 @@ import pytest
 
 from rotflex import __version__, hil
 from rotflex.config import srv02
-from rotflex.errors import BenchError, LimitExceeded
+from rotflex.errors import BenchError, LimitExceeded, RecordingError
 from rotflex.hil.bench import Bench, Safety
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
@@ -22,6 +22,28 @@ from rotflex.units import DEG
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
 
+def a_bench(folder, **safety):
+    """A bench of a virtual one, which keeps samples while they come."""
+    spec, kept = preset("real_bench"), Safety(folder=folder, **safety)
+    return Bench(lambda: VirtualBoard(spec.parameters), srv02(), spec.joint, {"clock": "simulated"}, safety=kept)
+
+
+def test_arrays_in_the_metadata_are_kept_as_lists_on_each_bench(tmp_path):
+    metadata = {"K": np.array(GAIN), "offset": np.float64(0.5), "experiment": "mine"}
+    for bench in (a_bench(tmp_path / "unfinished"), hil.open()):
+        with bench:
+            made = run(bench, OpenLoop(), np.zeros(10), metadata=metadata, progress=False)
+        again = Recording.load(made.save(tmp_path / "made.mat"))
+        assert (again.metadata["K"], again.metadata["offset"]) == (GAIN, 0.5)
+
+
+def test_metadata_that_no_file_can_hold_are_told_before_anything_moves(tmp_path):
+    with a_bench(tmp_path) as bench, pytest.raises(RecordingError, match="must be plain data"):
+        bench.on_sample = lambda *_sample: pytest.fail("it moved")
+        run(bench, OpenLoop(), np.zeros(10), metadata={"mine": object()}, progress=False)
+    assert not list(tmp_path.iterdir())
+
+
 class Closing(OpenLoop):
     """Made of an open loop, and none."""
 
@@ -30,10 +52,7 @@ class Closing(OpenLoop):
 
 
 def test_a_class_made_of_the_open_loop_closes_none_on_a_bench_that_was_not_commissioned(tmp_path):
-    spec = preset("real_bench")
-    safety = Safety(commissioned=lambda: "It was not commissioned.", folder=tmp_path)
-    bench = Bench(lambda: VirtualBoard(spec.parameters), srv02(), spec.joint, {"clock": "simulated"}, safety=safety)
-    with bench:
+    with a_bench(tmp_path, commissioned=lambda: "It was not commissioned.") as bench:
         assert len(run(bench, OpenLoop(), np.zeros(10), progress=False)) == 10
         with pytest.raises(BenchError, match="It was not commissioned"):
             run(bench, Closing(), np.zeros(10), progress=False)

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from rotflex import hil
 from rotflex.cli import app
-from rotflex.errors import LimitExceeded
+from rotflex.errors import LimitExceeded, RecordingError
 from rotflex.hil import bench_file, commissioned, waiting
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.controllers import OpenLoop
@@ -123,6 +123,13 @@ def test_what_the_command_run_saved_itself_does_not_wait_as_well(boards):
     assert done.exit_code == 2 and "What was recorded until then is in out.mat" in done.output, done.output
     assert "No recording waits" in unfinished()
     assert "LimitExceeded" in Recording.load("out.mat").metadata["ended"]
+
+
+def test_where_samples_cannot_be_kept_the_message_says_what_to_do(settings, tmp_path):
+    settings.parent.write_text("a file")
+    with pytest.raises(RecordingError, match=r"Samples cannot be kept in .*unfinished while they come: .*") as told:
+        Unfinished(100, waiting.place(), {"sample_time": 0.002})
+    assert "name another one for settings in the environment variable ROTFLEX_CONFIG_DIR" in str(told.value)
 
 
 def test_a_place_that_cannot_be_written_loses_nothing(settings):
