@@ -117,7 +117,9 @@ def voltage_limit(recording: Recording, v_max: float) -> float:
     """
     told = recording.metadata.get(TOLD)
     limit = told.get(VOLTAGE_LIMIT) if isinstance(told, Mapping) else None
-    return min(limit, v_max) if type(limit) in (int, float) and limit > 0 else v_max
+    if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0:
+        return v_max
+    return min(limit, v_max)
 
 
 def run_of(recording: Recording) -> int:
