@@ -18,6 +18,7 @@ from pathlib import Path
 from rotflex import hil
 from rotflex.courseware.benches import PRESET, REAL
 from rotflex.courseware.course_file import bench_policy
+from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.courseware.run import RUNNING
 from rotflex.courseware.session import DEMO, Session, student_of
@@ -89,6 +90,13 @@ class Lab(Session):
         parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
         print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")
+        if self.policy.which == REAL:
+            print(
+                _(
+                    "Marks     by the laboratory's own benches: there, write the bench's address as bench = \"…\". "
+                    "Elsewhere your recordings stand in, which are in the folder recordings: {number}."
+                ).format(number=len(self.recordings.paths))
+            )
 
     def bench(self, address: str | None = None, run: int = FIRST_RUN) -> hil.Bench:
         """This student's bench, to be opened in a ``with`` statement; or the one at another address.
@@ -102,14 +110,23 @@ class Lab(Session):
         whole work, which runs what will be marked, and moves nothing.
         """
         chosen = address or self.address
-        at_a_real_one = chosen.partition(":")[0] not in (VIRTUAL, "replay", ADDRESS)
-        if at_a_real_one and RUNNING in os.environ:  # as it is marked; and nobody stands at that bench
-            chosen, at_a_real_one = VIRTUAL, False
+        counts = self._counts(chosen)
+        if counts and RUNNING in os.environ:  # as it is marked; and nobody stands at that bench
+            chosen, counts = VIRTUAL, False
         if chosen == ADDRESS or (chosen == VIRTUAL and self.policy.which == REAL):
             return self.recordings.bench(run)
         preset = self.policy.preset if self.policy.which == PRESET else None
         bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
-        return self.recordings.keeping(bench, run) if at_a_real_one else bench
+        if self.policy.which == REAL and not counts:
+            print(_("Note      No bench of the laboratory's: what is recorded here is not kept, and does not count."))
+        return self.recordings.keeping(bench, run) if counts else bench
+
+    def _counts(self, address: str) -> bool:
+        """Whether what is recorded there is kept: at a real bench, and at a twin where a course rehearses with one."""
+        scheme, _colon, rest = address.partition(":")
+        if scheme == VIRTUAL:
+            return self.policy.which == REAL and rest.partition("?")[0].endswith(".toml")
+        return scheme not in ("replay", ADDRESS)
 
     def practice(self, number: int | None = None) -> Practice:
         """A bench to practise on, drawn anew at each call and never the student's own; nothing is kept or marked.

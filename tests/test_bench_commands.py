@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -78,7 +79,7 @@ def test_a_validation_is_run_beside_a_model_from_a_file():
         (["fsf"], "fsf needs four numbers as --gain"),
         (["psf", "--gain", "1,2,three,4"], "it is '1,2,three,4'"),
         (["validation"], r"needs a model beside the bench: --model FILE.mat, with A \(4 by 4\)"),
-        (["validation", "--model", "nowhere.mat"], r"nowhere.mat gives none \("),
+        (["validation", "--model", "nowhere.mat"], r"there is no nowhere.mat"),
     ],
 )
 def test_what_is_missing_is_said_before_anything_moves(words, expected, tmp_path):
@@ -271,3 +272,24 @@ def test_recordings_of_different_arms_are_not_fitted_together():
 def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
     (tmp_path / "twin.toml").write_text(text, encoding="utf-8")
     assert expected in said("watch", "--bench", "virtual:twin.toml", "--duration", "0.1", code=2)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["setup", "virtual:?clock=wall"], "has no wires and no hands at it: it needs no commissioning"),
+        (["setup", "nothere.toml"], "There is no nothere.toml yet. Name the board"),
+        (["run", "sweep", "--gain", "1,2,3,4", "--out", "a.mat"], "sweep takes no --gain"),
+        (["run", "fsf", "--model", "m.mat", "--out", "a.mat"], "fsf takes no --model"),
+        (["run", "validation", "--model", "nothere.mat", "--out", "a.mat"], "there is no nothere.mat"),
+        (["run", "validation", "--model", "only_a.mat", "--out", "a.mat"], "only_a.mat has no B"),
+        (["fit", "one.mat", "two.mat"], "two.mat is one.mat once more: name recordings of different runs"),
+    ],
+)
+def test_what_cannot_be_is_said_before_anything_runs(words, told):
+    savemat("only_a.mat", {"A": np.eye(4)})
+    recorded("one.mat", duration="0.5")
+    shutil.copy("one.mat", "two.mat")
+    done = CliRunner().invoke(app, ["bench", *words])
+    assert done.exit_code == 2
+    assert told in " ".join(done.output.split())

@@ -11,8 +11,11 @@ import pytest
 import sympy
 
 import rotflex.lab
+from rotflex import experiments
+from rotflex.config import srv02
 from rotflex.errors import AnswerError, BenchError, ConfigurationError, StudentIDError
-from rotflex.hil.student_benches import DRAW, student_bench, student_seed
+from rotflex.hil import twin
+from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 from rotflex.workbook.probes import COMPOUND_SINES
 from rotflex.workbook.questions import CATALOGUE
 
@@ -122,10 +125,10 @@ def test_the_bench_is_the_one_that_the_course_file_gives(folder):
     grace, of_grace = bench_of("grace", bench=same)
     assert of_ada == of_grace and of_ada["seed"] == ada.seed == grace.seed == 7
     assert ada.joint.arm_position == student_bench(7, draw=1).joint.arm_position
-    preset, of_preset = bench_of("ada", bench={"which": "preset", "preset": "workbook"})
+    named, of_preset = bench_of("ada", bench={"which": "preset", "preset": "workbook"})
     assert of_preset["preset"] == "workbook" and "seed" not in of_preset
-    assert preset.bench("virtual:?seed=3").identity["seed"] == 3
-    with preset.bench() as bench:
+    assert named.bench("virtual:?seed=3").identity["seed"] == 3
+    with named.bench() as bench:
         assert bench.board.plant.parameters.K_s == 1.4
     assert bench_of("ada", draw=2)[1]["draw"] == 2
     with pytest.raises(ConfigurationError, match=r"draw 3 .* course\.json"):
@@ -357,3 +360,23 @@ def test_a_cell_that_waits_says_for_which_questions(capsys, questions, said):
 def test_a_cell_cannot_wait_for_a_question_that_there_is_not():
     with pytest.raises(AnswerError, match="no question"):
         quiet().given("2.91", None)
+
+
+def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_virtual_benches_do_not_count(
+    folder, monkeypatch, capsys
+):
+    monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
+    monkeypatch.delenv("ROTFLEX_SIGNER", raising=False)
+    said = {"student": "ada", "bench": {"which": "real", "benches": ["north"]}}
+    (folder / "course.json").write_text(json.dumps(said))
+    twin.save(folder / "twin.toml", twin.Twin(preset("real_bench"), srv02()), {})
+    lab = rotflex.lab.start("ada", f"virtual:{folder / 'twin.toml'}")
+    assert "by the laboratory's own benches" in capsys.readouterr().out
+    with lab.bench() as bench:
+        experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)
+    assert [path.name for path in lab.recordings.paths] == ["001-tracking.mat"]
+    capsys.readouterr()
+    with lab.bench("virtual:?seed=7") as bench:
+        experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)
+    assert "what is recorded here is not kept, and does not count" in capsys.readouterr().out
+    assert len(lab.recordings.paths) == 1

@@ -116,7 +116,7 @@ def test_a_run_that_is_broken_off_waits_as_well(boards, capsys):
 
 
 def test_what_the_command_run_saved_itself_does_not_wait_as_well(boards):
-    told = BenchFile(SIMULATOR, limits={"theta": 0.001})
+    told = BenchFile(SIMULATOR, limits={"theta": 6.0})
     bench_file.save("bench.toml", replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})))
     words = ["bench", "run", "decay", "--bench", "bench.toml", "--duration", "1", "--out", "out.mat"]
     done = CliRunner().invoke(app, words)

@@ -15,6 +15,7 @@ import rotflex.lab
 from rotflex import experiments
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.errors import BenchError, ConfigurationError, NotRecorded
+from rotflex.hil.recorded_runs import TOLD
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.verdicts import Status
 from rotflex.recording import Recording
@@ -55,7 +56,9 @@ def told(spec) -> dict:
 
 def kept(folder, recording, spec=OURS) -> bytes:
     """A recording's file, as a folder of recordings keeps it."""
-    path = RecordingsFolder(folder, "ada", signer="").keep(recording, told(spec))
+    path = RecordingsFolder(folder, "ada", signer="").keep(
+        recording, told(spec) | dict(recording.metadata.get(TOLD, {}))
+    )
     return path.read_bytes()
 
 

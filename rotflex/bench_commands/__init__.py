@@ -47,6 +47,18 @@ def setup(
     from rotflex import commissioning, hil
     from rotflex.hil import bench_file
 
+    if board.partition(":")[0] in ("virtual", "replay"):
+        raise ConfigurationError(
+            _("{board} has no wires and no hands at it: it needs no commissioning. Name a real bench's board.").format(
+                board=board
+            )
+        )
+    if board.endswith(".toml") and not Path(board).exists():
+        raise ConfigurationError(
+            _("There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}.").format(
+                board=board
+            )
+        )
     if board.endswith(".toml"):
         told, out = bench_file.load(board), out or Path(board)
     else:
@@ -156,6 +168,12 @@ def _experiment(experiment: Experiment, gain: str, model: Path | None, settings:
     """The experiment as a function of an open bench."""
     from rotflex import experiments
 
+    closed = experiment in (Experiment.FSF, Experiment.PSF)
+    for name, given, used in (("gain", gain, closed), ("model", model, experiment is Experiment.VALIDATION)):
+        if given and not used:
+            raise ConfigurationError(
+                _("{experiment} takes no --{name}.").format(experiment=experiment.value, name=name)
+            )
     if experiment is Experiment.SWEEP:
         return lambda bench: experiments.sweep(bench, **settings)
     if experiment is Experiment.DECAY:
@@ -189,10 +207,16 @@ def _model(path: Path | None) -> tuple[Any, Any]:
     needed = _("A validation needs a model beside the bench: --model FILE.mat, with A (4 by 4) and B (4 by 1) in it")
     if path is None:
         raise ConfigurationError(needed + ".")
+    if not path.is_file():
+        raise ConfigurationError(_("{needed}; there is no {path}.").format(needed=needed, path=path))
     try:
         held = loadmat(path)
         return held["A"], held["B"]
-    except (OSError, ValueError, TypeError, NotImplementedError, KeyError) as error:
+    except KeyError as error:
+        raise ConfigurationError(
+            _("{needed}; {path} has no {name}.").format(needed=needed, path=path, name=error.args[0])
+        ) from None
+    except (OSError, ValueError, TypeError, NotImplementedError) as error:
         raise ConfigurationError(
             _("{needed}; {path} gives none ({error}).").format(needed=needed, path=path, error=error)
         ) from None
@@ -304,6 +328,7 @@ def fit(
 ) -> None:
     """Fit the virtual bench to recordings of a real one, and say how well it tells of one that it has not seen."""
     from rotflex import greybox
+    from rotflex.bench_commands import fits
     from rotflex.config import joint, srv02
     from rotflex.hil import twin
     from rotflex.hil.student_benches import VirtualPlantSpec
@@ -313,12 +338,13 @@ def fit(
     _check_new(out, force)
     if out.suffix != ".toml":
         raise ConfigurationError(_("{out}: a fitted bench is a file whose name ends in .toml.").format(out=out))
+    fits.require_different(recordings)
     every = [Recording.load(path) for path in recordings]
-    arm = joint(arm_position or _recorded(every, recordings, "arm_position", 1))
-    servo = srv02(encoder=encoder or _recorded(every, recordings, "encoder", "E"))
+    arm = joint(arm_position or fits.recorded(every, recordings, "arm_position", 1))
+    servo = srv02(encoder=encoder or fits.recorded(every, recordings, "encoder", "E"))
     names = [name.strip() for name in free.split(",")] if free else None
     own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
-    _require_motion(every, recordings)
+    fits.require_motion(every, recordings)
     found = greybox.fit(every, servo, arm, names, per_recording=own)
     typer.echo(str(found))
     if len(every) == 1:
@@ -329,35 +355,8 @@ def fit(
         except IdentificationError as error:  # what was found is kept all the same
             typer.echo(_("How well it tells of one that it has not seen, cannot be said: {why}").format(why=error))
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
+    about |= {"omega_n": found.omega_n.value, "omega_n_u": found.omega_n.uncertainty}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
     made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
     twin.save(out, twin.Twin(made, servo), about)
     typer.echo(_("The fitted bench is in {out}: open it as virtual:{out}.").format(out=out))
-
-
-def _require_motion(every: list[Recording], paths: list[Path]) -> None:
-    """That something moves in each recording, or the message says in which it does not."""
-    from rotflex.identification import channel
-
-    for path, recording in zip(paths, every, strict=True):
-        try:
-            channel(recording, "theta"), channel(recording, "alpha")
-        except IdentificationError as error:
-            raise IdentificationError(_("{path}: {error} Leave it out.").format(path=path, error=error)) from None
-
-
-def _recorded(every: list[Recording], paths: list[Path], name: str, default: Any) -> Any:
-    """What all recordings say of their bench, or say nothing of."""
-    said = {}
-    for path, recording in zip(paths, every, strict=True):
-        bench = recording.metadata.get("bench")
-        if isinstance(bench, dict) and name in bench:
-            said[path.name] = bench[name]
-    if len(set(said.values())) > 1:
-        listed = ", ".join(f"{path}: {value}" for path, value in said.items())
-        raise ConfigurationError(
-            _("The recordings are of benches that differ in {name} ({listed}): fit those of one bench.").format(
-                name=name, listed=listed
-            )
-        )
-    return next(iter(said.values()), default)

@@ -1,0 +1,51 @@
+"""What recordings have to be, for a plant to be fitted to them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware.messages import _
+from rotflex.errors import ConfigurationError, IdentificationError
+from rotflex.recording import Recording
+
+
+def require_motion(every: list[Recording], paths: list[Path]) -> None:
+    """That something moves in each recording, or the message says in which it does not."""
+    from rotflex.identification import channel
+
+    for path, recording in zip(paths, every, strict=True):
+        try:
+            channel(recording, "theta"), channel(recording, "alpha")
+        except IdentificationError as error:
+            raise IdentificationError(_("{path}: {error} Leave it out.").format(path=path, error=error)) from None
+
+
+def require_different(paths: list[Path]) -> None:
+    """That no recording is given twice: it would count as two, and tell nothing more."""
+    seen: dict[bytes, Path] = {}
+    for path in paths:
+        same = seen.setdefault(path.read_bytes(), path) if path.is_file() else path
+        if same is not path:
+            raise ConfigurationError(
+                _(
+                    "{path} is {same} once more: name recordings of different runs (of a virtual bench, with &run=2)."
+                ).format(path=path, same=same)
+            )
+
+
+def recorded(every: list[Recording], paths: list[Path], name: str, default: Any) -> Any:
+    """What all recordings say of their bench, or say nothing of."""
+    said = {}
+    for path, recording in zip(paths, every, strict=True):
+        bench = recording.metadata.get("bench")
+        if isinstance(bench, dict) and name in bench:
+            said[path.name] = bench[name]
+    if len(set(said.values())) > 1:
+        listed = ", ".join(f"{path}: {value}" for path, value in said.items())
+        raise ConfigurationError(
+            _("The recordings are of benches that differ in {name} ({listed}): fit those of one bench.").format(
+                name=name, listed=listed
+            )
+        )
+    return next(iter(said.values()), default)
