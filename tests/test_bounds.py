@@ -147,6 +147,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "hil.pace:_SWITCH": (5e-4, "s; a quarter of a sample"),
     "hil.guard:_LIGHTEST_LINK": (1e-3, "kg·m²; a third of the lightest arm there is"),
     "hil.guard:_A_FEW_COUNTS": (0.0087, "rad; half a degree, 6 counts"),
+    "hil.bench_file:_FEW_DEG": (5, "deg; half a turn in radians is 3.1"),
     "hil.commissioned:_STIFFEST": (10, "N·m/rad; seven times as stiff as the workbook's"),
     "hil.real:WORKBOOKS_STIFFNESS": (1.4, "N·m/rad; the workbook's"),
     "hil.serial.line:ALIVE_AFTER": (0.02, "s; less than half of the board's 50 ms of silence"),
