@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -214,59 +214,63 @@ _WHY = {
 
 
 def _check(bench: BenchFile) -> None:
+    """Tell all that cannot be, at once."""
+    faults = [*_misfits(bench)] or [*_contradictions(bench)]
+    if faults:
+        raise ConfigurationError("\n  ".join(faults))
+
+
+def _misfits(bench: BenchFile) -> Iterator[str]:
+    """What no bench has."""
     if not isinstance(bench.address, str) or ":" not in bench.address or bench.address.endswith(".toml"):
-        _refuse("address", bench.address, _("that of a board, as in 'quanser:q2_usb/0'"))
+        yield _misfit("address", bench.address, _("that of a board, as in 'quanser:q2_usb/0'"))
     for name, allowed in TABLES.items():
         for key, value in getattr(bench, name).items():
             if key not in allowed:
-                raise ConfigurationError(
-                    _("There is no {key} in [{table}]; there are {known}.").format(
-                        key=key, table=name, known=", ".join(allowed)
-                    )
-                )
-            if not allowed[key].fits(value):
-                _refuse(f"[{name}] {key}", value, allowed[key].said, _WHY.get(key, ""))
-    if bench.wiring["servo_encoder"] == bench.wiring["link_encoder"]:
-        raise ConfigurationError(
-            _("[wiring] servo_encoder and link_encoder are both {channel}: each has a channel of its own.").format(
-                channel=bench.wiring["link_encoder"]
-            )
+                known = ", ".join(allowed)
+                yield _("There is no {key} in [{table}]; there are {known}.").format(key=key, table=name, known=known)
+            elif not allowed[key].fits(value):
+                yield _misfit(f"[{name}] {key}", value, allowed[key].said, _WHY.get(key, ""))
+
+
+def _contradictions(bench: BenchFile) -> Iterator[str]:
+    """What does not go together, where each entry by itself can be."""
+    wired = bench.wiring
+    if wired["servo_encoder"] == wired["link_encoder"]:
+        yield _("[wiring] servo_encoder and link_encoder are both {channel}: each has a channel of its own.").format(
+            channel=wired["link_encoder"]
         )
-    if bench.wiring["loopback_output"] == bench.wiring["motor"]:
-        raise ConfigurationError(
-            _("[wiring] loopback_output is the motor's, {channel}: choose another output.").format(
-                channel=bench.wiring["motor"]
-            )
+    if wired["loopback_output"] == wired["motor"]:
+        yield _("[wiring] loopback_output is the motor's, {channel}: choose another output.").format(
+            channel=wired["motor"]
         )
     if bench.kind is not None:
-        _check_kind(bench, bench.kind)
+        yield from _beyond(bench, bench.kind)
     if bench.kind is SERIAL and bench.parts["cable_gain"] != 1:
-        _refuse("[parts] cable_gain", bench.parts["cable_gain"], "1", _("A motor's driver has no cable with a gain."))
+        why = _("A motor's driver has no cable with a gain.")
+        yield _misfit("[parts] cable_gain", bench.parts["cable_gain"], "1", why)
     if bench.kind is SERIAL and bench.board["clock"] != 0:
-        _refuse("[board] clock", bench.board["clock"], "0", _("The serial bench has one clock, the board's own."))
+        why = _("The serial bench has one clock, the board's own.")
+        yield _misfit("[board] clock", bench.board["clock"], "0", why)
 
 
-def _check_kind(bench: BenchFile, kind: BoardKind) -> None:
-    """That the board has what it is asked for, so far as that is known of it."""
+def _beyond(bench: BenchFile, kind: BoardKind) -> Iterator[str]:
+    """What the board does not have, so far as that is known of it."""
     for key, channels in _CHANNELS.items():
         many = getattr(kind, channels)
         if many is not None and bench.wiring[key] >= many:
             said = _("on a {board} from 0 to {last}").format(board=kind.title, last=many - 1)
-            _refuse(f"[wiring] {key}", bench.wiring[key], said)
+            yield _misfit(f"[wiring] {key}", bench.wiring[key], said)
     for key, ranges in (("output_range", kind.output_ranges), ("input_range", kind.input_ranges)):
         if ranges is not None and bench.board[key] not in ranges:
             listed = ", ".join(f"{one:g}" for one in ranges)
-            _refuse(
-                f"[board] {key}", bench.board[key], _("on a {board} {ranges} V").format(board=kind.title, ranges=listed)
-            )
+            said = _("on a {board} {ranges} V").format(board=kind.title, ranges=listed)
+            yield _misfit(f"[board] {key}", bench.board[key], said)
 
 
-def _refuse(where: str, value: Any, said: str, why: str = "") -> NoReturn:
-    raise ConfigurationError(
-        _("{where} is {value!r}; it must be {said}. {why}")
-        .format(where=where, value=value, said=said, why=why)
-        .rstrip()
-    )
+def _misfit(where: str, value: Any, said: str, why: str = "") -> str:
+    told = _("{where} is {value!r}; it must be {said}. {why}")
+    return told.format(where=where, value=value, said=said, why=why).rstrip()
 
 
 # --- the file --------------------------------------------------------------------------------------------------------
@@ -289,16 +293,18 @@ def load(path: str | Path) -> BenchFile:
     if "plant" in told:
         raise ConfigurationError(_("{path} is a fitted plant: open it as virtual:{path}.").format(path=path))
     known = ("address", *TABLES, "commissioned")
-    unknown = [name for name in told if name not in known]
-    if unknown:
-        raise ConfigurationError(
-            _("{path}: there is no {name}; there are {known}.").format(
-                path=path, name=unknown[0], known=", ".join(known)
-            )
-        )
-    for name in (*TABLES, "commissioned"):
-        if not isinstance(told.get(name, {}), dict):
-            raise ConfigurationError(_("{path}: {name} is a table: write [{name}].").format(path=path, name=name))
+    faults = [
+        _("there is no {name}; there are {known}.").format(name=name, known=", ".join(known))
+        for name in told
+        if name not in known
+    ]
+    faults += [
+        _("{name} is a table: write [{name}].").format(name=name)
+        for name in known[1:]
+        if not isinstance(told.get(name, {}), dict)
+    ]
+    if faults:
+        raise ConfigurationError(_("{path}: {error}").format(path=path, error="\n  ".join(faults)))
     try:
         return BenchFile(
             told.get("address", ""),

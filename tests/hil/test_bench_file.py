@@ -127,6 +127,27 @@ def test_what_cannot_be_is_told_with_its_place(text, said, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "all_said"),
+    [
+        (
+            "address = 3\n[wiring]\nmotor = -4\nmotr = 1\n[limits]\ntheta = 3.14",
+            ("address is 3", "[wiring] motor is -4", "There is no motr", "[limits] theta is 3.14"),
+        ),
+        (
+            "address = 'quanser:q2_usb/0'\n[wiring]\nlink_encoder = 0\nmotor = 7\nloopback_output = 7",
+            ("link_encoder are both 0", "loopback_output is the motor's, 7", "[wiring] motor is 7; it must be on a"),
+        ),
+        ("parts = 3\n[wring]\n[limit]", ("no wring", "no limit", "parts is a table")),
+    ],
+)
+def test_all_that_cannot_be_is_told_at_once(text, all_said, tmp_path):
+    path = written(tmp_path, text)
+    with pytest.raises(ConfigurationError) as caught:
+        bench_file.load(path)
+    assert [one for one in all_said if one not in str(caught.value)] == []
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "address = 'quanser:q2_usb/0'\n[board]\noutput_range = 5",
