@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
-from rotflex.courseware.benches import PRESET, REAL
+from rotflex.courseware.benches import PRESET, REAL, SAME
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
@@ -90,6 +90,8 @@ class Lab(Session):
         parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
         print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")
+        if self.policy.which in (SAME, PRESET):
+            print(_("          Everybody in your course has this same bench."))
         if self.policy.which == REAL:
             print(
                 _(

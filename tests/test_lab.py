@@ -39,6 +39,20 @@ def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, fold
     )
 
 
+@pytest.mark.parametrize(
+    ("bench", "told"),
+    [
+        ({"which": "own"}, False),
+        ({"which": "same", "seed": 3}, True),
+        ({"which": "preset", "preset": "real_bench"}, True),
+    ],
+)
+def test_the_welcome_says_whether_everybody_has_this_bench(capsys, folder, bench, told):
+    (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}), encoding="utf-8")
+    rotflex.lab.start()
+    assert ("Everybody in your course has this same bench." in capsys.readouterr().out) == told
+
+
 def test_without_an_id_the_student_is_the_courses_or_demo(capsys, folder):
     assert rotflex.lab.start().student == "demo"
     assert 'write your id in student = "..."' in capsys.readouterr().out

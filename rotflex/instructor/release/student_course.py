@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import course_file, files
+from rotflex.courseware.benches import OWN, PRESET, REAL, SAME
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
@@ -49,8 +50,7 @@ Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex
     .venv/bin/rotflex lab
 
 JupyterLab opens `{first}` in the folder `notebooks`. The first time, it asks for the ID that your instructor knows you
-by: your own virtual bench is made from it. (Mistyped? `rotflex lab --student RIGHT --was WRONG` puts it right, and
-brings your answers over.)
+by. {bench} (Mistyped? `rotflex lab --student RIGHT --was WRONG` puts the ID right, and brings your answers over.)
 
 Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
 Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside
@@ -78,6 +78,15 @@ If your instructor hands out a newer release: unpack it somewhere else, not over
 `.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
 become the new ones, and copies of your notebooks as they were are kept.
 """
+
+_BENCH = {
+    OWN: "Your own virtual bench is made from it.",
+    SAME: "Everybody in the course has the same virtual bench.",
+    PRESET: "Everybody in the course has the same virtual bench.",
+    REAL: """\
+You are marked by what you record at the laboratory's own bench: your
+notebooks keep it in the folder `recordings`, which is handed in with them.""",
+}
 
 
 @dataclass(frozen=True)
@@ -171,7 +180,8 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
     (folder / "LICENSE").write_text(_licence(distribution), encoding="utf-8", newline="\n")
     python = (distribution.metadata["Requires-Python"] or "").removeprefix(">=")
-    readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem)
+    whose = _BENCH[course.settings.bench.which]
+    readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=whose)
     (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
     project = _project_file(course, distribution, with_data)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")

@@ -17,6 +17,7 @@ from checkout import ROOT
 from made_courses import OURS
 
 from rotflex.courseware import words
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number, prose
 from rotflex.errors import GradingError
@@ -214,6 +215,21 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
         ".json",
     }
     assert {path.name for path in released.folder.rglob("*.json")} == {"course.json", "default_setting_overrides.json"}
+
+
+@pytest.mark.parametrize(
+    ("policy", "said"),
+    [
+        (BenchPolicy(), "Your own virtual bench is made from it."),
+        (BenchPolicy("same", seed=3), "Everybody in the course has the same virtual bench."),
+        (BenchPolicy("preset", preset="real_bench"), "Everybody in the course has the same virtual bench."),
+        (BenchPolicy("real", benches=("north",)), "You are marked by what you record at the laboratory's own bench"),
+    ],
+)
+def test_the_readme_says_whose_the_bench_is(tmp_path, policy, said):
+    course = replace(OURS, settings=replace(OURS.settings, bench=policy))
+    student_course.build(course, tmp_path / "out")
+    assert said in (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
 
 
 def test_a_release_has_none_of_the_instructors_modules(released):
