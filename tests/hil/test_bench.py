@@ -344,7 +344,8 @@ def interrupted(line: int, by_an_exception: bool) -> tuple[bool, FaultyBoard, Be
             signal.raise_signal(signal.SIGINT)
         return trace
 
-    bench = bench_of(board)
+    bench, heard = bench_of(board), None
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs tests in the background ignores it
     try:
         with bench:
             run(bench)
@@ -352,9 +353,11 @@ def interrupted(line: int, by_an_exception: bool) -> tuple[bool, FaultyBoard, Be
             if by_an_exception:
                 raise ZeroDivisionError
     except (KeyboardInterrupt, ZeroDivisionError) as error:
-        assert isinstance(error, KeyboardInterrupt if pressed else ZeroDivisionError)
+        heard = error
     finally:
         sys.settrace(None)
+        signal.signal(signal.SIGINT, before)
+    assert isinstance(heard, KeyboardInterrupt) == pressed
     return pressed, board, bench
 
 
