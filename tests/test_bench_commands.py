@@ -225,6 +225,7 @@ def recorded(name: str, run: int = 1, duration: str = "3") -> str:
     return name
 
 
+@pytest.mark.slow
 def test_of_several_recordings_each_is_predicted_by_a_fit_to_the_others():
     output = said("fit", recorded("1.mat"), recorded("2.mat", run=2), "--free", "K_s,torque_per_volt")
     assert re.search(r"K_s 1\.\d+ .* torque_per_volt 0\.1\d+ ", output)

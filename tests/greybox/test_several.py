@@ -20,6 +20,7 @@ from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
+pytestmark = pytest.mark.slow
 COUNT = 360 / 4096 * DEG
 GAIN = [13.04, -17.26, 1.32, -0.046]
 SPEC = student_bench(5)
