@@ -9,9 +9,11 @@ Its time passes when samples are waited for, or when a test says so, so that not
 from __future__ import annotations
 
 import json
+import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from multiprocessing.connection import Client, Connection, Listener
 from pathlib import Path
 from typing import Any
@@ -63,19 +65,36 @@ def serve(folder: Path) -> None:
             threading.Thread(target=attend, args=(listener.accept(),), daemon=True).start()
 
 
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Ctrl-C comes after what is done inside, not in the middle of it."""
+    came: list[int] = []
+    usual = signal.signal(signal.SIGINT, lambda number, _frame: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        if came:
+            signal.raise_signal(signal.SIGINT)
+
+
 class RemoteBoard:
-    """The board of another process; ``voltage`` and ``let_time_pass`` are a test's."""
+    """The board of another process; ``voltage`` and ``let_time_pass`` are a test's.
+
+    As a driver's call is, that is made in C, a call is made as a whole: else the next would get this one's answer.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._line = Client(tuple(json.loads((folder / "address").read_text())), authkey=KEY)
 
     def __getattr__(self, verb: str) -> Callable[..., Any]:
         def call(*arguments: Any) -> Any:
-            self._line.send((verb, list(arguments)))
-            result, trouble, arrays = self._line.recv()
-            for ours, theirs in zip(arguments, arrays, strict=True):
-                if theirs is not None:
-                    ours[:] = theirs
+            with uninterrupted():
+                self._line.send((verb, list(arguments)))
+                result, trouble, arrays = self._line.recv()
+                for ours, theirs in zip(arguments, arrays, strict=True):
+                    if theirs is not None:
+                        ours[:] = theirs
             if trouble is not None:
                 raise trouble
             return result

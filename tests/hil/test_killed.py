@@ -21,7 +21,7 @@ from rotflex.hil.unfinished import unfinished
 
 HELPER = board_process.__file__
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(Path(HELPER).parent)])}
-_PATIENCE = 300.0  # s; a busy computer takes its time
+_PATIENCE = 60.0  # s; a busy computer takes its time
 
 
 def until(true: Callable[[], object], alive: Callable[[], bool] = lambda: True) -> None:
