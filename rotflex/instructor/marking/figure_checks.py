@@ -147,7 +147,7 @@ class FigureOfSpectrum:
             return False
         near = max(spectrum.bin_width, self.peak_rtol * peak)  # a window, say, moves the peak a little
         fine = np.diff(np.sort(f[swept])).max() <= 2 * spectrum.bin_width
-        if fine and abs(f[swept][np.argmax(amplitude[swept])] - peak) <= near:
+        if fine and _peaks(f[swept], amplitude[swept], peak, near):
             return True
         # Of a curve far beyond the band, few points are kept in it: compare the shape of all of it, as far as
         # the samples tell (the student's own recording is thinned out).
@@ -155,6 +155,15 @@ class FigureOfSpectrum:
         wanted, given = spectrum.at(f[swinging]), amplitude[swinging]
         scale = (given @ wanted) / (wanted @ wanted)
         return bool(scale > 0 and misfit(given, scale * wanted) <= self.rtol)
+
+
+def _peaks(f: Vector, amplitude: Vector, peak: float, near: float) -> bool:
+    """Whether a curve is highest near a frequency, and falls off to both sides."""
+    below, above = amplitude[f < peak - near], amplitude[f > peak + near]
+    if not below.size or not above.size:
+        return False
+    top = amplitude[np.abs(f - peak) <= near]
+    return bool(top.size and top.max() > max(below.max(), above.max()))
 
 
 class _Spectrum:

@@ -452,6 +452,16 @@ def test_a_figure_of_the_spectrum_needs_hertz(marks, own_sweep):
     assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is WRONG
 
 
+@pytest.mark.parametrize("inside", [2, 4])
+def test_points_at_the_peaks_frequency_alone_are_no_spectrum(marks, own_sweep, inside):
+    """A flat line, and one that stands in the right place and falls off nowhere: nobody has computed these."""
+    f, amplitude = amplitude_spectrum(own_sweep.degrees("alpha"), 0.002)
+    peak = f[np.argmax(np.where((f > 2) & (f < 4.5), amplitude, 0.0))]
+    for x in (np.full(50, peak), np.r_[0.0, np.linspace(peak, peak * (1 + 0.01 * inside), 50)]):
+        for y in (np.zeros(x.size), np.r_[0.0, np.ones(x.size - 1)]):
+            assert marks({SPECTRUM_PLOT: drawn(x, y, "f (Hz)", "amplitude (deg)")})[SPECTRUM_PLOT].status is WRONG
+
+
 def test_the_recording_itself_is_no_spectrum(marks, own_sweep):
     figure = drawn(own_sweep.time, own_sweep.degrees("alpha"), "f (Hz)", "amplitude (deg)")
     assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is WRONG
