@@ -24,6 +24,7 @@ _SHORTEST = 0.5  # of the recording, over which a curve should follow
 _PADDED = 64  # times as long: its points are then so near that lines between them will do
 _FEWEST_OF_A_SPECTRUM = 10  # points, of its peak, say
 _DECIBELS = 20.0  # of a curve whose label does not say that it is in dB: less is none
+_VARIES = 0.5  # of its height, the spectrum over what a curve shows of it: else its shape tells nothing
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ class FigureOfSpectrum:
     def _is_it(self, f: Vector, amplitude: Vector, spectrum: _Spectrum, peak: float) -> bool:
         """Whether a curve is a spectrum, by its peak or by its shape."""
         swept = (f >= self.band[0]) & (f <= self.band[1])
-        if swept.sum() < 3:
+        if np.unique(f[swept]).size < 3:
             return False
         near = max(spectrum.bin_width, self.peak_rtol * peak)  # a window, say, moves the peak a little
         fine = np.diff(np.sort(f[swept])).max() <= 2 * spectrum.bin_width
@@ -153,17 +154,17 @@ class FigureOfSpectrum:
         # the samples tell (the student's own recording is thinned out).
         swinging = (f >= self.band[0] / 2) & (f <= spectrum.fastest)
         wanted, given = spectrum.at(f[swinging]), amplitude[swinging]
+        if np.ptp(wanted) < _VARIES * wanted.max():  # anything flat has the shape of a small piece
+            return False
         scale = (given @ wanted) / (wanted @ wanted)
         return bool(scale > 0 and misfit(given, scale * wanted) <= self.rtol)
 
 
 def _peaks(f: Vector, amplitude: Vector, peak: float, near: float) -> bool:
     """Whether a curve is highest near a frequency, and falls off to both sides."""
-    below, above = amplitude[f < peak - near], amplitude[f > peak + near]
-    if not below.size or not above.size:
-        return False
-    top = amplitude[np.abs(f - peak) <= near]
-    return bool(top.size and top.max() > max(below.max(), above.max()))
+    top = np.argmax(amplitude)
+    lower = f[amplitude < amplitude[top]]
+    return bool(abs(f[top] - peak) <= near and lower.size and lower.min() < f[top] < lower.max())
 
 
 class _Spectrum:
