@@ -26,6 +26,8 @@ LONGEST = (
     "tests/courseware/run/test_check.py",
     "tests/widgets/test_explorers_browser.py",
     "tests/instructor/running/test_inside_equivalence.py",
+    "tests/whole/test_single_slips.py",
+    "tests/instructor/test_real_class.py",
     "tests/instructor/running/test_runner.py",
     "tests/instructor/test_crash.py",
     "tests/instructor/test_cluster.py",
