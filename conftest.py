@@ -25,6 +25,8 @@ LONGEST = (
     "tests/whole/test_bench_policies.py",
     "tests/courseware/run/test_check.py",
     "tests/widgets/test_explorers_browser.py",
+    "tests/widgets/test_explorers_at_720.py",
+    "tests/workbook/test_spare_design.py",
     "tests/instructor/running/test_inside_equivalence.py",
     "tests/whole/test_single_slips.py",
     "tests/instructor/test_real_class.py",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
 import pytest
 from made_courses import OURS
 from reflections import NOTHING, asked_of, said_by
@@ -19,21 +18,9 @@ from rotflex.instructor.marking.decoding import decode
 from rotflex.instructor.marking.marking import mark
 from solutions.true_bench import TrueBench
 
+pytestmark = pytest.mark.usefixtures("runs_made_once")
+
 STUDENTS = ("ada", "bob", "carla")
-
-
-class Bench(TrueBench):
-    """A student's bench that runs each validation once; it would come out the same."""
-
-    def __init__(self, student):
-        super().__init__(student)
-        self._validated = {}
-
-    def validation(self, A, B, signal, run=1):
-        asked = np.asarray(A).tobytes(), np.asarray(B).tobytes(), signal, run
-        if asked not in self._validated:
-            self._validated[asked] = super().validation(A, B, signal, run)
-        return self._validated[asked]
 
 
 def marked(data, student, bench):
@@ -49,7 +36,7 @@ def usual(tmp_path_factory):
     @cache
     def of(student):
         own, data = worked(student, tmp_path_factory.mktemp(student))
-        bench = Bench(student)
+        bench = TrueBench(student)
         return own, data, marked(data, student, bench), bench
 
     return of

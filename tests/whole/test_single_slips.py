@@ -13,6 +13,8 @@ from single_slip_marks import answers_with, lost_by
 from single_slips import SLIPS, STUDENT
 from working_through import FULL
 
+pytestmark = pytest.mark.usefixtures("runs_made_once")
+
 MOST = 4  #: automatic points that a slip may cost
 #: Slips that cost more, and why it cannot be otherwise.
 BEYOND = {
