@@ -1,7 +1,8 @@
 """The honest class: who did everything right has full marks, however they did it; who did not, is told what and why.
 
-Ways of which the same cells are run as of the plain one are merged here, which shows that they are, and not run.
-``benchmarks/honest.py`` runs them all, and holds what students see at home against it.
+Ways of which the same cells are run as of the plain one are merged here, which shows that they are, and not run; of the
+other right ones every second is run. ``benchmarks/honest.py`` runs them all, and holds what students see at home
+against it.
 """
 
 from __future__ import annotations
@@ -44,6 +45,14 @@ READ = [
     *(way for way in RIGHT if way.name in _ONLY_OF_THE_FILE),
 ]
 _READ = {way.name for way in READ}
+#: At home as in grading: of each sort one. ``benchmarks/honest.py`` holds all to it.
+SEEN = ("helper-cell", "own-module", "syntax-error", "exit-in-a-cell")
+#: Every second; those that are looked at at home, and those on which pandas has a say, in any case.
+RIGHT_HERE = [
+    way
+    for number, way in enumerate(way for way in RIGHT if way.name not in _READ)
+    if number % 2 == 0 or way.name in SEEN or way.pandas is not None
+]
 
 
 def possible(ways):
@@ -60,7 +69,7 @@ def possible(ways):
     ]
 
 
-RUN = [way for way in (*RIGHT, *WRONG) if way.name not in _READ and way.pandas in (None, PANDAS)]
+RUN = [way for way in (*RIGHT_HERE, *WRONG) if way.pandas in (None, PANDAS)]
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +77,7 @@ def graded(tmp_path_factory, sandbox):
     return grade(RUN, SOLVED, tmp_path_factory.mktemp("honest"), "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT))
 
 
-@pytest.mark.parametrize("way", possible(way for way in RIGHT if way.name not in _READ))
+@pytest.mark.parametrize("way", possible(RIGHT_HERE))
 def test_who_did_everything_right_has_full_marks_and_no_trouble(graded, way):
     for student in (way.student, *way.others):
         found = graded.of(student)
@@ -138,9 +147,6 @@ def _composed(student):
 
 
 # --- seen beforehand --------------------------------------------------------------------------------------------------
-
-#: Of each sort one: what is seen at home is what grading finds. ``benchmarks/honest.py`` holds all to it.
-SEEN = ("helper-cell", "own-module", "syntax-error", "exit-in-a-cell")
 
 
 @pytest.fixture(scope="module")
