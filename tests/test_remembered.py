@@ -11,11 +11,11 @@ from rotflex import experiments, hil
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
 
-def tracked(seed, gain=GAIN, before=0):
-    with hil.open("virtual", seed=seed) as bench:
+def tracked(seed, gain=GAIN, before=0, duration=2.0, run=1):
+    with hil.open("virtual", seed=seed, run=run) as bench:
         for _time in range(before):
             experiments.tracking(bench, GAIN, duration=1.0, progress=False)
-        return experiments.tracking(bench, gain, duration=2.0, progress=False)
+        return experiments.tracking(bench, gain, duration=duration, progress=False)
 
 
 def same(one, other):
@@ -31,10 +31,16 @@ def test_what_is_remembered_is_what_running_again_gives(before):
         assert len(kept) == 1
 
 
-def test_another_bench_gain_or_time_is_another_run():
+def test_another_bench_gain_duration_or_run_is_another_run():
     with remembered() as kept:
-        found = [tracked(3), tracked(4), tracked(3, [10.0, -9.0, 1.0, 0.4])]
-        assert len(kept) == 3
+        found = [
+            tracked(3),
+            tracked(4),
+            tracked(3, [10.0, -9.0, 1.0, 0.4]),
+            tracked(3, duration=3.0),
+            tracked(3, run=2),
+        ]
+        assert len(kept) == len(found)
         assert not any(same(one, other) for one in found for other in found if one is not other)
 
 

@@ -26,13 +26,14 @@ def remembered() -> Iterator[dict[Any, Recording]]:
         def again() -> Recording:
             return real(bench, controller, reference, settings, progress, **channels)
 
-        if bench.identity.get("clock") != "simulated" or bench.recorded is not None or bench in before:
+        by_itself = bench.identity.get("clock") == "simulated" and bench.recorded is bench.on_recorded is None
+        if not by_itself or bench in before:
             for owed in before.pop(bench, []):  # a later run begins where the earlier ones have left the arm
                 owed()
             before[bench] = []
             return again()
         which = (
-            json.dumps([dict(bench.identity), settings], sort_keys=True),
+            json.dumps([bench.identity, settings], sort_keys=True),
             type(controller),
             reference.tobytes(),
             *((name, values.tobytes()) for name, values in channels.items()),
