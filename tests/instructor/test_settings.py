@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
@@ -15,7 +17,17 @@ from rotflex.errors import GradingError
 from rotflex.hil.student_benches import DRAW
 from rotflex.instructor import course as courses
 from rotflex.instructor import settings
-from rotflex.instructor.settings import CourseSettings
+from rotflex.instructor.settings import (
+    CourseSettings,
+    Deadline,
+    Extension,
+    LateSettings,
+    MarkSettings,
+    OutcomeSettings,
+    entries,
+)
+
+DUE = "[[deadline]]\ndue = 2026-11-21\n"
 
 
 def read(folder: Path, text: str, presets: tuple[str, ...] = ("workbook",)) -> CourseSettings:
@@ -65,7 +77,11 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
     ("text", "told"),
     [
         ("[bench\n", "is not TOML: Expected ']'"),
-        ("[bank]\n", "bank: there is no such section; there are [course], [bench], [feedback], [reflect], [releases]."),
+        (
+            "[bank]\n",
+            "bank: there is no such section; there are [course], [bench], [feedback], [reflect], [releases], [marks], "
+            "[levels], [[deadline]], [[extension]], [late], [outcomes].",
+        ),
         ('title = "x"\n', "title: there is no such section; it belongs under [course]."),
         ("bench = 3\n", "bench: it should be a section, a line [bench] with its entries below."),
         ("[feedback]\npoint = true\n", "feedback.point: there is no such entry; there are points, reasons, from."),
@@ -107,9 +123,81 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ("[reflect]\nasks = 1\n", "reflect.asks: it is 1, and should be true or false, as in: asks = true"),
         (
             "[reflect]\nfrom = 1\n",
-            "reflect.from: it is 1, and should be a date, or a date and time, as in: from = 2026",
+            "reflect.from: it is 1, and should be a date, or a date and time, of the years 2000 to 2999, as in: ",
         ),
         ("[reflect]\nasks = false\nfrom = 2026-11-02\n", "reflect.from: it goes with asks = true, and asks is false."),
+        (
+            '[marks]\ndrop = "1.2"\n',
+            "marks.drop: it is '1.2', and should be names of questions, or of a question and a",
+        ),
+        (
+            "[marks]\nweights = {1.2 = 2}\n",
+            "marks.weights: it is {'1': {'2': 2}}, and should be names of questions, or",
+        ),
+        (
+            '[marks]\nweights = {"1.2" = 0}\n',
+            'in quotes, each with a number from 0.001 to 1000, as in: weights = {"1.2',
+        ),
+        ('[marks]\nweights = {"1.2" = inf}\n', "marks.weights: it is {'1.2': inf}, and should be"),
+        (
+            "[marks]\nout_of = nan\n",
+            "marks.out_of: it is nan, and should be a number from 0.001 to 1000, as in: out_of",
+        ),
+        ("[marks]\nout_of = 0\n", "marks.out_of: it is 0, and should be a number"),
+        ("[marks]\ndecimals = 5\n", "marks.decimals: it is 5, and should be a whole number from 0 to 4, as in: dec"),
+        ("[marks]\ndecimals = 2.0\n", "marks.decimals: it is 2.0, and should be a whole number"),
+        ("[marks]\npredictions = -1\n", "marks.predictions: it is -1, and should be a number of points from 0 to 100"),
+        ("[marks]\npractice = 1\n", "marks.practice: there is no such entry; there are drop, weights, out_of, dec"),
+        (
+            '[marks]\ndrop = ["1.2"]\nweights = {"1.2" = 2}\n',
+            "marks.weights: '1.2' is dropped, so that it has no weight. Leave one of them out.",
+        ),
+        (
+            "[levels]\nshares = {5 = 100}\n",
+            "levels.shares: it is {'5': 100}, and should be numbers from 0 to 100, in per",
+        ),
+        (
+            "[levels]\nshares = {3 = 40}\n",
+            "levels.shares: level 2 is worth 50 %, more than level 3 with 40 %. A higher level",
+        ),
+        (
+            "[levels]\nthresholds = {4 = 70}\n",
+            "levels.thresholds: level 3 begins at 75 %, more than level 4 with 70 %.",
+        ),
+        (
+            "[levels]\nshares = {3 = 95}\n",
+            "levels: a person's level 3 is worth 95 % of the points, and by the thresholds so many points are level 4.",
+        ),
+        (
+            "[deadline]\ndue = 2026-11-21\n",
+            "deadline: there may be several, so that each begins with a line [[deadline]]",
+        ),
+        ("deadline = [1]\n", "deadline: there may be several, so that each begins with a line [[deadline]]"),
+        ("[[marks]]\n", "marks: it should be a section, a line [marks] with its entries below."),
+        (
+            '[[deadline]]\nnotebooks = ["x"]\n',
+            "deadline 1.due: it is missing. It should be a date, or a date and time, of the years 2000 to 2999, as in",
+        ),
+        ("[[deadline]]\ndue = 9999-12-31\n", "deadline 1.due: it is datetime.date(9999, 12, 31), and should be a date"),
+        ("[[deadline]]\ndue = 2026-11-21\nfor = 1\n", "deadline 1.for: there is no such entry; there are due, note"),
+        (
+            "[[deadline]]\ndue = 2026-11-21\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n",
+            "deadline 2.notebooks: it is [], and should be names of the course's notebooks, as in: notebooks",
+        ),
+        ("[late]\nper_day = 10\n", "late: there is no [[deadline]], so that nothing can be late. Add one, or leave"),
+        (f"{DUE}[late]\nper_day = 101\n", "late.per_day: it is 101, and should be a number of per cent from 0 to 100"),
+        (f"{DUE}[late]\ngrace_hours = true\n", "late.grace_hours: it is True, and should be a number of hours from 0"),
+        ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "extension 1: there is no [[deadline]] of these"),
+        (f"{DUE}[[extension]]\nuntil = 2026-11-22\n", "extension 1: it says for nobody. Add students or a section;"),
+        (
+            f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n",
+            "extension 1.until: it is 2025-11-28 23:59, which gives nobody more time: that is due on 2026-11-21 23:59",
+        ),
+        (
+            f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
+            "extension 1: there is no [[deadline]] of these notebooks",
+        ),
+        ("[outcomes]\nlevel = 0\n", "outcomes.level: it is 0, and should be a whole number from 1 to 4, as in: level"),
         (
             '[feedback]\npoints = "no"\n',
             "feedback.points: it is 'no', and should be true or false, as in: points = true",
@@ -121,6 +209,121 @@ def test_what_is_not_understood_is_told_with_file_entry_what_is_expected_and_an_
         read(tmp_path, text)
     assert str(tmp_path / "course.toml") in str(raised.value)
     assert told in str(raised.value)
+
+
+def test_what_marks_come_to_is_read(tmp_path):
+    found = read(
+        tmp_path,
+        '[marks]\ndrop = ["1.2", "2.3 speed"]\nweights = {"1.4" = 2, "First report" = 0.5}\nout_of = 100\n'
+        "decimals = 1\npredictions = 0.25\n"
+        "[levels]\nshares = {3 = 80, 2 = 60}\nthresholds = {4 = 85, 1 = 10}\n"
+        "[[deadline]]\ndue = 2026-11-21T18:00:00+01:00\n"
+        '[[deadline]]\ndue = 2026-12-01T18:00:00Z\nnotebooks = ["01_first.ipynb", "02_second"]\nsection = "B"\n'
+        '[[extension]]\nuntil = 2026-12-24\nstudents = ["ada"]\nsection = "C"\nnotebooks = ["02_second"]\n'
+        "[late]\nper_day = 10\ncap = 50.5\ngrace_hours = 2\n"
+        "[outcomes]\nlevel = 2\nshare = 60\nfewest = 8\n",
+    )
+    assert found.marks == MarkSettings(("1.2", "2.3 speed"), {"1.4": 2, "First report": 0.5}, 100, 1, 0.25)
+    assert found.levels.shares == {4: 1, 3: 0.8, 2: 0.6, 1: 0.25, 0: 0}
+    assert found.levels.thresholds == {4: 0.85, 3: 0.75, 2: 0.5, 1: 0.1}
+    assert found.deadlines == (
+        Deadline(datetime(2026, 11, 21, 17, tzinfo=UTC)),
+        Deadline(datetime(2026, 12, 1, 18, tzinfo=UTC), ("01_first", "02_second"), "B"),
+    )
+    end_of_day = datetime(2026, 12, 25).astimezone() - timedelta(microseconds=1)
+    assert found.extensions == (Extension(end_of_day, ("ada",), "C", ("02_second",)),)
+    assert found.late == LateSettings(10, 50.5, 2) and found.outcomes == OutcomeSettings(2, 60, 8)
+
+
+def test_the_points_of_a_level_are_that_level_again():
+    levels = CourseSettings().levels
+    assert {level: levels.level_of(worth) for level, worth in levels.shares.items()} == {n: n for n in range(5)}
+
+
+@pytest.mark.parametrize(
+    ("share", "level"),
+    [(1.0, 4), (0.9, 4), (0.899, 3), (0.75, 3), (0.749, 2), (0.5, 2), (0.49, 1), (0.001, 1), (0.0, 0)],
+)
+def test_a_share_of_points_has_the_highest_level_that_it_reaches(tmp_path, share, level):
+    assert CourseSettings().levels.level_of(share) == level
+    stricter = read(tmp_path, "[levels]\nthresholds = {1 = 10}").levels
+    assert stricter.level_of(share) == (level if share >= 0.1 else 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('[marks]\ndrop = ["2.111"]', "marks.drop: There is no question '2.111'. Did you mean '2.11'? There are "),
+        (
+            '[marks]\ndrop = ["2.11 omega"]',
+            "marks.drop: Question 2.11 has no part 'omega'; it has omega_n, explanation.",
+        ),
+        ('[marks]\nweights = {"2.11 omega_n" = 2, "Table 9" = 2}', "marks.weights: There is no question 'Table 9'."),
+        (
+            f'{DUE}notebooks = ["02_stiffness"]',
+            "deadline 1.notebooks: the course has no notebook '02_stiffness'; it has ",
+        ),
+        (
+            f"{DUE}[[extension]]\nuntil = 2026-12-01\nstudents = ['a']\nnotebooks = ['x.ipynb']",
+            "extension 1.notebooks: the course has no notebook 'x.ipynb'; it has \"00_start\", ",
+        ),
+    ],
+)
+def test_names_that_the_catalogue_does_not_have_are_told(tmp_path, text, told):
+    (tmp_path / "course.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(GradingError) as raised:
+        settings.read(tmp_path, catalogue=OURS.catalogue)
+    assert told in str(raised.value) and len(str(raised.value).splitlines()) == 2
+    settings.read(tmp_path)  # nobody knows better without one
+    with pytest.raises(GradingError, match=re.escape(told)):
+        (copied(tmp_path) / "course.toml").write_text(text, encoding="utf-8")
+        courses.load(tmp_path / "solutions")
+
+
+def test_names_that_it_has_are_taken(tmp_path):
+    names = ["2.11", "2.11 explanation", "Table 2", "Table 2 K_s", "Modeling report", "Modeling report model_procedure"]
+    (tmp_path / "course.toml").write_text(f"[marks]\ndrop = {names}\n{DUE}notebooks = ['00_start.ipynb']\n")
+    assert settings.read(tmp_path, catalogue=OURS.catalogue).marks.drop == tuple(names)
+
+
+def test_the_examples_in_our_file_are_understood(tmp_path):
+    """All of those after the settings of a term, with their comment signs taken away."""
+    text = (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
+    said = re.sub(r"^# (\[+\w+\]+|\w+ = .*)$", r"\1", text.partition("[marks]")[2], flags=re.MULTILINE)
+    (tmp_path / "course.toml").write_text(f"[marks]{said}", encoding="utf-8")
+    found = settings.read(tmp_path, catalogue=OURS.catalogue)
+    assert found.marks.drop and found.marks.weights and found.marks.out_of == 100
+    assert found.deadlines[0].section == "B" and found.extensions[0].students == ("ada", "bob")
+    assert (found.late.per_day, found.late.cap, found.late.grace_hours) == (10, 50, 2)
+
+
+def test_the_examples_in_messages_are_understood(tmp_path):
+    """Each by itself."""
+    for section, known in entries.SECTIONS.items():
+        for name, entry in known.items():
+            (found,) = tomllib.loads(entry.example).items()
+            assert found[0] == name and entry.fits(found[1]), (section, name)
+
+
+@pytest.mark.parametrize(
+    ("entry", "least", "most"),
+    [
+        ("marks.out_of", 0.001, 1000),
+        ("marks.decimals", 0, 4),
+        ("marks.predictions", 0, 100),
+        ("late.per_day", 0, 100),
+        ("late.cap", 0, 100),
+        ("late.grace_hours", 0, 1000),
+        ("outcomes.level", 1, 4),
+        ("outcomes.share", 0, 100),
+        ("outcomes.fewest", 1, 1000),
+    ],
+)
+def test_numbers_are_taken_from_the_least_to_the_most(entry, least, most):
+    section, _dot, name = entry.partition(".")
+    fits = entries.SECTIONS[section][name].fits
+    assert fits(least) and fits(most)
+    assert not any(map(fits, (least - 0.0005, most + 1, -1, True, "1", None, float("nan"), float("inf"))))
 
 
 def test_all_faults_are_told_at_once(tmp_path):

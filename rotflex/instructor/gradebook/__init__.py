@@ -9,6 +9,12 @@
 ``schema``      a new, an old or somebody else's database → one with these tables
 ``database``    SQLite or PostgreSQL behind one pair of transactions, reading and writing
 ``rows``        records ↔ rows, inside a transaction
+``removal``     taking out a student of whom there is nothing
+``deciding``    a person's decision on a mark: what is refused, what is written
+``decided``     acts of scoring, answers as scorers see them, requests, publications: plain dataclasses
+``score_rows``  acts and claims ↔ rows
+``scores``      what scorers do, one transaction to a method
+``requests``    requests to look again; when feedback was given back
 ``store``       :class:`Gradebook`, one transaction to a method
 ``dump``        the whole content in canonical order
 ==============  ======================================================================================================
@@ -19,7 +25,9 @@ It is a general package: it knows of students, questions and points, but of no c
 
 from __future__ import annotations
 
+from rotflex.instructor.gradebook.decided import FIRST, SECOND, Act, Answer, Publication, Request
 from rotflex.instructor.gradebook.records import (
+    FOR_A_PERSON,
     GIVEN_BY_A_PERSON,
     AuditRecord,
     CommentRecord,
@@ -35,7 +43,12 @@ from rotflex.instructor.gradebook.records import (
 from rotflex.instructor.gradebook.store import Gradebook
 
 __all__ = [
+    "FIRST",
+    "FOR_A_PERSON",
     "GIVEN_BY_A_PERSON",
+    "SECOND",
+    "Act",
+    "Answer",
     "AuditRecord",
     "CommentRecord",
     "Delivery",
@@ -44,6 +57,8 @@ __all__ = [
     "Graded",
     "MarkRecord",
     "MarkState",
+    "Publication",
+    "Request",
     "RosterReport",
     "RunRecord",
     "StudentRecord",

@@ -15,14 +15,18 @@ from rotflex.instructor.gradebook.tables import (
     decisions,
     deliveries,
     marks,
+    publications,
+    requests,
     runs,
+    scores,
     students,
     submissions,
 )
 
 #: Numbers of rows, times, and what the order in the dump says already.
 _LEFT_OUT = {"id", "student_id", "submission_id", "run_id", "folded", "position"}
-_TIMES = {"first_seen", "recorded", "decided", "written", "changed", "received"}
+_TIMES = {"first_seen", "recorded", "decided", "written", "changed", "received", "made", "acted", "published"}
+_TIMES |= {"answered", "replaced"}  # who answered says as much; what was replaced holds a time
 #: What is the same where it is NULL.
 _NOTHING: dict[str, Any] = {
     "aliases": [],
@@ -39,11 +43,12 @@ def content(connection: Connection) -> dict[str, Any]:
     """All students and what is known of them; of answers and of files that were handed in, size and SHA-256.
 
     Submissions are in the order of their digests, runs of their keys, marks as recorded, files by name and time,
-    comments by their text; the audit trail of each student in the order in which it grew.
+    comments by their text; the audit trail, scores and requests of each student in the order in which they grew; an act
+    that takes another back names its place among them. Claims, which run out, are left out.
     """
     of_student = {
         table: _grouped(connection, table, "student_id")
-        for table in (submissions, deliveries, decisions, comments, audit)
+        for table in (submissions, deliveries, decisions, comments, audit, scores, requests)
     }
     of_submission = _grouped(connection, runs, "submission_id")
     of_run = {table: _grouped(connection, table, "run_id") for table in (marks, answers)}
@@ -61,17 +66,23 @@ def content(connection: Connection) -> dict[str, Any]:
         def own(table: Table, *order: str) -> list[dict[str, Any]]:
             return sorted(of_student[table][row["id"]], key=lambda one: [one[name] or "" for name in order])
 
+        def in_order(table: Table) -> list[dict[str, Any]]:
+            found = sorted(of_student[table][row["id"]], key=lambda one: one["id"])
+            place = {one["id"]: number for number, one in enumerate(found)}
+            return [{**one, "undoes": place.get(one["undoes"])} if "undoes" in one else one for one in found]
+
         return {
             **_plain(row),
             "deliveries": [_file(one) for one in own(deliveries, "name", "received", "id")],
             "submissions": list(map(submission, own(submissions, "digest"))),
             "decisions": list(map(_plain, own(decisions, "question", "part"))),
             "comments": list(map(_plain, own(comments, "question", "actor", "text"))),
-            "audit": list(map(_plain, sorted(of_student[audit][row["id"]], key=lambda one: one["id"]))),
+            **{table.name: list(map(_plain, in_order(table))) for table in (audit, scores, requests)},
         }
 
     everybody = sorted(_rows(connection, students), key=lambda one: one["folded"])
-    return {"students": list(map(student, everybody))}
+    given_back = sorted(_rows(connection, publications), key=lambda one: one["id"])
+    return {"students": list(map(student, everybody)), "publications": list(map(_plain, given_back))}
 
 
 def _rows(connection: Connection, table: Table) -> list[dict[str, Any]]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
-#: The status of a mark that a person set.
-GIVEN_BY_A_PERSON = "given by a person"
+#: The statuses of marks that a person set, and is to set.
+GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
 
 
 @dataclass(frozen=True)
@@ -148,12 +148,20 @@ class Delivery:
 
 @dataclass(frozen=True)
 class RosterReport:
-    """What became of a roster: numbers of students, and a word on each line that was not taken."""
+    """What became of a roster.
+
+    Attributes
+    ----------
+    added, changed, unchanged : numbers of students
+    problems : a word on each line that was not taken
+    notes : a word on all that was replaced, removed, kept though its cell is empty, or not read
+    """
 
     added: int
     changed: int
     unchanged: int
     problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

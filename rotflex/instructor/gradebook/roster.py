@@ -1,7 +1,7 @@
 """The CSV of a class → its students.
 
 It has a line of headings, of which these are understood, without regard to capitals, spaces and punctuation; others
-are passed over:
+are passed over, and told:
 
 ===========  =========================================================================================================
 ID           student ID, student number, SIS user ID, SIS ID, OrgDefinedId, ID number, username, SIS login ID, ID,
@@ -12,6 +12,9 @@ section      section, group, groups
 other names  alias, aliases, other names (several with ; between them), Identifier, user ID, Canvas user ID, and all
              columns of IDs that are not the ID: by these, platforms name what students hand in
 ===========  =========================================================================================================
+
+An empty cell says nothing: what is known of a student stays, as where there is no such column. A cell of "-" removes
+it.
 
 Commas, semicolons or tabs; UTF-8 with or without a byte-order mark, or Excel's UTF-16. Cells are text, whatever they
 begin with; only ``="0042"``, by which Excel keeps the zeros of a number, is 0042, and so is ``#0042`` in a file that
@@ -25,7 +28,7 @@ import csv
 import io
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +37,7 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook import storable
+from rotflex.instructor.gradebook.records import StudentRecord
 
 _IDS = (
     *("studentid", "studentnumber", "sisuserid", "sisid", "orgdefinedid", "idnumber", "username", "sisloginid"),
@@ -46,6 +50,8 @@ _SECTIONS = ("section", "group", "groups")
 _OTHER_NAMES = ("alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
 _BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # its columns that begin with #
 _KNOWN = {*_IDS, *_NAMES, *_FIRST_NAMES, *_LAST_NAMES, *_EMAILS, *_SECTIONS}
+_REMOVED = "-"
+_MOST_TOLD = 12  # columns that are not read
 _KEPT_ZEROS = re.compile(r'="([^"]*)"')
 
 
@@ -56,9 +62,60 @@ class Entry:
     student: str
     details: dict[str, Any]
 
+    def added_to(self, record: StudentRecord) -> tuple[StudentRecord, list[str]]:
+        """What is known of a student with what the roster says, and a word on all that it takes away or leaves.
 
-def read(path: Path) -> tuple[list[Entry], list[str]]:
-    """The students of a roster, and a word on each line that was not taken.
+        Parameters
+        ----------
+        record : what is known; a new student's is empty
+        """
+        new, words = {}, []
+        for what, said in self.details.items():
+            was = getattr(record, what)
+            is_now = type(was)() if said in (_REMOVED, (_REMOVED,)) else said
+            if not said and was:
+                word = _("{student}: {what} {was} stays; the roster's cell is empty.")
+            elif was and not is_now:
+                word = _("{student}: {what} {was} is removed.")
+            else:
+                word = _("{student}: {what} {was} → {new}.") if was and is_now != was else ""
+            new[what] = is_now if said else was
+            if word:
+                called = _("other names") if what == "aliases" else what
+                words.append(word.format(student=self.student, what=called, was=_shown(was), new=_shown(is_now)))
+        return replace(record, student=self.student, enrolled=True, **new), words
+
+
+def _shown(value: str | Sequence[str]) -> str:
+    return repr(value if isinstance(value, str) else "; ".join(value))
+
+
+@dataclass(frozen=True)
+class Roster:
+    """What a file says.
+
+    Attributes
+    ----------
+    entries : its students
+    problems : a word on each line that was not taken
+    unread : headings of columns that are not understood
+    """
+
+    entries: tuple[Entry, ...]
+    problems: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
+
+    def notes(self) -> list[str]:
+        """What is passed over without harm, in a line."""
+        if not self.unread:
+            return []
+        more = len(self.unread) - _MOST_TOLD
+        named = ", ".join(self.unread[:_MOST_TOLD]) + (_(" and {more} more").format(more=more) if more > 0 else "")
+        return [_("Columns that are not read: {names}.").format(names=named)]
+
+
+def read(path: Path) -> Roster:
+    """The students of a roster, and what was not taken of it.
 
     Raises
     ------
@@ -72,7 +129,8 @@ def read(path: Path) -> tuple[list[Entry], list[str]]:
         separator = max(",;\t", key=lambda one: len(_KNOWN.intersection(_headings(lines, one))))
         table = csv.reader(lines, delimiter=separator)
         columns = _Columns(path, next(table, []))
-        return _entries(columns, ((table.line_num + skipped, row) for row in table))
+        entries, problems = _entries(columns, ((table.line_num + skipped, row) for row in table))
+        return Roster(tuple(entries), tuple(problems), columns.unread)
     except csv.Error as error:
         raise GradebookError(
             _("The roster {path} is not a CSV that can be read: {error}.").format(path=path, error=error)
@@ -145,6 +203,9 @@ class _Columns:
         self._others = [
             place for place, heading in enumerate(headings) if heading in (*_IDS, *_OTHER_NAMES) and place not in taken
         ]
+        read = {*taken, *self._others, *self._columns["email"], *self._columns["section"]}
+        named = (_on_one_line(cell) for place, cell in enumerate(line) if place not in read)
+        self.unread = tuple(filter(None, named))
 
     def entry(self, row: list[str]) -> Entry:
         """What a row says. Raises _NoID where it has no ID, StudentIDError where it has what cannot be one."""

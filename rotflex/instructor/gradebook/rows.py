@@ -94,10 +94,11 @@ def add_student(connection: Connection, student: str, details: Mapping[str, Any]
     """A new row for a student; its number."""
     nothing = {"name": "", "email": "", "section": "", "enrolled": False}
     row = {"student": student, "folded": caseless(student), **nothing, **details}
-    return _added(connection, insert(students).values(row))
+    return added(connection, insert(students).values(row))
 
 
-def _added(connection: Connection, statement: Any) -> int:
+def added(connection: Connection, statement: Any) -> int:
+    """Carry an insertion out; the number of the new row."""
     number: int = connection.execute(statement).inserted_primary_key[0]  # type: ignore[index]
     return number
 
@@ -125,6 +126,19 @@ def newest_deliveries(connection: Connection, student_id: int) -> list[Delivery]
     wanted = select(*columns).where(deliveries.c.id.in_(newest.values()))
     there = (Delivery(**{**row._asdict(), "content": bytes(row.content)}) for row in connection.execute(wanted))
     return sorted(there, key=lambda one: one.name)
+
+
+def notebooks_received(connection: Connection, student_id: int) -> dict[str, datetime]:
+    """Of each notebook's newest content, when it came first: handing in the same once more makes nothing late."""
+    columns = (deliveries.c.name, deliveries.c.digest, deliveries.c.received)
+    which = (deliveries.c.student_id == student_id) & deliveries.c.name.endswith(".ipynb", autoescape=True)
+    in_order = connection.execute(select(*columns).where(which).order_by(deliveries.c.received, deliveries.c.id))
+    first: dict[tuple[str, str], datetime] = {}
+    newest: dict[str, str] = {}
+    for row in in_order:
+        first.setdefault((row.name, row.digest), row.received)
+        newest[row.name] = row.digest
+    return {name: first[name, digest] for name, digest in sorted(newest.items())}
 
 
 # --- reading a run ----------------------------------------------------------------------------------------------------
@@ -188,15 +202,14 @@ def _marks(connection: Connection, run_id: int) -> list[MarkRecord]:
 def given_marks(connection: Connection, student_id: int) -> dict[Where, GivenMark]:
     """The marks that persons set for a student."""
     found = connection.execute(select(decisions).where(decisions.c.student_id == student_id))
-    given = (
-        GivenMark(
-            MarkRecord(row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given),
-            row.actor,
-            row.decided,
-        )
-        for row in found
-    )
+    given = map(given_mark, found)
     return {one.mark.where: one for one in given}
+
+
+def given_mark(row: Row[Any]) -> GivenMark:
+    """A mark that a person set, from its row."""
+    mark = MarkRecord(row.question, row.part, GIVEN_BY_A_PERSON, row.points, row.out_of, row.reason, row.given)
+    return GivenMark(mark, row.actor, row.decided)
 
 
 def with_decision(mark: MarkRecord, given: Mapping[Where, GivenMark]) -> MarkRecord:
@@ -252,7 +265,7 @@ def put_run(connection: Connection, student_id: int, graded: Graded, there: Stor
         "recorded": now(),
     }
     if there is None:
-        run_id = _added(connection, insert(runs).values({**row, "current": False}))
+        run_id = added(connection, insert(runs).values({**row, "current": False}))
     else:
         run_id = there.run_id
         connection.execute(update(runs).where(runs.c.id == run_id).values(row))
@@ -267,7 +280,7 @@ def _submission(connection: Connection, student_id: int, digest: str) -> int:
     found: int | None = connection.scalar(select(submissions.c.id).where(which))
     if found is not None:
         return found
-    return _added(connection, insert(submissions).values(student_id=student_id, digest=digest, first_seen=now()))
+    return added(connection, insert(submissions).values(student_id=student_id, digest=digest, first_seen=now()))
 
 
 def put_marks(connection: Connection, run_id: int, new: Iterable[MarkRecord]) -> None:
@@ -335,28 +348,6 @@ def put_audit(connection: Connection, student_id: int, before: Stored | None, ch
 def state(mark: MarkRecord | None) -> MarkState | None:
     """What of a mark is audited."""
     return None if mark is None else MarkState(mark.status, mark.points, mark.out_of, mark.reason)
-
-
-def taken(connection: Connection, stored: Stored, mark: MarkRecord) -> GradebookError:
-    """The error for whoever would replace a mark that is another than they have seen: who made it so, when, and why."""
-    which = (audit.c.student_id == stored.student_id, audit.c.question == mark.question, audit.c.part == mark.part)
-    last = connection.execute(select(audit).where(*which).order_by(audit.c.id.desc()).limit(1)).one()
-    return GradebookError(
-        _(
-            "Question {question}, {part}: {student!r} has {points:g} points ({status}) by now, from {actor}, "
-            "{when:%Y-%m-%d %H:%M} UTC: {why!r}. Nothing was changed. If that is to be replaced, say that you expect "
-            "{points:g} (rotflex mark --expect {points:g})."
-        ).format(
-            question=mark.question,
-            part=mark.part,
-            student=stored.graded.run.student,
-            points=mark.points,
-            status=mark.status,
-            actor=last.actor,
-            when=last.changed,
-            why=mark.reason,
-        )
-    )
 
 
 def _side(side: str, mark: MarkRecord | None) -> dict[str, Any]:

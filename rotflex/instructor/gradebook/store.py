@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,10 @@ from sqlalchemy import insert, select, update
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
-from rotflex.instructor.gradebook import roster, rows, schema, storable
+from rotflex.instructor.gradebook import deciding, removal, roster, rows, schema, storable
 from rotflex.instructor.gradebook.database import Database
 from rotflex.instructor.gradebook.dump import content
 from rotflex.instructor.gradebook.records import (
-    GIVEN_BY_A_PERSON,
     AuditRecord,
     CommentRecord,
     Delivery,
@@ -26,6 +26,8 @@ from rotflex.instructor.gradebook.records import (
     RosterReport,
     StudentRecord,
 )
+from rotflex.instructor.gradebook.requests import Requests
+from rotflex.instructor.gradebook.scores import Scores
 from rotflex.instructor.gradebook.tables import audit, comments, deliveries, meta, students
 
 
@@ -41,6 +43,11 @@ class Gradebook:
     url : a file (SQLite), or ``sqlite:///file``, or ``postgresql://user:password@host/name``; made if it is not there,
         migrated if it is older than this software
 
+    Attributes
+    ----------
+    scores : what scorers do
+    requests : what students ask to have looked at again, and when feedback was given back
+
     Raises
     ------
     GradebookError
@@ -55,6 +62,8 @@ class Gradebook:
         except BaseException:
             self._database.close()
             raise
+        self.scores = Scores(self._database)
+        self.requests = Requests(self._database)
 
     def __enter__(self) -> Gradebook:
         return self
@@ -81,26 +90,45 @@ class Gradebook:
     def import_roster(self, path: Path) -> RosterReport:
         """Take in a class from a CSV, see :mod:`rotflex.instructor.gradebook.roster`. Students who are not in it stay.
 
+        So does what it says nothing of: it has no such column, or the cell is empty.
+
         Raises
         ------
         GradebookError
             If the file as a whole cannot be read; then nothing is taken in.
         """
-        entries, problems = roster.read(path)
+        found = roster.read(path)
         added = changed = 0
+        notes = found.notes()
         with self._database.writing() as connection:
             there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
-            for entry in entries:
-                if caseless(entry.student) not in there:
-                    rows.add_student(connection, entry.student, {**entry.details, "enrolled": True})
+            for entry in found.entries:
+                student_id, record = there.get(caseless(entry.student), (None, StudentRecord(entry.student)))
+                new, words = entry.added_to(record)
+                notes += words
+                if student_id is None:
+                    rows.add_student(connection, entry.student, vars(new))
                     added += 1
-                    continue
-                student_id, record = there[caseless(entry.student)]
-                new = {"student": entry.student, **entry.details, "enrolled": True}
-                if replace(record, **new) != record:
-                    connection.execute(update(students).where(students.c.id == student_id).values(new))
+                elif new != record:
+                    connection.execute(update(students).where(students.c.id == student_id).values(vars(new)))
                     changed += 1
-        return RosterReport(added, changed, len(entries) - added - changed, tuple(problems))
+        return RosterReport(added, changed, len(found.entries) - added - changed, found.problems, tuple(notes))
+
+    def remove(self, student: str) -> StudentRecord:
+        """Take a student out of whom there is nothing but their line of the roster, as a slip in their ID makes one.
+
+        Returns
+        -------
+        StudentRecord
+            What was known of them.
+
+        Raises
+        ------
+        GradebookError
+            If there is no such student, or anything was handed in, graded or said of them.
+        """
+        with self._database.writing() as connection:
+            return removal.remove(connection, storable.text(student))
 
     def students(self) -> list[StudentRecord]:
         """All students, by ID."""
@@ -135,6 +163,12 @@ class Gradebook:
         with self._database.reading() as connection:
             student_id = rows.find_student(connection, storable.text(student))
             return [] if student_id is None else rows.newest_deliveries(connection, student_id)
+
+    def received(self, student: str) -> dict[str, datetime]:
+        """When a student handed in the notebooks that count, by file name: each, when its content came first."""
+        with self._database.reading() as connection:
+            student_id = rows.find_student(connection, storable.text(student))
+            return {} if student_id is None else rows.notebooks_received(connection, student_id)
 
     def handed_in(self) -> list[str]:
         """Students of whom there are files, graded or not."""
@@ -183,7 +217,7 @@ class Gradebook:
         new = storable.marks(tuple(marks))
         change = _change(actor, reason)
         with self._database.writing() as connection:
-            before = self._must_have_run(connection, student)
+            before = deciding.run_of(connection, student)
             graded = replace(before.graded, key_digest=storable.text(key_digest))
             rows.put_run(connection, before.student_id, graded, before)
             rows.put_marks(connection, before.run_id, new)
@@ -216,25 +250,13 @@ class Gradebook:
         """
         change = _change(actor, reason)
         with self._database.writing() as connection:
-            before = self._must_have_run(connection, student)
-            mark = {mark.where: mark for mark in before.graded.marks}.get((question, part))
-            if mark is None:
-                raise GradebookError(
-                    _("{student!r} has no mark for question {question}, {part}.").format(
-                        student=student, question=question, part=part
-                    )
-                )
-            if not 0 <= points <= mark.out_of:  # nor not a number
-                raise GradebookError(
-                    _("Question {question}, {part}: give 0 to {out_of:g} points, not {points:g}.").format(
-                        question=question, part=part, out_of=mark.out_of, points=points
-                    )
-                )
-            new = replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=change.reason)
+            before = deciding.run_of(connection, student)
+            mark = deciding.mark_of(before, (question, part))
+            deciding.check_points(mark, points)
+            new = deciding.decided(mark, points, change.reason)
             if new == mark:
                 return 0
-            if expected is not None and not _as_expected(mark, expected):
-                raise rows.taken(connection, before, mark)
+            deciding.check_expected(connection, before, mark, expected)
             rows.put_decision(connection, before.student_id, new, change)
             return rows.put_audit(connection, before.student_id, before, change)
 
@@ -299,18 +321,6 @@ class Gradebook:
         """All but times, the secret and the rows' numbers, as plain data: equal for gradebooks with equal content."""
         with self._database.reading() as connection:
             return content(connection)
-
-    def _must_have_run(self, connection: Any, student: str) -> rows.Stored:
-        found = rows.current_run(connection, rows.known_student(connection, storable.text(student)))
-        if found is None:
-            raise GradebookError(_("Nothing of {student!r} has been graded.").format(student=student))
-        return found
-
-
-def _as_expected(mark: MarkRecord, expected: MarkRecord) -> bool:
-    """Whether a mark is as it was seen last."""
-    same = (mark.status, mark.points) == (storable.text(expected.status), expected.points)
-    return same and rows.same_answer(mark.given, storable.text(expected.given))
 
 
 def _change(actor: str, reason: str) -> rows.Change:

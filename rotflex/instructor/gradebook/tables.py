@@ -199,3 +199,62 @@ audit = Table(
     _must("why", Text),
     _must("changed", Instant),
 )
+
+#: What scorers did, act by act. Grows only, as the audit trail does.
+scores = Table(
+    "scores",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id"),
+    _must("question", Text),
+    _must("part", Text),
+    _must("round", Integer),
+    _must("actor", Text),
+    Column("level", Integer),  # NULL: points without a level, or the instructor is asked
+    Column("points", Double),  # NULL: the instructor is asked
+    _must("out_of", Double),
+    _must("remark", Text),
+    _must("given", Text),  # the answer as it was read
+    _must("asked", Boolean),
+    Column("undoes", Integer, ForeignKey("scores.id")),
+    Column("replaced", JSON),  # the decision that was there before, for undo; NULL: none
+    _must("acted", Instant),
+)
+Index("ix_scores_question_part", scores.c.question, scores.c.part)
+
+#: Who is reading which answer, and until when nobody else is given it.
+claims = Table(
+    "claims",
+    metadata,
+    Column("student_id", Integer, ForeignKey("students.id"), primary_key=True, autoincrement=False),
+    Column("question", Text, primary_key=True),
+    Column("part", Text, primary_key=True),
+    Column("round", Integer, primary_key=True, autoincrement=False),
+    _must("actor", Text),
+    _must("until", Instant),
+)
+
+#: What students ask to have looked at again.
+requests = Table(
+    "requests",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _belongs("student_id", "students.id", index=True),
+    _must("question", Text),
+    _must("part", Text),
+    _must("text", Text),
+    _must("made", Instant),
+    Column("answered_by", Text),
+    Column("answer", Text),
+    Column("answered", Instant),
+)
+
+#: When feedback was given back, and by whom.
+publications = Table(
+    "publications",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    _must("actor", Text),
+    _must("note", Text),
+    _must("published", Instant),
+)

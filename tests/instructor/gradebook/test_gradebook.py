@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import glob
 import hashlib
 import itertools
 import json
 import multiprocessing
 import os
-import pwd
-import secrets
 import shutil
 import signal
-import socket
 import stat
-import subprocess
 import tempfile
 import threading
-import time
 import unicodedata
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -28,11 +22,11 @@ from enum import StrEnum
 from pathlib import Path
 
 import alembic.autogenerate
-import psycopg
 import pytest
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
+from gradebook_databases import KINDS, new_schema
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import inspect, text
@@ -55,114 +49,7 @@ from rotflex.instructor.gradebook import (
 from rotflex.instructor.gradebook import database as database_module
 from rotflex.instructor.gradebook.database import Database
 
-KINDS = ["sqlite", pytest.param("postgres", marks=pytest.mark.postgres)]
-
-# --- a server, and a new schema on it for each test -------------------------------------------------------------------
-
-
-def programs() -> Path | None:
-    """The folder with PostgreSQL's initdb and postgres."""
-    on_path = shutil.which("initdb")
-    folders = [os.path.dirname(on_path)] if on_path else []
-    folders += sorted(glob.glob("/usr/lib/postgresql/*/bin"), reverse=True)
-    return next((Path(folder) for folder in folders if os.path.exists(f"{folder}/initdb")), None)
-
-
-def unprivileged() -> str | None:
-    """Whom to run the server as: it refuses root."""
-    if os.getuid():
-        return None
-    names = {entry.pw_name for entry in pwd.getpwall()}
-    return "postgres" if "postgres" in names else "nobody"
-
-
-@pytest.fixture(scope="session")
-def server():
-    """A PostgreSQL server of our own: the address of its databases."""
-    found = programs()
-    if found is None:
-        pytest.skip("PostgreSQL's initdb is not installed: apt-get install postgresql")
-    user, password = unprivileged(), secrets.token_hex(8)
-    folder = Path(tempfile.mkdtemp(prefix="rotflex-pg-"))
-    (folder / "password").write_text(password)
-    if user:
-        for path in (folder, folder / "password"):
-            shutil.chown(path, user)
-    as_user = {"user": user, "cwd": folder, "env": {"PATH": os.environ["PATH"]}}
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    fast = ["-F", "-c", "synchronous_commit=off", "-c", "full_page_writes=off", "-h", "127.0.0.1"]
-    initially = ["--auth=scram-sha-256", "--encoding=UTF8", "--locale=C.UTF-8", "--no-sync"]
-    process = None
-    try:
-        subprocess.run(
-            [found / "initdb", folder / "data", "--username=teacher", f"--pwfile={folder / 'password'}", *initially],
-            check=True,
-            capture_output=True,
-            **as_user,
-        )
-        process = subprocess.Popen(
-            [found / "postgres", "-D", folder / "data", "-k", folder, "-p", str(port), *fast],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            **as_user,
-        )
-        base = f"postgresql://teacher:{password}@127.0.0.1:{port}/"
-        wait_for(process, base + "postgres")
-        yield base
-    finally:
-        if process is not None:
-            process.send_signal(signal.SIGQUIT)  # at once
-            process.wait(30)
-        shutil.rmtree(folder)
-
-
-def wait_for(process, address):
-    for _ in range(300):
-        assert process.poll() is None, "the server ended"
-        try:
-            return psycopg.connect(address).close()
-        except psycopg.OperationalError:
-            time.sleep(0.1)
-    raise AssertionError("the server does not answer")
-
-
-_numbers = itertools.count()
-
-
-@pytest.fixture
-def new_url(request, kind, tmp_path):
-    """Make addresses of files that are not there yet, or of empty schemas."""
-    if kind == "sqlite":
-        return lambda: str(tmp_path / f"class {next(_numbers)}.sqlite")
-    return lambda: new_schema(request.getfixturevalue("server"))
-
-
-def new_schema(base):
-    """The address of a schema of its own: empty as a new database is, and made in no time."""
-    name = f"class_{next(_numbers)}"
-    with psycopg.connect(base + "postgres") as connection:
-        connection.execute(f"CREATE SCHEMA {name}")
-    return f"{base}postgres?options=-csearch_path%3D{name}"
-
-
-@pytest.fixture(params=KINDS)
-def kind(request):
-    """Which database."""
-    return request.param
-
-
-@pytest.fixture
-def url(new_url):
-    return new_url()
-
-
-@pytest.fixture
-def book(url):
-    with Gradebook(url) as opened:
-        yield opened
-
+_keys = itertools.count()  # of runs
 
 # --- what is recorded -------------------------------------------------------------------------------------------------
 
@@ -334,7 +221,7 @@ def nested(inner, levels):
 def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
     with pytest.raises(GradebookError):
         record(book, unfit)
-    assert book.dump() == {"students": []}
+    assert book.dump() == {"students": [], "publications": []}
 
 
 class Status(StrEnum):
@@ -416,6 +303,18 @@ def test_who_has_handed_in_is_known_before_anything_is_graded(book):
     for student in ("bob", "Ada"):
         book.deliver(student, [handed_in()])
     assert book.handed_in() == ["Ada", "bob"]
+
+
+def test_a_notebook_came_when_what_counts_of_it_came_first(book):
+    """The same once more, later, has the time of the first; so has a version of before that came back."""
+    tuesday, later = TUESDAY, TUESDAY + timedelta(days=1)
+    book.deliver("ada", [handed_in(), handed_in("03.ipynb"), handed_in("data.csv")])
+    book.deliver("ada", [handed_in(received=tuesday), handed_in("03.ipynb", b"other", tuesday)])
+    assert book.received("ADA") == {"02.ipynb": MONDAY, "03.ipynb": tuesday}
+    book.deliver("ada", [handed_in("03.ipynb", received=later)])
+    assert book.received("ada")["03.ipynb"] == MONDAY
+    book.deliver("bob", [handed_in(received=later), handed_in(received=tuesday)])
+    assert book.received("bob") == {"02.ipynb": tuesday} and book.received("nobody") == {}
 
 
 def test_hostile_names_of_files_are_kept_as_any_text(book):
@@ -660,7 +559,7 @@ def any_runs(words):
         "problems": st.lists(words, max_size=3).map(tuple),
         **dict.fromkeys(("submission", "master", "software", "isolation", "release"), words),
     }
-    numbered = st.integers(0, 2**64).map(lambda number: f"{number} {next(_numbers)}")
+    numbered = st.integers(0, 2**64).map(lambda number: f"{number} {next(_keys)}")
     return st.builds(RunRecord, key=numbered, student=numbered, **values)
 
 

@@ -1,0 +1,41 @@
+"""Taking a student out of a gradebook, of whom it has no more than the roster's line. Inside a transaction."""
+
+from __future__ import annotations
+
+from sqlalchemy import Connection, delete, select
+
+from rotflex.courseware.messages import _
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import rows
+from rotflex.instructor.gradebook.records import StudentRecord
+from rotflex.instructor.gradebook.tables import metadata, students
+
+#: Each table that holds something of students → what that is, for people.
+THEIRS = {
+    **dict.fromkeys(("deliveries", "submissions"), _("files that were handed in")),
+    **dict.fromkeys(("runs", "decisions", "audit"), _("marks")),
+    **dict.fromkeys(("scores", "claims"), _("what scorers did")),
+    "comments": _("words to them"),
+    "requests": _("requests to look again"),
+}
+
+
+def remove(connection: Connection, student: str) -> StudentRecord:
+    """Take a student's row away; what it said. Raises GradebookError if there is none, or anything else is theirs."""
+    student_id = rows.known_student(connection, student)
+    record = rows.student_record(connection.execute(select(students).where(students.c.id == student_id)).one())
+    there = dict.fromkeys(THEIRS[name] for name in THEIRS if _has(connection, name, student_id))
+    if there:
+        raise GradebookError(
+            _("{student!r} is not removed: the gradebook has more of them than a line of a roster, {what}.").format(
+                student=record.student, what=", ".join(there)
+            )
+        )
+    connection.execute(delete(students).where(students.c.id == student_id))
+    return record
+
+
+def _has(connection: Connection, name: str, student_id: int) -> bool:
+    """Whether a table has a row of a student's."""
+    column = metadata.tables[name].c.student_id
+    return connection.scalar(select(column).where(column == student_id).limit(1)) is not None

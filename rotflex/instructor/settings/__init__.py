@@ -1,0 +1,38 @@
+"""A course's settings: ``course.toml`` in its folder, what an instructor decides for a term without any Python.
+
+==================  ==================================================================================================
+``decided``         what is decided: plain dataclasses, each with what counts where nothing is said
+``entries``         what may stand in the file: sections, entries, what each has to be, and an example
+``contradictions``  what does not go with each other, or with the course
+``reading``         the file → :class:`CourseSettings`, or all that is not understood of it
+==================  ==================================================================================================
+"""
+
+from __future__ import annotations
+
+from rotflex.instructor.settings.decided import (
+    CourseSettings,
+    Deadline,
+    Extension,
+    FeedbackSettings,
+    LateSettings,
+    LevelSettings,
+    MarkSettings,
+    OutcomeSettings,
+    ReflectSettings,
+)
+from rotflex.instructor.settings.reading import SETTINGS_FILE, read
+
+__all__ = [
+    "SETTINGS_FILE",
+    "CourseSettings",
+    "Deadline",
+    "Extension",
+    "FeedbackSettings",
+    "LateSettings",
+    "LevelSettings",
+    "MarkSettings",
+    "OutcomeSettings",
+    "ReflectSettings",
+    "read",
+]

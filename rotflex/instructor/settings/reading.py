@@ -1,0 +1,140 @@
+"""``course.toml`` → :class:`~rotflex.instructor.settings.decided.CourseSettings`, or all that is not understood."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Collection, Mapping
+from datetime import date, datetime, time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
+from rotflex.courseware.messages import _
+from rotflex.errors import GradingError
+from rotflex.instructor.settings.contradictions import Known, contradictions
+from rotflex.instructor.settings.decided import (
+    CourseSettings,
+    Deadline,
+    Extension,
+    FeedbackSettings,
+    LateSettings,
+    LevelSettings,
+    MarkSettings,
+    OutcomeSettings,
+    ReflectSettings,
+)
+from rotflex.instructor.settings.entries import misfits
+
+if TYPE_CHECKING:  # commands are quick to say what they can do
+    from rotflex.courseware.catalogue import Catalogue
+
+SETTINGS_FILE = "course.toml"  #: in the course's folder; there need not be one
+
+
+def read(
+    folder: Path,
+    presets: Collection[str] = (),
+    draw: int = THEIR_OWN.draw,
+    benches: Mapping[str, str] | None = None,
+    catalogue: Catalogue | None = None,
+) -> CourseSettings:
+    """The settings of the course in a folder; the usual ones where there is no file.
+
+    Parameters
+    ----------
+    folder : of the course
+    presets : names of the benches that the course has
+    draw : version of how the course draws benches
+    benches : names of the laboratory's benches whose truth the course has, and what is wrong with its file, if anything
+    catalogue : of the course's questions, by which names of questions and notebooks are checked; they are not without
+
+    Raises
+    ------
+    GradingError
+        If the file cannot be read, or not all of it is understood: each fault is told, with what is expected.
+    """
+    file = folder / SETTINGS_FILE
+    try:
+        content = file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        content = ""
+    except (OSError, ValueError) as error:
+        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
+    try:
+        found = tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
+    faults = [*misfits(found)]
+    decided = CourseSettings() if faults else _settings(found, draw)
+    if not faults:
+        faults = [*contradictions(found, decided, Known(presets, benches or {}, catalogue))]
+    if faults:
+        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
+    return decided
+
+
+def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
+    about, bench, seen, reflect = (found.get(section, {}) for section in ("course", "bench", "feedback", "reflect"))
+    usual = CourseSettings()
+    return CourseSettings(
+        title=about.get("title", usual.title),
+        term=about.get("term", usual.term),
+        bench=BenchPolicy(**bench, draw=draw),
+        feedback=FeedbackSettings(
+            points=seen.get("points", usual.feedback.points),
+            reasons=seen.get("reasons", usual.feedback.reasons),
+            opens=_instant(seen["from"]) if "from" in seen else None,
+        ),
+        reflect=ReflectSettings(
+            asks=reflect.get("asks", usual.reflect.asks),
+            opens=_instant(reflect["from"]) if "from" in reflect else None,
+        ),
+        releases=found.get("releases", {}).get("folder", usual.releases),
+        marks=_marks(found.get("marks", {})),
+        levels=_levels(found.get("levels", {}), usual.levels),
+        deadlines=tuple(map(_deadline, found.get("deadline", ()))),
+        extensions=tuple(map(_extension, found.get("extension", ()))),
+        late=LateSettings(**found.get("late", {})),
+        outcomes=OutcomeSettings(**found.get("outcomes", {})),
+    )
+
+
+def _marks(given: Mapping[str, Any]) -> MarkSettings:
+    return MarkSettings(**{**given, "drop": tuple(given.get("drop", ()))})
+
+
+def _levels(given: Mapping[str, Any], usual: LevelSettings) -> LevelSettings:
+    """Levels of which nothing is said are as usual."""
+    shares, thresholds = (
+        {int(level): percent / 100 for level, percent in given.get(name, {}).items()}
+        for name in ("shares", "thresholds")
+    )
+    return LevelSettings({**usual.shares, **shares}, {**usual.thresholds, **thresholds})
+
+
+def _deadline(given: Mapping[str, Any]) -> Deadline:
+    return Deadline(_end(given["due"]), _stems(given), given.get("section", ""))
+
+
+def _extension(given: Mapping[str, Any]) -> Extension:
+    students = tuple(given.get("students", ()))
+    return Extension(_end(given["until"]), students, given.get("section", ""), _stems(given))
+
+
+def _stems(given: Mapping[str, Any]) -> tuple[str, ...]:
+    """Notebooks, without their ending, as the course's questions name them."""
+    return tuple(name.removesuffix(".ipynb") for name in given.get("notebooks", ()))
+
+
+def _instant(given: date) -> datetime:
+    """A time that knows its zone: this computer's where none is given; the beginning of a day."""
+    return _in_zone(given if isinstance(given, datetime) else datetime.combine(given, time()))
+
+
+def _end(given: date) -> datetime:
+    """As :func:`_instant`, but the end of a day: its last moment."""
+    return _in_zone(given if isinstance(given, datetime) else datetime.combine(given, time.max))
+
+
+def _in_zone(when: datetime) -> datetime:
+    return when if when.tzinfo else when.astimezone()
