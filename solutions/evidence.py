@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rotflex import plausible
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.signed_files import ENDING, Statement, verified
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import RecordingError, SignatureError

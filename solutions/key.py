@@ -1,4 +1,4 @@
-"""How each answer is marked: expected values, tolerances, and what to look for in answers in words. For instructors.
+"""How each answer is marked: expected values and tolerances. For instructors.
 
 A question leads to its parts, a part to its check. ``bench`` is the student's own bench as it really is
 (``true_bench``), ``own`` the student's own answers.
@@ -13,7 +13,8 @@ The policy
   that costs its points once.
 * A figure whose curve is there but whose axes lack their units, and a spectrum whose peaks are in the right places but
   of the wrong height, earn half.
-* Answers in words are for a person, and earn nothing until one has read them.
+* Answers in words, and each report as a whole, are for a person, and earn nothing until one has read them: what to
+  look for is in ``rubric.toml``.
 
 * What builds on the measured stiffness is compared with the true bench, with the student's own stiffness when all
   else is done right, and with their own answers just before, their own function of 2.13 among them
@@ -36,9 +37,10 @@ from rotflex.workbook.questions import CATALOGUE
 from .key_control import CONTROL
 from .key_modeling import MODELING, WARM_UP
 
-REPORT_TEXTS = {
-    report.number: {part.name: ForAPerson(part.prompt) for part in report.parts}
-    for report in CATALOGUE.reports.values()
+#: The texts of each report, and then it as a whole.
+REPORTS = {
+    asked.number: {part.name: ForAPerson() for part in asked.parts}
+    for asked in sorted((CATALOGUE.reports | CATALOGUE.judged).values(), key=lambda asked: asked.section)
 }
 
-KEY = {**WARM_UP, **MODELING, **CONTROL, **REPORT_TEXTS}
+KEY = {**WARM_UP, **MODELING, **CONTROL, **REPORTS}

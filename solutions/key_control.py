@@ -82,13 +82,10 @@ PRELAB = {
             follow=own_stability,
             follow_what="your own poles",
         ),
-        "explanation": ForAPerson(
-            "The pole at zero is the servo's angle: with a steady voltage it turns on and on, so the angle never "
-            "settles; nothing grows by itself either. Refers to something that was seen on the bench."
-        ),
+        "explanation": ForAPerson(),
     },
     "3.2": {
-        "strategy": ForAPerson("The poles are the roots of det(sI - A): multiply out the four factors."),
+        "strategy": ForAPerson(),
         "polynomial": ArrayFrom(
             "the characteristic polynomial",
             lambda d: d.polynomial,
@@ -110,9 +107,7 @@ PRELAB = {
         "B_c": ArrayFrom("the companion form of B", lambda d: [0, 0, 0, 1]),
     },
     "3.4": {
-        "strategy": ForAPerson(
-            "sigma = zeta omega_n and omega_d = omega_n sqrt(1 - zeta²) make a conjugate pair; p_3 and p_4 are given."
-        ),
+        "strategy": ForAPerson(),
         "desired_poles": PolesFrom(
             "the desired poles",
             lambda d: desired_poles(),
@@ -134,7 +129,7 @@ PRELAB = {
         ),
     },
     "3.5": {
-        "strategy": ForAPerson("The feedback changes the last row only: compare coefficients, power by power."),
+        "strategy": ForAPerson(),
         "K_c": ArrayFrom(
             "the gain in companion form",
             lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
@@ -233,9 +228,7 @@ DESIGN = {
         "controllable": ChoiceIs(
             "yes", "The controllability matrix has full rank.", follow=own_controllable, follow_what="your own rank"
         ),
-        "explanation": ForAPerson(
-            "Full rank: the columns of T span all four directions, so the voltage can bring any state to any other."
-        ),
+        "explanation": ForAPerson(),
     },
     "3.7": {
         "T": ArrayFrom(
@@ -273,7 +266,7 @@ DESIGN = {
     },
     "3.9": {
         "poles": ClosedLoopPoles(),
-        "conclusion": ForAPerson("Compares with the desired poles; where they differ, says why (a rounded K)."),
+        "conclusion": ForAPerson(),
     },
     "3.10": {"K": GainPlaces(slips=GAIN_SLIPS)},
 }
@@ -307,9 +300,7 @@ def experiment(suffix):
                 for name, room in tolerances.MEASURED.items()
             },
             "satisfied": Satisfied(measured, again, response),
-            "conclusion": ForAPerson(
-                "Each specification with its number and margin; what was expected, and why it came out so."
-            ),
+            "conclusion": ForAPerson(),
         },
     }
 
@@ -319,11 +310,7 @@ RESPONSES = {
     **experiment("fsf"),
     **experiment("psf"),
     "3.17": {
-        "explanation": ForAPerson(
-            "Without alpha and its rate in the feedback, little but friction damps the link: it is left to swing after "
-            "each turn (two poles with little damping). The servo gets where it should, though later. Refers to the "
-            "loop."
-        ),
+        "explanation": ForAPerson(),
     },
 }
 

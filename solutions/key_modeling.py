@@ -140,10 +140,7 @@ PRELAB = {
         ),
     },
     "2.4": {
-        "strategy": ForAPerson(
-            "Differentiate L with respect to theta_dot, then by time (chain rule, through all rates); L does not hold "
-            "theta itself; the generalised force is the torque less the viscous friction."
-        ),
+        "strategy": ForAPerson(),
         "equation": EquationIs(
             servo_equation,
             others=(servo_alone,),
@@ -157,10 +154,7 @@ PRELAB = {
         ),
     },
     "2.5": {
-        "strategy": ForAPerson(
-            "The same steps with alpha; now L depends on the coordinate itself (the spring), and no torque acts on the "
-            "link, only its friction."
-        ),
+        "strategy": ForAPerson(),
         "equation": EquationIs(
             link_equation,
             others=(link_without_theta_ddot,),
@@ -173,7 +167,7 @@ PRELAB = {
         ),
     },
     "2.6": {
-        "strategy": ForAPerson("Two linear equations in two accelerations: subtract one from the other, or invert."),
+        "strategy": ForAPerson(),
         "theta_ddot": ExpressionIs(
             theta_ddot,
             follow=own_theta_ddot,
@@ -199,17 +193,12 @@ PRELAB = {
         ),
     },
     "2.7": {
-        "strategy": ForAPerson(
-            "The first two rows say that a rate is the derivative of an angle; the coefficients of the accelerations "
-            "are the other two."
-        ),
+        "strategy": ForAPerson(),
         "A": SymbolicMatrixIs(A, follow=own_rows(ANGLES), follow_what="your own accelerations"),
         "B": SymbolicMatrixIs(B, follow=own_rows(("tau",)), follow_what="your own accelerations"),
     },
     "2.8": {
-        "strategy": ForAPerson(
-            "The bottom arm is a rod about its end; the top arm one about its middle, and the parallel-axis theorem."
-        ),
+        "strategy": ForAPerson(),
         "J_l": ExpressionIs(
             J_l,
             slips={
@@ -243,11 +232,7 @@ STIFFNESS = {
     "2.11": {
         # Many benches have their peak in the same bin: an equal omega_n says nothing by itself.
         "omega_n": NaturalFrequency(own_bench=OwnBench(lambda b: b.omega_n, tolerances.ALIKE["omega_n"], tells=False)),
-        "explanation": ForAPerson(
-            "The spectrum of alpha is |alpha/theta| times that of theta, which is not flat when the motor is driven by "
-            "a voltage: near its natural frequency the link holds the servo still (a vibration absorber). The peak "
-            "that is left is the resonance of servo and link against each other. The ratio contains the link alone."
-        ),
+        "explanation": ForAPerson(),
     },
     "2.12": {
         "J_l": Number(
@@ -325,17 +310,10 @@ VALIDATION = {
         ),
     },
     "2.16": {
-        "comparison": ForAPerson(
-            "Says where the model follows (the large swings, the rhythm) and where not (the servo drifts away, small "
-            "swings die sooner on the bench), refers to the figure, and says whether that is good enough for its use."
-        ),
+        "comparison": ForAPerson(),
     },
     "2.17": {
-        "reason": ForAPerson(
-            "A reason that the recording supports: dry friction of the servo or the link, B_eq of this servo, the "
-            "neglected B_l, the measured K_s, the encoder, a motor that differs from its data sheet. Says what the "
-            "effect on the curves would be."
-        ),
+        "reason": ForAPerson(),
     },
     "2.18": {
         "poles": PolesFrom(

@@ -136,4 +136,12 @@ _RANGES = (
     *_stated("the last question of Section 3", _last("3"), r"questions? 3\.4 to #"),
 )
 
-STATED = (*_SPECIFICATIONS, *_POLES, *_TOLERANCES, *_RANGES)
+_OF_A_WHOLE = {part.points for question in CATALOGUE.judged.values() for part in question.parts}
+
+_REPORTS = tuple(
+    stated
+    for points in _OF_A_WHOLE
+    for stated in _stated("what a side of a report is worth", points, r"appearance \(GS-2\), # points? each")
+)
+
+STATED = (*_SPECIFICATIONS, *_POLES, *_TOLERANCES, *_RANGES, *_REPORTS)

@@ -14,8 +14,7 @@ from typing import Any
 from rotflex.courseware import files, set_aside
 from rotflex.courseware.answers import FORMAT, WHEN, parse
 from rotflex.courseware.files import ANSWERS_FILE
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError, ConfigurationError
 

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.parts import Question, ReportItem, prose
+from rotflex.courseware.parts import Question, ReportItem, prose, whole
 from rotflex.courseware.predictions import Foretold
 from rotflex.errors import AnswerError
 
@@ -31,6 +31,9 @@ class Catalogue:
     warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
     report_items, outcomes, predictions : as given
     everything : all that can be answered, by number
+    judged : the reports as a whole, by number: a person judges them so; there is nothing to answer, and no cell
+    report_judged : number of a report as a whole → number of the report
+    marked : all that gets marks, by number: everything, and what is judged
     notebooks : names of the notebooks with something to answer, in order
     """
 
@@ -53,6 +56,10 @@ class Catalogue:
         self.outcomes = dict(outcomes or {})
         self.predictions = dict(predictions or {})
         self.everything = self.warm_up | self.questions | self.tables | self.reports
+        wholes = [(number, self._as_a_whole(report)) for number, report in self.reports.items()]
+        self.judged = {question.number: question for _report, question in wholes if question.parts}
+        self.report_judged = {question.number: report for report, question in wholes if question.parts}
+        self.marked = self.everything | self.judged
         self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
 
     def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
@@ -61,6 +68,14 @@ class Catalogue:
         written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
         outcomes = dict.fromkeys(part.outcome for part in written)
         return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
+
+    def _as_a_whole(self, report: Question) -> Question:
+        """What is judged of a report as a whole: a part for each row that says so."""
+        items = [item for item in self.items(report.number) if item.judged]
+        parts = [whole(item.judged, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items]
+        outcomes = dict.fromkeys(part.outcome for part in parts)
+        number = f"{report.number}, as a whole"
+        return Question(number, report.section, report.notebook, report.title, tuple(outcomes), tuple(parts))
 
     def items(self, report: str) -> list[ReportItem]:
         """The rows of a report's scoring sheet."""
@@ -82,6 +97,13 @@ class Catalogue:
                     "one number); it is {number!r}."
                 ).format(example=example, number=number)
             )
+        if number in self.judged:
+            raise AnswerError(
+                _(
+                    "There is nothing to answer to {number!r}: a person judges it when they have read the texts of "
+                    "{report!r}. Write those."
+                ).format(number=number, report=self.report_judged[number])
+            )
         if number not in self.everything:
             near = get_close_matches(number, self.everything, n=1)
             meant = _(" Did you mean {near!r}?").format(near=near[0]) if near else ""
@@ -93,6 +115,17 @@ class Catalogue:
                 )
             )
         return self.everything[number]
+
+    def find_marked(self, number: Any) -> Question:
+        """As :meth:`find`, of all that gets marks: a report as a whole, too.
+
+        Raises
+        ------
+        AnswerError
+            If there is none; the message names those that there are.
+        """
+        judged = self.judged.get(number) if isinstance(number, str) else None
+        return judged or self.find(number)
 
 
 def spans(numbers: Iterable[str]) -> list[str]:

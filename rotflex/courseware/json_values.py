@@ -53,11 +53,6 @@ def clean(text: str) -> str:
     return _UNWRITABLE.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
-def plural(count: int, noun: str) -> str:
-    """As in "1 curve", "2 curves"."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
 def show_number(value: float) -> str:
     """A number to 3 significant digits, for people."""
     return f"{value:.3g}" if value else "0"

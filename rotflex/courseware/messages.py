@@ -11,3 +11,8 @@ def _(text: str) -> str:
     a number or a name in it already stands in no list of translations.
     """
     return text
+
+
+def plural(count: int, noun: str) -> str:
+    """As in "1 curve", "2 curves"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -14,6 +14,7 @@ The kinds, and what an answer of each looks like to a student:
 ``function``        a function, called on the inputs of ``probe``
 ``figure``          a matplotlib figure with curves
 ``recording``       signals sampled together (:class:`~rotflex.courseware.kinds.recordings.Sampled`), with ``channels``
+``whole``           nothing: a person judges a report by all of its texts
 ==================  =============================================================================================
 """
 
@@ -149,6 +150,7 @@ class ReportItem:
     outcomes : the codes scored in this row
     shows : the (question, part) that it shows or discusses; a part "" stands for all of the question
     part : name of the report's part that holds its text; "" where answers are shown as they are
+    judged : name of the part under which the report as a whole is judged in this row; "" in all other rows
     """
 
     report: str
@@ -158,16 +160,23 @@ class ReportItem:
     outcomes: tuple[str, ...]
     shows: tuple[tuple[str, str], ...] = ()
     part: str = ""
+    judged: str = ""
 
 
 # --- parts, briefly, for the catalogue --------------------------------------------------------------------------------
 
 YES_NO = ("yes", "no")
+WHOLE = "whole"  #: the kind of what is judged, and not answered
 
 
 def prose(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
     """Text for a person to read."""
     return Part(name, "prose", points, prompt, outcome, marked="person")
+
+
+def whole(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
+    """One side of a report that a person judges when they have read all of it."""
+    return Part(name, WHOLE, points, prompt, outcome, marked="person")
 
 
 def number(

@@ -15,8 +15,7 @@ import numpy as np
 
 from rotflex.courseware.catalogue import Catalogue, enumeration
 from rotflex.courseware.course_file import OFF, ON, REFLECT
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.errors import AnswerError, ConfigurationError, RotflexError
 
 Where = tuple[str, str]  # question, part

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
 from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import ReportItem
-from rotflex.courseware.session import Session
 from rotflex.errors import AnswerError
+
+if TYPE_CHECKING:
+    from rotflex.courseware.session import Session
+
+#: Not translated: a person's mark of a report as a whole holds for as long as what they read stays the same.
+_NOT_WRITTEN = "*not written yet*"
 
 
 def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
@@ -41,13 +49,22 @@ def assembled(catalogue: Catalogue, report: str, lab: Session) -> str:
         If there is no such report.
     """
     lab.refresh()
-    pieces = []
-    for item in _items(catalogue, report):
-        if item.part:
-            content = lab.content(report, item.part)
-            text = without_pictures(content["value"]) if content else "*not written yet*"
-            pieces.append(f"**{item.number} {item.heading}**\n\n{text}")
-    return "\n\n".join(pieces)
+    items = _items(catalogue, report)
+    contents = {item.part: lab.content(report, item.part) for item in items if item.part}
+    return in_one_piece(items, {part: without_pictures(found["value"]) for part, found in contents.items() if found})
+
+
+def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
+    """Texts of a report, in order, under their headings.
+
+    Parameters
+    ----------
+    items : the rows of the report
+    texts : name of a part → what is written there
+    """
+    return "\n\n".join(
+        f"**{item.number} {item.heading}**\n\n{texts.get(item.part, _NOT_WRITTEN)}" for item in items if item.part
+    )
 
 
 def without_pictures(text: str) -> str:

@@ -17,8 +17,7 @@ from rotflex.courseware import course_file, forms, predicting, reflection, stude
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
 from rotflex.courseware.run import by_program, cell_reports, from_notebook

@@ -31,6 +31,9 @@ if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can
 
 ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
 SETTING = "ROTFLEX_COURSE"  #: environment variable: the course's folder, where none is named
+OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder: to which outcomes its codes go; there need not be one
+SHEETS_FILE = "sheets.toml"  #: in the course's folder: how its scoring sheets are laid out; there need not be one
+RUBRIC_FILE = "rubric.toml"  #: in the course's folder, what a person looks for in words; there need not be one
 USUAL = Path("solutions")  #: the course's folder in a checkout
 NOT_RELEASED = "instructor"  #: the folder of a package that students do not get
 _FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
@@ -212,7 +215,7 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
             )
         )
     _check_key(course)
-    decided = settings.read(folder, course.presets, course.draw, course.benches)
+    decided = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
     title = decided.title or course.title or course.name
     return replace(course, folder=folder, entry=entry, settings=decided, title=title)
 
@@ -254,7 +257,7 @@ def _check_key(course: Course) -> None:
     """Raise GradingError unless the key is one of this catalogue."""
     for number, checks in course.key.items():
         try:
-            question = course.catalogue.find(number)
+            question = course.catalogue.find_marked(number)
         except AnswerError as error:
             raise GradingError(_("The key: {error}").format(error=error)) from None
         if set(checks) != set(question.names):

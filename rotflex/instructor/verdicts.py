@@ -24,6 +24,10 @@ class Status(StrEnum):
     NOT_MARKED = "not marked: key fault"
 
 
+#: Nothing is decided yet; not to be taken for no points.
+UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
+
+
 class Own(Protocol):
     """The student's own answers: ``own("1.2", "speed")``. Raises LookupError where there is none that can be used."""
 

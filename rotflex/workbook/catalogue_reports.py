@@ -1,4 +1,4 @@
-"""The rows of the two reports' scoring sheets (Sections 5.1 and 5.2; Sections 7 and 9), but for those on the format.
+"""The rows of the two reports' scoring sheets (Sections 5.1 and 5.2; Sections 7 and 9), but for those on the whole.
 
 Which outcome code is scored in which row is ours: the code of the step that the row is about. The workbook's sheet for
 modeling has no column for K-1 and K-3, and its report leaves out the spectrum; here it is shown beside the sweep.

@@ -30,12 +30,19 @@ OUTCOMES = {
 }
 
 _FORMAT_ROWS = (
-    ("Format.1", "Content and organisation", "The report as a whole.", "GS-1"),
+    (
+        "Format.1",
+        "Content and organisation",
+        "The report as a whole: each part does its own work, and all of it agrees.",
+        "GS-1",
+        "organisation",
+    ),
     (
         "Format.2",
         "Professional appearance",
-        "The report as a whole: the last section of this notebook has what to look for.",
+        "The report as a whole: the lists at the end of `04_modeling_results` have what to look for.",
         "GS-2",
+        "appearance",
     ),
 )
 
@@ -43,7 +50,8 @@ _FORMAT_ROWS = (
 def _with_format(items: tuple[ReportItem, ...]) -> tuple[ReportItem, ...]:
     report = items[0].report
     return items + tuple(
-        ReportItem(report, row, heading, prompt, (code,)) for row, heading, prompt, code in _FORMAT_ROWS
+        ReportItem(report, row, heading, prompt, (code,), judged=part)
+        for row, heading, prompt, code, part in _FORMAT_ROWS
     )
 
 

@@ -16,7 +16,7 @@ from rotflex.courseware.parts import Question, number
 from rotflex.instructor import course_check
 from rotflex.instructor.course import Stated
 from rotflex.instructor.course_check import solved
-from rotflex.instructor.marking.checks import ForAPerson, Number
+from rotflex.instructor.marking.checks import Number
 
 pytestmark = pytest.mark.slow
 
@@ -52,12 +52,6 @@ def test_a_question_that_was_only_put_into_the_catalogue_is_missed_in_key_and_ce
 
 def test_a_question_of_a_notebook_that_is_not_there_is_told():
     assert "question 2.19: there is no notebook 02_nonsense." in found(another_question("02_nonsense"))
-
-
-def test_a_key_without_a_rubric_is_told():
-    assert found(with_key("2.11", explanation=ForAPerson(" "))) == [
-        "the key, 2.11 explanation: it says nothing of what to look for in the text."
-    ]
 
 
 @pytest.fixture
@@ -103,6 +97,55 @@ EXPLANATION = "q2-11-explanation"
 def test_words_that_no_text_cell_asks_for_are_told(copy):
     edit(copy, STIFFNESS, lambda cells: cells.pop(EXPLANATION))
     assert "question 2.11, explanation: no cell of 02_finding_stiffness records it." in found(copy)
+
+
+def without(path, table):
+    """A rubric without one of its tables."""
+    text = path.read_text(encoding="utf-8")
+    start = text.index(f"{table}\n")
+    assert text.count(f"{table}\n") == 1
+    path.write_text(text[:start] + text[text.index("\n[", start) + 1 :], encoding="utf-8")
+
+
+def test_a_rubric_that_lacks_a_part_is_told(copy):
+    without(copy.folder / "rubric.toml", '["2.11".explanation]')
+    without(copy.folder / "rubric.toml", '["Control report, as a whole".organisation]')
+    assert found(copy) == [
+        'rubric.toml: ["2.11".explanation] is missing: a person marks it.',
+        'rubric.toml: ["Control report, as a whole".organisation] is missing: a person marks it.',
+    ]
+
+
+def test_a_course_without_a_rubric_is_whole(copy):
+    (copy.folder / "rubric.toml").unlink()
+    assert found(copy) == []
+
+
+def test_a_map_to_outcomes_and_sheets_that_cannot_be_used_are_told(copy):
+    for name, old, new in (("outcomes.toml", "GS-2 =", "GS-3 ="), ("sheets.toml", '"2.10"', '"2.99"')):
+        path = copy.folder / name
+        path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    told = " ".join(found(copy))
+    assert "codes.GS-3: the course has no such code" in told and "there is no question '2.99'" in told
+
+
+def test_what_carries_a_code_and_is_on_no_sheet_is_told(copy):
+    path = copy.folder / "sheets.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('"II.3" = ["2.18"]', ""), encoding="utf-8")
+    assert found(copy) == ["sheets.toml: 2.18, poles: it carries K-1, and is on no sheet."]
+
+
+def test_a_course_without_map_and_sheets_is_whole(copy):
+    (copy.folder / "outcomes.toml").unlink()
+    (copy.folder / "sheets.toml").unlink()
+    assert found(copy) == []
+
+
+def test_a_report_as_a_whole_without_a_key_is_told():
+    number = "Modeling report, as a whole"
+    key = {one: checks for one, checks in OURS.key.items() if one != number}
+    assert found(replace(OURS, key=key)) == [f"the key: question {number} has no entry."]
 
 
 def test_words_that_a_cell_with_code_records_as_well_are_told(copy):
@@ -185,6 +228,7 @@ def test_points_of_the_catalogue_reach_the_derived_notebooks():
         tables=OURS.catalogue.tables.values(),
         report_items=OURS.catalogue.report_items,
         reports={one.number: (one.section, one.notebook, one.title) for one in OURS.catalogue.reports.values()},
+        outcomes=OURS.catalogue.outcomes,
     )
     assert found(replace(OURS, catalogue=catalogue)) == [
         f"notebooks/{STIFFNESS}: it is not what is derived now: say rotflex notebooks."

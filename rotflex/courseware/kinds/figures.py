@@ -15,7 +15,6 @@ from rotflex.courseware.json_values import (
     FormError,
     NotAnswered,
     clean,
-    plural,
     read_dict,
     read_list,
     read_text,
@@ -24,7 +23,7 @@ from rotflex.courseware.json_values import (
     thin,
 )
 from rotflex.courseware.kinds.axis_labels import unit_places
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 

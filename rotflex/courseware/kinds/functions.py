@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.json_values import FormError, NotAnswered, plural, read_dict, read_list
-from rotflex.courseware.messages import _
+from rotflex.courseware.json_values import FormError, NotAnswered, read_dict, read_list
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Part
 from rotflex.courseware.probes import Probe
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from rotflex.courseware.json_values import (
     FormError,
     NotAnswered,
-    plural,
     read_dict,
     read_number,
     read_text,
@@ -20,7 +19,7 @@ from rotflex.courseware.json_values import (
     rounded,
     thin,
 )
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 

@@ -14,13 +14,12 @@ from rotflex.courseware.json_values import (
     FormError,
     NotAnswered,
     clean,
-    plural,
     read_dict,
     read_number,
     read_text,
     show_number,
 )
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import YES_NO, Part
 from rotflex.errors import AnswerError
 from rotflex.units import DEG, REV, RPM

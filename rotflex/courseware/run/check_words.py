@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.run.alignment import Change, Happened
 from rotflex.courseware.run.check import GOOD, Checked, Part, State
 

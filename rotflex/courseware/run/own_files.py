@@ -16,8 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.run.cell_reports import REPORTS_FILE
 from rotflex.courseware.student_id import caseless
 

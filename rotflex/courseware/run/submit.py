@@ -14,8 +14,7 @@ from typing import Any
 import rotflex
 from rotflex.courseware import files, student_id
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.run import own_files, student_folder
 from rotflex.courseware.run.check import Checked
 from rotflex.courseware.run.check_words import brief

@@ -2,13 +2,15 @@
 
 What is found is told in words that name the place; nothing is changed.
 
-===========  ===========================================================================
-``key``      questions without an entry in the key, and entries that are not complete
-``cells``    notebooks that do not record what the catalogue asks, or not as they should
-``texts``    numbers of the course that a text has otherwise
-``times``    how long a notebook takes, where it says so otherwise than one formula for all has it
-``solved``   what the key makes of the solutions, and of wrong answers made of them
-===========  ===========================================================================
+============  ===========================================================================
+``key``       questions without an entry in the key, and entries that are not complete
+``rubric``    what a person looks for: parts that it lacks, and those that there are not
+``outcomes``  a map to outcomes, or scoring sheets, that cannot be used; what is on no sheet
+``cells``     notebooks that do not record what the catalogue asks, or not as they should
+``texts``     numbers of the course that a text has otherwise
+``times``     how long a notebook takes, where it says so otherwise than one formula for all has it
+``solved``    what the key makes of the solutions, and of wrong answers made of them
+============  ===========================================================================
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rotflex.instructor.course import Course
-from rotflex.instructor.course_check import cells, key, solved, texts, times
+from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, texts, times
 from rotflex.instructor.course_check.finding import Finding
 
 __all__ = ["Finding", "check"]
@@ -31,6 +33,8 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     run : run the notebooks with solutions, too, and mark what they answer: it takes as long as grading a submission
     """
     yield from key.check(course)
+    yield from rubric.check(course)
+    yield from outcomes.check(course)
     yield from cells.check(course)
     yield from cells.check_derived(course)
     yield from texts.check(course)

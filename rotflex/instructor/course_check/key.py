@@ -11,16 +11,14 @@ from rotflex.instructor.marking.checks import ForAPerson
 
 
 def check(course: Course) -> Iterator[Finding]:
-    """Questions without a key, answers in words without a rubric, follow-through that the feedback cannot name."""
-    for number, question in course.catalogue.everything.items():
+    """Questions without a key, parts marked otherwise than the catalogue says, follow-through without its words."""
+    for number, question in course.catalogue.marked.items():
         if number not in course.key:
             yield Finding(_("the key"), _("question {number} has no entry.").format(number=number))
             continue
         for part in question.parts:
             one = course.key[number][part.name]
             for_a_person = isinstance(one, ForAPerson)
-            if isinstance(one, ForAPerson) and not one.rubric.strip():
-                yield Finding(in_key(question, part), _("it says nothing of what to look for in the text."))
             if _follows_unnamed(one):
                 yield Finding(in_key(question, part), _("it has follow, and no follow_what: what feedback says of it."))
             if for_a_person != (part.marked == "person"):

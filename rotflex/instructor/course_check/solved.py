@@ -41,9 +41,10 @@ def check(course: Course) -> Iterator[Finding]:
 
 def judged(course: Course, claims: Claims) -> Iterator[Finding]:
     """What the key makes of the solutions' answers, and of wrong ones made of them."""
+    claims = decoding.with_reports(claims, course.catalogue)
     case = marking.case_of(course, claims, course.true_bench(STUDENT), _SEED)
     for number, checks in course.key.items():
-        question = course.catalogue.find(number)
+        question = course.catalogue.find_marked(number)
         for part in question.parts:
             own = _Own(case.own, course.catalogue)
             yield from _judged(question, part, checks[part.name], claims, replace(case, own=own))

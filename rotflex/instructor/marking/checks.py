@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rotflex.courseware.json_values import thin
 from rotflex.courseware.kinds.recordings import Sampled
 from rotflex.courseware.messages import _
-from rotflex.courseware.parts import Part
+from rotflex.courseware.parts import WHOLE, Part
 from rotflex.errors import RotflexError
 from rotflex.instructor.verdicts import Case, Own, OwnBench, Verdict, follow_through, for_a_person, right, wrong
 
@@ -32,15 +32,9 @@ NOT_TO_BE_HAD = (LookupError, ArithmeticError, ValueError, np.linalg.LinAlgError
 
 @dataclass(frozen=True)
 class ForAPerson:
-    """An answer in words.
+    """An answer in words, or a report as a whole. What to look for in it, the course's rubric says."""
 
-    Parameters
-    ----------
-    rubric : what to look for; for whoever reads it, not for the student
-    """
-
-    rubric: str
-    kinds = ("prose",)
+    kinds = ("prose", WHOLE)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Leave it to a person."""

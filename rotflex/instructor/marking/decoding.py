@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rotflex.courseware import answers, expressions, forms
+from rotflex.courseware import answers, expressions, forms, reports
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
+from rotflex.courseware.parts import WHOLE
 from rotflex.courseware.words import Words
 from rotflex.errors import AnswerError
 from rotflex.instructor.marking.time_limit import within
@@ -122,6 +123,29 @@ def with_words(claims: Claims, written: Mapping[tuple[str, str], Words], catalog
             for kept in (found.values, found.contents):
                 kept.pop((number, name), None)
             _claim(found, catalogue, number, name, {"kind": "prose", "value": words.text})
+    return found
+
+
+def with_reports(claims: Claims, catalogue: Catalogue) -> Claims:
+    """Claims with each report as a whole, where anything of it is written: all of its texts, under their headings.
+
+    So a person who judges it has all of it before them, and their mark lapses when a text of it is changed.
+
+    Parameters
+    ----------
+    claims : with the answers in words; they stay as they are, but for the messages, which both have
+    catalogue : of what can be answered
+    """
+    found = replace(claims, values=dict(claims.values), contents=dict(claims.contents))
+    for number, question in catalogue.judged.items():
+        report = catalogue.reports[catalogue.report_judged[number]]
+        where = {name: (report.number, name) for name in report.names}
+        texts = {name: claims.contents[place]["value"] for name, place in where.items() if place in claims.values}
+        if texts:
+            text = reports.in_one_piece(catalogue.items(report.number), texts)
+            for name in question.names:
+                found.values[number, name] = text
+                found.contents[number, name] = {"kind": WHOLE, "value": text}
     return found
 
 

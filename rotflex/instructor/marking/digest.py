@@ -8,23 +8,35 @@ from pathlib import Path
 
 import rotflex
 from rotflex.courseware.files import ANSWERS_FILE
-from rotflex.instructor.course import Course, package_folder
+from rotflex.instructor.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course, package_folder
+from rotflex.instructor.settings import SETTINGS_FILE
 
 _PACKAGE = Path(rotflex.__file__).parent
 #: What marks are made for, run from and kept in, but not made by. Whatever is not named here counts: to forget a name
 #: costs time, and no mark.
-_NO_PART = tuple(_PACKAGE / "instructor" / name for name in ("gradebook", "isolation", "release", "reports", "running"))
+_NO_PART = tuple(
+    _PACKAGE / "instructor" / name
+    for name in (
+        *("accounts", "gradebook", "isolation", "outcomes", "overview", "platforms"),
+        *("release", "reports", "running", "scoring"),
+    )
+)
 
 _NOT_OF_THE_KEY = (".ipynb", ".pyc")  # suffixes, in the course's folder; what is run is known by itself
+#: There, too: what a run left; what only persons mark by; what is made of marks; and what of the settings has a part is
+#: taken from them.
+_NAMED_APART = (ANSWERS_FILE, RUBRIC_FILE, OUTCOMES_FILE, SHEETS_FILE, SETTINGS_FILE)
 
 
 def marking_digest(course: Course) -> str:
     """Another digest is another way of marking: answers are marked again, without being run again.
 
-    It covers the course's folder, but for its notebooks (a key may read a table that lies beside it); the modules of
-    the packages that students get (the truth of a bench is made of them); and of this package, those that mark.
+    It covers the course's folder, but for its notebooks, its rubric and what is made of marks (a key may read a table
+    that lies beside it); of its settings those that marks depend on, so that another deadline marks nothing again; the
+    modules of the packages that students get (the truth of a bench is made of them); and of this package, those that
+    mark.
     """
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(repr(course.settings.of_marking()).encode())
     for path in _files(course):
         content = path.read_bytes()
         digest.update(f"{path.name} {len(content)}\n".encode() + content)
@@ -34,7 +46,7 @@ def marking_digest(course: Course) -> str:
 def _files(course: Course) -> Iterator[Path]:
     for path in sorted(course.folder.rglob("*")):
         hidden = any(part.startswith((".", "__")) for part in path.relative_to(course.folder).parts[:-1])
-        if path.is_file() and not hidden and path.suffix not in _NOT_OF_THE_KEY and path.name != ANSWERS_FILE:
+        if path.is_file() and not hidden and path.suffix not in _NOT_OF_THE_KEY and path.name not in _NAMED_APART:
             yield path
     for folder in dict.fromkeys([_PACKAGE, *map(package_folder, course.packages)]):
         for path in sorted(folder.rglob("*.py")):

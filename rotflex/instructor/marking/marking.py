@@ -12,15 +12,16 @@ import numpy as np
 
 from rotflex.courseware import forms
 from rotflex.courseware.messages import _
-from rotflex.courseware.parts import Part, Question
+from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.errors import RotflexError
 from rotflex.instructor.course import Course
-from rotflex.instructor.marking.decoding import Claims
+from rotflex.instructor.marking.decoding import Claims, with_reports
 from rotflex.instructor.marking.time_limit import within
 from rotflex.instructor.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
 _MISSING = _("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
 _NO_WORDS = _("Nothing is written in its text cell of the notebook that was handed in.")
+_NO_REPORT = _("Nothing of the report is written in the notebook that was handed in.")
 _SUPPLIED = _(
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
@@ -91,13 +92,14 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
     probe_seed : from which the inputs of functions were drawn
     about : what else is known of the run
     """
+    claims = with_reports(claims, course.catalogue)
     case = case_of(course, claims, bench, probe_seed)
     marks = []
     for number, checks in course.key.items():
-        question = course.catalogue.find(number)
+        question = course.catalogue.find_marked(number)
         for part in question.parts:
             where = (number, part.name)
-            if about.asked is not None and where not in about.asked:
+            if not _is_asked(course, where, about):
                 continue
             try:
                 one = mark_part(question, part, checks[part.name], claims, case)
@@ -117,6 +119,14 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
                 one = replace(one, reason=about.missing[where])
             marks.append(one)
     return marks
+
+
+def _is_asked(course: Course, where: tuple[str, str], about: About) -> bool:
+    """Whether the release that was worked with asks for a part; for a report as a whole, for any of its texts."""
+    if about.asked is None:
+        return True
+    report = course.catalogue.report_judged.get(where[0])
+    return where in about.asked if report is None else any(number == report for number, _part in about.asked)
 
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
@@ -155,7 +165,7 @@ def _left_out(part: Part, check: Check, case: Case) -> Verdict:
     found = _judged(lambda: check.missing(part, case) or _NONE) if isinstance(check, JudgesMissing) else _NONE
     if found.share > 0:
         return found
-    return Verdict(Status.MISSING, 0.0, _NO_WORDS if part.kind == "prose" else _MISSING)
+    return Verdict(Status.MISSING, 0.0, {"prose": _NO_WORDS, WHOLE: _NO_REPORT}.get(part.kind, _MISSING))
 
 
 def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
@@ -191,7 +201,7 @@ def _where(error: Exception) -> str:
 
 
 def _given(part: Part, content: dict[str, Any], value: Any) -> str:
-    if part.kind == "prose":
+    if part.kind in ("prose", WHOLE):
         return str(content["value"])
     if part.kind in ("expression", "equation"):
         sides = (value,) if part.kind == "expression" else (value.lhs, value.rhs)
@@ -211,5 +221,5 @@ def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING)
     return [
         Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key
-        for part in course.catalogue.find(number).parts
+        for part in course.catalogue.find_marked(number).parts
     ]

@@ -14,11 +14,11 @@ from made_courses import OURS
 from rotflex.courseware import answers
 from rotflex.courseware.parts import recording
 from rotflex.errors import GradebookError
-from rotflex.instructor import settings
 from rotflex.instructor.gradebook import MarkRecord, storable
 from rotflex.instructor.gradebook.records import Delivery
 from rotflex.instructor.marking import checks, decoding, marking, marking_processes, time_limit
 from rotflex.instructor.marking.checks import ChoiceIs, Number, RecordingOf, misfit
+from rotflex.instructor.settings import entries
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.recording import Channel, Recording
 from rotflex.workbook.questions import CATALOGUE
@@ -335,4 +335,4 @@ def test_bytes_of_a_file_that_is_kept(monkeypatch, fits):
 
 @FITS
 def test_characters_of_a_title(fits):
-    assert settings._is_line("x" * (120 + (not fits))) == fits
+    assert entries.SECTIONS["course"]["title"].fits("x" * (120 + (not fits))) == fits

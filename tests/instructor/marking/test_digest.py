@@ -9,7 +9,9 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS
 
+from rotflex.instructor import settings
 from rotflex.instructor.marking import digest
+from rotflex.instructor.settings import CourseSettings, entries
 
 
 @pytest.fixture
@@ -75,7 +77,13 @@ def test_a_table_that_the_key_reads_counts(tree, name):
     assert len({before, with_table, of(tree)}) == 3
 
 
-@pytest.mark.parametrize("name", ["02_finding_stiffness.ipynb", "answers.json", "__pycache__/key.pyc"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("02_finding_stiffness.ipynb", "answers.json", "rubric.toml", "outcomes.toml", "sheets.toml"),
+        "__pycache__/key.pyc",
+    ],
+)
 def test_what_a_run_leaves_beside_the_key_marks_nothing_again(tree, name):
     before = of(tree)
     (tree / "solutions" / name).parent.mkdir(exist_ok=True)
@@ -83,7 +91,9 @@ def test_what_a_run_leaves_beside_the_key_marks_nothing_again(tree, name):
     assert of(tree) == before
 
 
-@pytest.mark.parametrize("name", ["reports/feedback.py", "isolation/sandbox.py", "gradebook/store.py"])
+@pytest.mark.parametrize(
+    "name", ["reports/feedback.py", "isolation/sandbox.py", "gradebook/store.py", "accounts/__init__.py"]
+)
 def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
     before = of(tree)
     change(tree / "rotflex" / "instructor" / name)
@@ -91,7 +101,8 @@ def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
 
 
 #: Folders of ``rotflex/instructor`` that have no part in marking; all else has, as far as anybody knows.
-APART = {"gradebook", "isolation", "release", "reports", "running"}
+APART = {"accounts", "gradebook", "isolation", "outcomes", "overview", "platforms"}
+APART |= {"release", "reports", "running", "scoring"}
 
 
 def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(tree):
@@ -128,9 +139,45 @@ def test_each_package_that_students_get_counts(tree):
     assert len(set(seen)) == 3
 
 
-@pytest.mark.parametrize("name", ["course.toml", "tables/limits.csv", "roster.txt"])
+#: Each section of course.toml, with something else than usual.
+OTHERWISE = {
+    "course": 'term = "2026 autumn"',
+    "bench": 'which = "same"\nseed = 7',
+    "feedback": "points = false",
+    "reflect": "asks = false",
+    "releases": 'folder = "old"',
+    "marks": 'drop = ["2.3"]\nweights = {"2.11" = 2}\nout_of = 100\ndecimals = 0\npredictions = 0.5',
+    "levels": "shares = {3 = 80}\nthresholds = {4 = 95}",
+    "deadline": "due = 2026-11-21",
+    "extension": 'until = 2026-11-28\nstudents = ["ada"]',
+    "late": "per_day = 10",
+    "outcomes": "level = 2",
+}
+
+
+def with_settings(tree, *sections):
+    """The digest of the course with these sections of course.toml."""
+    lines = [f"{entries.heading(name)}\n{OTHERWISE[name]}\n" for name in sections]
+    (tree / "solutions" / "course.toml").write_text("".join(lines), encoding="utf-8")
+    decided = settings.read(tree / "solutions", catalogue=OURS.catalogue)
+    assert decided != CourseSettings() or not sections
+    return digest.marking_digest(replace(OURS, folder=tree / "solutions", settings=decided))
+
+
+@pytest.mark.parametrize("section", OTHERWISE)
+def test_settings_of_what_is_made_of_marks_mark_nothing_again(tree, section):
+    """Nor does a word of comment."""
+    needs = ["deadline"] if section in ("extension", "late") else []
+    same = with_settings(tree) == with_settings(tree, *needs, section)
+    assert same == (section not in ("course", "bench", "reflect", "releases"))
+
+
+def test_the_settings_that_are_tried_are_all_there_are():
+    assert set(OTHERWISE) == set(entries.SECTIONS)
+
+
+@pytest.mark.parametrize("name", ["tables/limits.csv", "roster.txt"])
 def test_what_lies_in_the_courses_folder_counts_by_its_content(tree, name):
-    """The settings, too: a term's bench and what students see are decided there."""
     path = tree / "solutions" / name
     path.parent.mkdir(exist_ok=True)
     seen = [of(tree)]

@@ -553,7 +553,7 @@ def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others
     [
         ("KEY = {'7.7': {}}", "no question '7.7'"),
         ("KEY = {'2.11': {}}", "omega_n"),
-        ("KEY = {'2.11': {'omega_n': ForAPerson(''), 'explanation': ForAPerson('')}}", "another kind"),
+        ("KEY = {'2.11': {'omega_n': ForAPerson(), 'explanation': ForAPerson()}}", "another kind"),
         ("KEY = {'2.11': nonsense}", "cannot be loaded: NameError.*nonsense"),
     ],
     ids=["no such question", "parts left out", "check of another kind", "a slip"],
@@ -569,7 +569,7 @@ def test_a_course_that_is_not_there_is_said_to_be_missing_and_how_to_name_one(tm
 
 
 def test_answers_that_the_key_does_not_mark_are_noted():
-    key = {"2.11": {"omega_n": Number("x", lambda bench: 1, 0.1), "explanation": ForAPerson("")}}
+    key = {"2.11": {"omega_n": Number("x", lambda bench: 1, 0.1), "explanation": ForAPerson()}}
     read = claims({OMEGA: 1.0, ("2.12", "J_l"): 1.0})
     assert marking.unmarked(key, read) == ["Question 2.12 was answered; the key does not mark it."]
 
@@ -621,7 +621,7 @@ def fails():
 )
 def test_a_check_may_find_it_right_that_there_is_no_answer(bench, finds, status, points):
     question = CATALOGUE.find("2.11")
-    key = {"2.11": {part.name: Perhaps(finds) if part.name == "omega_n" else ForAPerson("") for part in question.parts}}
+    key = {"2.11": {part.name: Perhaps(finds) if part.name == "omega_n" else ForAPerson() for part in question.parts}}
     claims = decoding.Claims()
     marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
     assert [(one.status, one.points) for one in marks if one.part == "omega_n"] == [(status, points)]

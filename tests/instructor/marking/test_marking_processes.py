@@ -31,7 +31,7 @@ def expected(bench):
         os._exit(1)  # as a crash in a library would
     return bench.omega_n
 
-KEY = {{"2.11": {{"omega_n": Number("it", expected, rtol=0.05), "explanation": ForAPerson("...")}}}}
+KEY = {{"2.11": {{"omega_n": Number("it", expected, rtol=0.05), "explanation": ForAPerson()}}}}
 """
 
 

@@ -22,5 +22,5 @@ KEY = {
             follow_what="the one that your own k gives",
         ),
     },
-    "1.4": {"why": ForAPerson("Friction, in the air or in the spring; the model has none.")},
+    "1.4": {"why": ForAPerson()},
 }

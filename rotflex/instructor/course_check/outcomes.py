@@ -1,0 +1,36 @@
+"""The map to outcomes and the layout of the scoring sheets, held against the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rotflex.courseware.messages import _
+from rotflex.errors import GradingError
+from rotflex.instructor.course import OUTCOMES_FILE, SHEETS_FILE, Course
+from rotflex.instructor.course_check.finding import Finding
+from rotflex.instructor.outcomes import outcome_map, sheet_layout
+
+
+def check(course: Course) -> Iterator[Finding]:
+    """What of the two cannot be used, and what has a code and is on no sheet; nothing where the course has neither."""
+    try:
+        outcome_map.find(course.folder, course.catalogue)
+    except GradingError as error:
+        yield Finding(OUTCOMES_FILE, str(error))
+    if not (course.folder / SHEETS_FILE).exists():
+        return
+    try:
+        layouts = sheet_layout.read(course.folder, course.catalogue)
+    except GradingError as error:
+        yield Finding(SHEETS_FILE, str(error))
+        return
+    placed = {where for layout in layouts for where in layout.parts}
+    for number, question in course.catalogue.marked.items():
+        for part in question.parts:
+            if part.points and part.outcome and (number, part.name) not in placed:
+                yield Finding(
+                    SHEETS_FILE,
+                    _("{question}, {part}: it carries {code}, and is on no sheet.").format(
+                        question=number, part=part.name, code=part.outcome
+                    ),
+                )
