@@ -128,7 +128,7 @@ def grade(
             with Reports(out, found, book, batch.students) as reports, progress:
                 for step in batch.grade():
                     progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
-        for line in filter(None, (reports.closed, reports.hints)):
+        for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
             typer.echo(line, err=True)
     except IsolationError as error:
         isolation_report.refuse(error)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _
-from rotflex.errors import GradingError
+from rotflex.courseware.messages import _, plural
+from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
     SOME_TROUBLE,
@@ -18,7 +18,8 @@ from rotflex.instructor.commands.options import (
     CourseFolder,
     Json,
     open_existing,
-    open_gradebook,
+    open_or_make,
+    say,
 )
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def regrade(
     """
     from contextlib import ExitStack
 
-    from rotflex.instructor.regrade import key_faults
+    from rotflex.instructor.graded_run import key_faults
     from rotflex.instructor.regrade import regrade as mark_again
     from rotflex.instructor.reports.changes import changes
     from rotflex.instructor.reports.grades import Reports
@@ -64,17 +65,17 @@ def regrade(
                 typer.echo(json.dumps({**told.as_data(), "problem": done.problem}))
                 continue
             if done.problem:
-                _say(
+                say(
                     _("{student}: {why} The marks stay as they were.").format(student=told.student, why=done.problem),
                     err=True,
                 )
             if told.parts:
-                _say(str(told))
+                say(str(told))
     for line in (*faults, *([reports.hints] if reports and reports.hints else ())):
-        _say(line, err=True)
+        say(line, err=True)
     if not as_json:
         typer.echo(
-            _("{changes} of the students have other marks now.").format(changes=changed)
+            _("Other marks than before: {students}.").format(students=plural(changed, _("student")))
             if changed
             else _("Nobody's marks changed.")
         )
@@ -97,8 +98,8 @@ def report(
     with open_existing(gradebook) as book:
         reports = Reports(out, found, book)
         count = reports.write_all()
-    typer.echo(_("{count} students: {out}").format(count=count, out=out))
-    for line in filter(None, (reports.closed, reports.hints)):
+    typer.echo(_("{students}: {out}").format(students=plural(count, _("student")), out=out))
+    for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
         typer.echo(line)
 
 
@@ -127,7 +128,7 @@ def mark(
         book.set_mark(student, question, part, points, reason, by, _expected(seen, expect))
     given = " ".join(seen.given.split()) if seen is not None else ""
     shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}…"
-    _say(
+    say(
         _("{student}, {question}, {part}: {points:g}, for the answer {shown!r}. rotflex report writes it down.").format(
             student=student, question=question, part=part, points=points, shown=shown
         )
@@ -170,7 +171,7 @@ def comment(
                 )
             )
         book.comment(student, text, by, question)
-    _say(_("{student}: noted. rotflex report writes it down.").format(student=student))
+    say(_("{student}: noted. rotflex report writes it down.").format(student=student))
 
 
 def history(
@@ -193,32 +194,57 @@ def history(
                 before=before,
                 after=after,
             )
-            _say(f"{words}  {entry.actor}: {entry.reason}")
+            say(f"{words}  {entry.actor}: {entry.reason}")
 
 
 def roster(
-    file: Annotated[Path, typer.Argument(help="A CSV file with a line for each student.", dir_okay=False)],
+    file: Annotated[
+        Path | None, typer.Argument(help="A CSV file with a line for each student.", dir_okay=False, show_default=False)
+    ] = None,
+    *,
     gradebook: Book,
+    remove: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID",
+            help="Take this student out, of whom there is nothing but their name; may be given several times.",
+        ),
+    ] = None,
 ) -> None:
     """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read.
 
-    Exit code: 0 all taken, 1 some lines were not, 2 nothing taken.
+    Empty cells leave what is known as it is; a cell of - removes it. Students who are not in the file stay: --remove
+    takes out whose ID was a slip, if nothing of theirs was handed in, graded or said.
+
+    Exit code: 0 all taken, 1 some lines were not, or somebody was not removed, 2 nothing taken.
     """
-    with open_gradebook(gradebook) as book:
-        taken = book.import_roster(file)
+    if file is None and not remove:
+        raise GradingError(_("Say what the roster is: a CSV file; or by --remove whom to take out."))
+    troubles: list[str] = []
+    # Without a roster a slip in the gradebook's name must not make a new one.
+    with open_existing(gradebook) if file is None else open_or_make(gradebook) as book:
+        if file is not None:
+            troubles += _taken_in(book, file)
+        for student in remove or ():
+            try:
+                gone = book.remove(student)
+            except GradebookError as error:
+                troubles.append(str(error))
+            else:
+                say(_("{student} is no longer in the gradebook.").format(student=gone.student))
+    for trouble in troubles:
+        say(trouble, err=True)
+    if troubles:
+        raise typer.Exit(SOME_TROUBLE)
+
+
+def _taken_in(book: Gradebook, file: Path) -> tuple[str, ...]:
+    """Take a roster in, and tell of it; what was not taken."""
+    taken = book.import_roster(file)
     typer.echo(
         _("{added} added, {changed} changed, {unchanged} as they were.").format(
             added=taken.added, changed=taken.changed, unchanged=taken.unchanged
         )
     )
-    for problem in taken.problems:
-        typer.secho(problem, err=True, fg="yellow")
-    if taken.problems:
-        raise typer.Exit(SOME_TROUBLE)
-
-
-def _say(words: str, err: bool = False) -> None:
-    """Words that may hold a student's, without what steers a terminal."""
-    from rotflex.instructor.reports.safe_text import no_escapes
-
-    typer.echo(no_escapes(words), err=err)
+    say(*taken.notes)
+    return taken.problems

@@ -27,7 +27,14 @@ CourseFolder = Annotated[
         show_default=_("{folder}/ here").format(folder=courses.USUAL),
     ),
 ]
-Book = Annotated[str, typer.Option("--gradebook", help="A file, or the URL of a database.")]
+Book = Annotated[str, typer.Option("--gradebook", help="A file, the folder of results, or the URL of a database.")]
+Marks = Annotated[
+    str, typer.Argument(metavar="MARKS", help="The folder of results, or its gradebook: a file, or a database's URL.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="The folder of results.", file_okay=False, show_default=_("that of the gradebook")),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an object a line.")]
 
 
@@ -39,10 +46,47 @@ def open_gradebook(url: str) -> Gradebook:
 
 def open_existing(url: str) -> Gradebook:
     """A gradebook that something is to be done with: a slip in its name must not make a new one."""
-    if "://" not in url and Path(url).is_dir():
+    found = url if "://" in url else str(_file_of(Path(url)))
+    return open_gradebook(found)
+
+
+def open_or_make(url: str) -> Gradebook:
+    """A gradebook, which is made if there is none yet; of the folder of results, the one in it."""
+    return open_gradebook(str(Path(url) / GRADEBOOK_FILE) if "://" not in url and Path(url).is_dir() else url)
+
+
+def _file_of(path: Path) -> Path:
+    """A gradebook's file, by its own name or that of the folder of results."""
+    inside = path / GRADEBOOK_FILE
+    if path.is_dir() and not inside.is_file():
         raise GradingError(
-            _("{url} is a folder; the gradebook is a file in it, mostly {file}.").format(url=url, file=GRADEBOOK_FILE)
+            _("There is no gradebook {file} in the folder {folder}. (rotflex grade makes one.)").format(
+                file=GRADEBOOK_FILE, folder=path
+            )
         )
-    if "://" not in url and not Path(url).is_file():
-        raise GradingError(_("There is no gradebook {url}. (rotflex grade makes one.)").format(url=url))
-    return open_gradebook(url)
+    if not path.exists():
+        raise GradingError(_("There is no gradebook {path}. (rotflex grade makes one.)").format(path=path))
+    return inside if path.is_dir() else path
+
+
+def results_beside(marks: str, out: Path | None) -> Path | None:
+    """The folder of results: as named, or that of the gradebook; None where this is no file."""
+    if out is not None or "://" in marks:
+        return out
+    return Path(marks) if Path(marks).is_dir() else Path(marks).parent
+
+
+def results_in(marks: str, out: Path | None) -> Path:
+    """The folder of results, for what cannot do without one. Raises GradingError if none is known."""
+    found = results_beside(marks, out)
+    if found is None:
+        raise GradingError(_("Say by --out into which folder it is to be written."))
+    return found
+
+
+def say(*lines: str, err: bool = False) -> None:
+    """Lines that may hold a student's words, without what steers a terminal."""
+    from rotflex.instructor.reports.safe_text import no_escapes
+
+    for line in lines:
+        typer.echo(no_escapes(line), err=err)

@@ -87,7 +87,7 @@ def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, i
 
 
 def test_a_gradebook_that_is_a_folder(tmp_path, handed_in, isolated):
-    one_line(rotflex("history", "--gradebook", tmp_path), "is a folder; the gradebook is a file in it")
+    one_line(rotflex("history", "--gradebook", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
     done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--gradebook", tmp_path, "--course", ROOT)
     one_line(done, "cannot be opened")
 

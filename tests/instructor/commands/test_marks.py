@@ -128,6 +128,48 @@ def test_reports_of_everybody_without_running_anything(book, tmp_path):
     assert list(found) == ["ada", "bob", "eve"] and found["eve"]["notes"] == "nothing handed in"
 
 
+# --- roster ---
+
+
+@pytest.fixture
+def names(tmp_path):
+    path = tmp_path / "names.csv"
+    path.write_text("student,name,tutorial\nada,Ada,1\nbod,Bob,1\nebe,Eve,1\n", encoding="utf-8")
+    return path
+
+
+def students(book):
+    with Gradebook(book) as opened:
+        return [one.student for one in opened.students()]
+
+
+def test_a_roster_goes_into_the_gradebook_of_a_folder_of_results_which_is_made_if_needed(tmp_path, names):
+    (tmp_path / "MARKS").mkdir()
+    for told in ("3 added, 0 changed, 0 as they were.", "0 added, 0 changed, 3 as they were."):
+        done = rotflex("roster", names, "--gradebook", tmp_path / "MARKS")
+        assert done.exit_code == 0 and told in said(done) and "Columns that are not read: tutorial." in said(done)
+    assert students(tmp_path / "MARKS" / "gradebook.sqlite") == ["ada", "bod", "ebe"]
+
+
+def test_whose_id_was_a_slip_can_be_taken_out_and_whoever_has_marks_cannot(book, names):
+    rotflex("roster", names, "--gradebook", book)
+    done = rotflex("roster", "--remove", "BOD", "--remove", "ebe", "--gradebook", book)
+    assert done.exit_code == 0 and "bod is no longer in the gradebook." in said(done)
+    assert students(book) == ["ada", "bob", "eve"]
+    done = rotflex("roster", "--remove", "ada", "--remove", "zoe", "--remove", "eve", "--gradebook", book)
+    assert done.exit_code == 1 and "'ada' is not removed:" in said(done) and "no student 'zoe'" in said(done)
+    assert students(book) == ["ada", "bob"]
+    done = rotflex("roster", names, "--remove", "ebe", "--remove", "bod", "--gradebook", book)
+    assert done.exit_code == 0 and students(book) == ["ada", "bob"]
+
+
+def test_to_remove_somebody_makes_no_gradebook_and_nothing_to_do_is_a_mistake(book, tmp_path):
+    done = rotflex("roster", "--remove", "ada", "--gradebook", tmp_path / "slip.sqlite")
+    assert done.exit_code == 2 and "There is no gradebook" in said(done) and not (tmp_path / "slip.sqlite").exists()
+    done = rotflex("roster", "--gradebook", book)
+    assert done.exit_code == 2 and "Say what the roster is" in said(done)
+
+
 # --- regrade ----------------------------------------------------------------------------------------------------------
 
 
@@ -151,7 +193,7 @@ def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
     assert done.output.splitlines() == [
         "ada: 2 → 0 of 3 points; the key has changed",
         "    2.11, omega_n: 2 of 2 (right) → 0 of 2 (wrong). More than 1 % off \\x1b[31m.",
-        "1 of the students have other marks now.",
+        "Other marks than before: 1 student.",
     ]
 
 

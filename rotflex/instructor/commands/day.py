@@ -1,0 +1,181 @@
+"""Commands of an instructor's day: class, publish; request, answer, requests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rotflex.courseware.messages import _
+from rotflex.errors import GradingError
+from rotflex.instructor import course as courses
+from rotflex.instructor.commands.options import (
+    SOME_TROUBLE,
+    Book,
+    CourseFolder,
+    Marks,
+    Out,
+    open_existing,
+    results_beside,
+    results_in,
+    say,
+)
+
+if TYPE_CHECKING:
+    from rotflex.instructor.gradebook import Request
+
+
+def at_a_glance(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
+    """Show the class: who handed in, who is in trouble, what waits for whom, what went wrong for many.
+
+    The same is written as a page, class.html, into the folder of results. It names students: it is for you alone.
+
+    Exit code: 0 all shown, 2 something could not be read or written.
+    """
+    from rotflex.courseware import files
+    from rotflex.instructor.overview import glance, shown
+
+    folder = results_beside(marks, out)
+    found = courses.find(course)
+    with open_existing(marks) as book:
+        seen = glance.at(book, found)
+    for line in shown.lines(seen):
+        typer.echo(line)
+    if folder is None:
+        typer.echo(_("\nNo page was written: say where by --out."))
+        return
+    page = folder / shown.CLASS_FILE
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        files.write(page, shown.page(seen))
+    except OSError as error:
+        raise GradingError(_("{page} cannot be written: {why}.").format(page=page, why=error.strerror)) from None
+    typer.echo(_("\nThe same as a page: {page}").format(page=page))
+
+
+def publish(
+    marks: Marks,
+    by: Annotated[str, typer.Option(help="Who gives it back.")],
+    note: Annotated[str, typer.Option(help="For the record, as: without the reports.")] = "",
+    course: CourseFolder = None,
+    out: Out = None,
+) -> None:
+    """Give feedback back: write everybody's pages anew, record who does it and when, and tell what is not ready.
+
+    Handing the pages to students is your platform's part. Where course.toml says that feedback opens later, the pages
+    say so and no more, and nothing is recorded as given back.
+
+    Exit code: 0 given back, 1 the pages are closed yet, 2 something could not be written.
+    """
+    from datetime import UTC, datetime
+
+    from rotflex.courseware.messages import plural
+    from rotflex.instructor.overview import published
+    from rotflex.instructor.overview.section import moment
+    from rotflex.instructor.reports.grades import Reports
+
+    folder = results_in(marks, out)
+    found = courses.find(course)
+    with open_existing(marks) as book:
+        before = book.requests.publications()
+        changed = published.changed_since(book.audit(), before[-1].when) if before else []
+        count = Reports(folder, found, book).write_all()
+        untold = published.not_ready(book, found.settings.feedback)
+        is_open = found.settings.feedback.is_open(datetime.now(UTC))
+        done = book.requests.publish(by, note) if is_open else None
+    typer.echo(_("Pages of {students}: {folder}").format(students=plural(count, _("student")), folder=folder))
+    say(*untold, *_not_renewed(folder))
+    if done is None:
+        raise typer.Exit(SOME_TROUBLE)
+    typer.echo(_("Given back on {when}, by {by}.").format(when=moment(done.when), by=done.actor))
+    if before:
+        students = sorted({one.student for one in changed})
+        say(
+            _("Since {when} marks of {students} have changed; tell them: {names}.").format(
+                when=moment(before[-1].when), students=plural(len(students), _("student")), names=", ".join(students)
+            )
+            if students
+            else _("No mark has changed since {when}.").format(when=moment(before[-1].when))
+        )
+
+
+def _not_renewed(folder: Path) -> list[str]:
+    """Which commands write what lies in a folder of results and is not made anew with the pages."""
+    from rotflex.instructor.outcomes import class_report, sheet_files
+
+    files = {"rotflex outcomes": class_report.PAGE_FILE, "rotflex sheets": sheet_files.FOLDER}
+    there = {command: name for command, name in files.items() if (folder / name).exists()}
+    if not there:
+        return []
+    return [
+        _("As they were before, and not written anew: {names} (for that say {commands}).").format(
+            names=", ".join(there.values()), commands=", ".join(there)
+        )
+    ]
+
+
+def request(
+    student: Annotated[str, typer.Argument(help="Who asks.")],
+    question: Annotated[str, typer.Argument(help="As 1.11.")],
+    part: Annotated[str, typer.Argument(help="As explanation.")],
+    text: Annotated[str, typer.Argument(help="What they ask, in their words; it is shown in their feedback.")],
+    gradebook: Book,
+) -> None:
+    """Note beside an answer that a student asks to have it looked at again. It stays open until it is answered."""
+    with open_existing(gradebook) as book:
+        made = book.requests.make(student, (question, part), text)
+    say(_("Request {number} of {student} is noted.").format(number=made.number, student=made.student))
+
+
+def answer(
+    number: Annotated[int, typer.Argument(help="Of the request, as rotflex requests lists it.")],
+    text: Annotated[str, typer.Argument(help="What there is to say; it is shown in the student's feedback.")],
+    by: Annotated[str, typer.Option(help="Who answers.")],
+    gradebook: Book,
+) -> None:
+    """Answer a student's request. The mark stays as it is: rotflex mark changes it."""
+    with open_existing(gradebook) as book:
+        done = book.requests.answer(number, by, text)
+    say(
+        _("Request {number} of {student}, {question} {part}, is answered. rotflex report writes it down.").format(
+            number=done.number, student=done.student, question=done.question, part=done.part
+        )
+    )
+
+
+def requests(
+    gradebook: Book,
+    everything: Annotated[bool, typer.Option("--all", help="Those that were answered, too.")] = False,
+) -> None:
+    """List what students ask to have looked at again."""
+    with open_existing(gradebook) as book:
+        there = book.requests.all(open_only=not everything)
+    if not there:
+        typer.echo(_("There are no requests.") if everything else _("No request is open."))
+    say(*_lines(there))
+
+
+def _lines(there: Sequence[Request]) -> list[str]:
+    from rotflex.instructor.overview.section import moment
+
+    told = []
+    for one in there:
+        told.append(
+            _("{number}  {when}  {student}  {question} {part}: {text}").format(
+                number=one.number,
+                when=moment(one.made),
+                student=one.student,
+                question=one.question,
+                part=one.part,
+                text=one.text,
+            )
+        )
+        if one.answered is not None:
+            told.append(
+                _("    {when}  {actor}: {answer}").format(
+                    when=moment(one.answered), actor=one.answered_by, answer=one.answer
+                )
+            )
+    return told

@@ -1,0 +1,217 @@
+"""The command that puts marks into the files and gradebooks of other platforms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rotflex.courseware import files
+from rotflex.courseware.messages import _
+from rotflex.errors import GradebookError, GradingError
+from rotflex.instructor import course as courses
+from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing, say
+
+if TYPE_CHECKING:
+    from rotflex.instructor.course import Course
+    from rotflex.instructor.gradebook import Gradebook
+    from rotflex.instructor.platforms.filled import Choice
+    from rotflex.instructor.platforms.matching import Matches
+    from rotflex.instructor.platforms.recognised import Export
+
+_SUFFIX = "-with-marks"
+_USUAL_DECIMALS = 2
+
+
+def export(
+    marks: Marks,
+    into: Annotated[
+        Path | None,
+        typer.Option(help="The file that you exported from Canvas, Moodle, Blackboard or Brightspace.", dir_okay=False),
+    ] = None,
+    column: Annotated[
+        str | None, typer.Option(help="Its column for the marks; may be left out if only one takes marks.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The file to write.", dir_okay=False, show_default=_("beside theirs, with-marks")),
+    ] = None,
+    out_of: Annotated[
+        str | None, typer.Option(help="Points that the column is out of, where the file does not say.")
+    ] = None,
+    decimals: Annotated[
+        int | None,
+        typer.Option(min=0, max=5, help="Decimals of a mark, half up.", show_default=_("the course's, or 2")),
+    ] = None,
+    unfinished: Annotated[
+        bool, typer.Option("--unfinished", help="Write what is decided so far, where something still waits.")
+    ] = False,
+    cap: Annotated[bool, typer.Option("--cap", help="Write the maximum where a mark is above it.")] = False,
+    feedback: Annotated[
+        Path | None, typer.Option(help="Write a zip of feedback pages for the platform here.", dir_okay=False)
+    ] = None,
+    submissions: Annotated[
+        Path | None,
+        typer.Option(help="The platform's zip of submissions, whose names --feedback needs.", dir_okay=False),
+    ] = None,
+    nbgrader: Annotated[
+        Path | None, typer.Option(help="Put the marks into this gradebook of nbgrader's.", dir_okay=False)
+    ] = None,
+    assignment: Annotated[str | None, typer.Option(help="The assignment in nbgrader.")] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell what would come of it, and write nothing.")] = False,
+    course: CourseFolder = None,
+) -> None:
+    """Put marks into a platform's own file: one column of it, and nothing else; or into nbgrader's gradebook.
+
+    Exit code: 0 everybody's mark is in, 1 some are not (each is named, with the reason), 2 nothing written.
+    """
+    _check(into, nbgrader, assignment, feedback, submissions)
+    found = courses.find(course)
+    with open_existing(marks) as book:
+        if into is None:
+            complete = _into_nbgrader(book, found, Path(nbgrader or ""), assignment or "", dry_run)
+        else:
+            from rotflex.instructor.platforms.filled import Choice
+
+            target = out or into.with_stem(into.stem + _SUFFIX)
+            choice = Choice(_decimals(found) if decimals is None else decimals, unfinished, cap)
+            order = _Order(into, target, column, _points(out_of), choice, feedback, submissions, dry_run)
+            complete = _into_file(book, found, order)
+    if not complete:
+        raise typer.Exit(SOME_TROUBLE)
+
+
+@dataclass(frozen=True)
+class _Order:
+    """What is to become of a platform's file: the command's options."""
+
+    into: Path
+    target: Path
+    column: str | None
+    out_of: Decimal | None
+    choice: Choice
+    feedback: Path | None
+    submissions: Path | None
+    dry: bool
+
+
+def _check(
+    into: Path | None, nbgrader: Path | None, assignment: str | None, feedback: Path | None, submissions: Path | None
+) -> None:
+    """Refuse options that do not go together."""
+    if (into is None) == (nbgrader is None):
+        raise GradingError(_("Say where the marks go: --into THEIR_EXPORT.csv, or --nbgrader gradebook.db."))
+    if (nbgrader is None) != (assignment is None):
+        raise GradingError(_("--nbgrader and --assignment go together: which of its assignments is it?"))
+    if nbgrader is not None and feedback is not None:
+        raise GradingError(_("--feedback is for platforms; nbgrader has feedback of its own."))
+    if submissions is not None and feedback is None:
+        raise GradingError(_("--submissions gives names for --feedback: say where that is to be written."))
+
+
+def _into_nbgrader(book: Gradebook, course: Course, theirs: Path, assignment: str, dry: bool) -> bool:
+    from rotflex.instructor.platforms import nbgrader_book
+
+    carried = nbgrader_book.carry(book, course, theirs, assignment, dry)
+    say(*carried.told(dry), _written(theirs, dry))
+    return not (carried.waiting or carried.without or carried.cells)
+
+
+def _into_file(book: Gradebook, course: Course, order: _Order) -> bool:
+    """Fill the column, write the files, and tell of it; whether everybody's mark is in."""
+    from rotflex.instructor.platforms import filled, matching, recognised
+    from rotflex.instructor.platforms.earned import earned
+
+    _must_be_others(order)
+    with _about(order.into):
+        theirs = _read(order.into)
+        place = theirs.column(order.column)
+        maximum = recognised.maximum(place, theirs.platform, order.out_of)
+        matches = matching.match(theirs, book.students())
+        done = filled.fill(theirs, place, maximum, matches, earned(book, course), order.choice)
+    # What is refused of the feedback is refused while nothing is written.
+    pages, told_of_pages = (b"", []) if order.feedback is None else _feedback(book, course, theirs, matches, order)
+    if not order.dry:
+        _write(order.target, done.data)
+        if order.feedback is not None:
+            _write(order.feedback, pages)
+    about = _("{platform}, column {heading!r}, out of {maximum}:")
+    say(about.format(platform=theirs.platform, heading=place.heading, maximum=recognised.plain(maximum)))
+    say(*filled.told(theirs, done, matches, order.dry), *told_of_pages, _written(order.target, order.dry))
+    return not (done.left or done.so_far or matches.unknown or matches.refused or matches.missing)
+
+
+def _feedback(
+    book: Gradebook, course: Course, theirs: Export, matches: Matches, order: _Order
+) -> tuple[bytes, list[str]]:
+    from rotflex.instructor.platforms import feedback_zip
+
+    there = feedback_zip.submissions_in(order.submissions) if order.submissions is not None else []
+    places = feedback_zip.places(theirs, matches, there)
+    return feedback_zip.packed(places, feedback_zip.pages(book, course, list(places.paths)))
+
+
+def _read(into: Path) -> Export:
+    from rotflex.instructor.platforms import rules, their_file
+
+    try:
+        data = into.read_bytes()
+    except OSError as error:
+        raise GradingError(_("it cannot be read: {why}.").format(why=error.strerror)) from None
+    return rules.recognised(their_file.read(data))
+
+
+@contextmanager
+def _about(file: Path) -> Iterator[None]:
+    """Say which file it is that something is refused of."""
+    try:
+        yield
+    except GradebookError:
+        raise
+    except GradingError as error:
+        raise GradingError(_("{file}: {why}").format(file=file, why=error)) from None
+
+
+def _must_be_others(order: _Order) -> None:
+    """Refuse to write over what was given."""
+    given = [one.resolve() for one in (order.into, order.submissions) if one is not None]
+    written = [one.resolve() for one in (order.target, order.feedback) if one is not None]
+    for one in written:
+        if one in given:
+            raise GradingError(
+                _("{file} is what was given, and is not written over: the platform's own file stays.").format(file=one)
+            )
+    if len(set(written)) < len(written):
+        raise GradingError(_("{file} cannot be both, marks and feedback.").format(file=order.target))
+
+
+def _points(given: str | None) -> Decimal | None:
+    """What --out-of says."""
+    if given is None:
+        return None
+    try:
+        return Decimal(given)
+    except InvalidOperation:
+        raise GradingError(_("--out-of should be a number of points, not {given!r}.").format(given=given)) from None
+
+
+def _decimals(course: Course) -> int:
+    """As the course's settings say how marks are rounded."""
+    marks = getattr(course.settings, "marks", None)
+    return _USUAL_DECIMALS if marks is None else int(marks.decimals)
+
+
+def _write(target: Path, data: bytes) -> None:
+    try:
+        files.write(target, data)
+    except OSError as error:
+        raise GradingError(_("{file} cannot be written: {why}.").format(file=target, why=error.strerror)) from None
+
+
+def _written(target: Path, dry: bool) -> str:
+    return _("Nothing was written (--dry-run).") if dry else _("Written: {file}").format(file=target)

@@ -1,0 +1,120 @@
+"""The command with which persons score what they must read: a page in the browser, or a table for a way without one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rotflex.courseware.messages import _, plural
+from rotflex.errors import GradingError
+from rotflex.instructor import course as courses
+from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing, say
+
+if TYPE_CHECKING:
+    from rotflex.instructor.scoring.desk import Desk
+
+
+def score(
+    marks: Marks,
+    course: CourseFolder = None,
+    names: Annotated[
+        list[str] | None, typer.Option("--as", metavar="NAME", help="Who scores; may be given several times.")
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is served; 0: any free port.")] = 0,
+    second: Annotated[
+        int, typer.Option(min=0, help="About one in so many answers is read a second time, by another; 0: none.")
+    ] = 10,
+    show_names: Annotated[bool, typer.Option("--names", help="Show whose an answer is; else it has a number.")] = False,
+    browser: Annotated[bool, typer.Option(help="Open a browser for the first who scores.")] = True,
+    write: Annotated[
+        Path | None, typer.Option(help="Write all answers into this table (.xlsx or .csv), and do nothing else.")
+    ] = None,
+    read: Annotated[
+        Path | None, typer.Option(help="Take scores from this table, which --write wrote.", dir_okay=False)
+    ] = None,
+    by: Annotated[str | None, typer.Option(help="Who scored in the table.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Let --write write over a file that is there.")] = False,
+) -> None:
+    """Score the answers that a person reads, in a browser on this computer; or in a table, by --write and --read.
+
+    Exit code: 0 all well, 1 some rows of a table were not taken, 2 nothing done.
+    """
+    from rotflex.instructor.scoring import rubric
+    from rotflex.instructor.scoring.desk import Desk
+
+    found = courses.find(course)
+    with open_existing(marks) as book:
+        items = rubric.read(found.folder, found.catalogue)
+        desk = Desk(book, found.catalogue, items, found.settings.levels, second, show_names)
+        if write is not None and read is not None:
+            raise GradingError(_("Give --write or --read, and not both at once."))
+        if write is not None:
+            _write(desk, write, force)
+        elif read is not None:
+            _read(desk, read, by)
+        else:
+            _serve(desk, names or [], port, browser, found.title)
+
+
+def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -> None:
+    import webbrowser
+
+    from rotflex.instructor.scoring import server
+    from rotflex.instructor.scoring.guards import Scorer
+
+    told = [name.strip() for name in names]
+    if not told or not all(told):
+        raise GradingError(_("Say who scores: --as NAME, once for each. The gradebook keeps who gave which points."))
+    if len({name.casefold() for name in told}) < len(told):
+        raise GradingError(_("Two of those who score have one name; the gradebook could not tell them apart."))
+    scorers = [Scorer(name) for name in told]
+    with server.listening(port) as listener:
+        listener.listen()
+        there = listener.getsockname()[1]
+        for one in scorers:
+            typer.echo(f"{one.name}: {one.address(there)}")
+        typer.echo(_("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost."))
+        if browser:
+            webbrowser.open(scorers[0].address(there))
+        server.serve(server.application(desk, scorers, there, title), listener)
+
+
+def _write(desk: Desk, path: Path, force: bool) -> None:
+    from rotflex.instructor.scoring import tables
+
+    if path.exists() and not force:
+        raise GradingError(
+            _(
+                "{path} is there already, and scores may stand in it: take them by --read first, name another file, or "
+                "add --force to write over it."
+            ).format(path=path)
+        )
+    count, asked = tables.write(desk, path)
+    typer.echo(
+        _("{answers}: {path}. rotflex score --read takes it in again.").format(
+            answers=plural(count, _("answer")), path=path
+        )
+    )
+    if asked:
+        typer.echo(
+            _("Of {answers} the instructor is asked: the column “state” says by whom, and what.").format(
+                answers=plural(asked, _("answer"))
+            )
+        )
+
+
+def _read(desk: Desk, path: Path, by: str | None) -> None:
+    from rotflex.instructor.scoring import tables
+
+    if not (by or "").strip():
+        raise GradingError(_("Say who scored in the table: --by NAME."))
+    taken = tables.read(desk, path, (by or "").strip())
+    typer.echo(str(taken))
+    say(*taken.replaced)
+    say(*taken.problems, err=True)
+    if taken.changed:
+        typer.echo(_("Pages and tables are as they were until rotflex report writes them anew."))
+    if taken.problems:
+        raise typer.Exit(SOME_TROUBLE)

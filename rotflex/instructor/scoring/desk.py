@@ -1,0 +1,341 @@
+"""What scorers do at the desk: who gets which answers next, what they give, and what they take back.
+
+An answer is known outside by a key and a number that say nothing of whose it is, and the answers to each part come in
+an order of their own, so that nobody is always the first to be read. Answers that are nearly the same come together;
+the first of them is claimed, and stands for all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer, Gradebook
+from rotflex.instructor.reports.result import points as shown_points
+from rotflex.instructor.scoring import alike
+from rotflex.instructor.scoring.agreement import sampled
+from rotflex.instructor.scoring.rubric import Item
+from rotflex.instructor.settings import LevelSettings
+
+Where = tuple[str, str]  #: question, part
+
+HELD = 120.0  #: s for which an answer is a scorer's; renewed while their page is open
+MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown
+_PICTURE = "!["  # in Markdown
+_KEY = 16  # hexadecimal digits of a key
+
+
+@dataclass(frozen=True)
+class Pick:
+    """An answer as a page showed it: its key, and a digest of the answer and its mark."""
+
+    key: str
+    seen: str
+
+
+@dataclass
+class Done:
+    """What became of something that a scorer did: the acts that were written, and in words what was not."""
+
+    acts: list[Act] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+
+
+def shuffled(student: str, where: Where) -> str:
+    """By which the answers to a part are put in order; it says nothing of whose they are."""
+    return hashlib.sha256(json.dumps([*where, student.casefold()]).encode()).hexdigest()
+
+
+def key_of(student: str, where: Where) -> str:
+    """By which a page names an answer."""
+    return shuffled(student, where)[:_KEY]
+
+
+def seen(answer: Answer, round: int = FIRST) -> str:
+    """A digest of an answer and its mark: another one says that one of them has changed."""
+    mark = answer.mark
+    if round == SECOND:  # the first round's mark is not seen
+        second = answer.last(SECOND)
+        state: list[object] = [second.number if second else None]
+    else:
+        state = [mark.status, mark.points, answer.asked]
+    return hashlib.sha256(json.dumps([*state, mark.out_of, mark.given]).encode()).hexdigest()[:_KEY]
+
+
+class Desk:
+    """Where a class's answers are scored.
+
+    Parameters
+    ----------
+    book : the gradebook
+    catalogue : of the course's questions
+    rubric : what to look for in each part; what is missing in it is scored without
+    levels : what each is worth, and which level a share of the points is
+    one_in : of so many answers about one is scored a second time, by another; none where it is 0
+    names : whether scorers see whose an answer is
+    """
+
+    def __init__(
+        self,
+        book: Gradebook,
+        catalogue: Catalogue,
+        rubric: Mapping[Where, Item],
+        levels: LevelSettings,
+        one_in: int = 0,
+        names: bool = False,
+    ) -> None:
+        self.book, self.catalogue, self.rubric, self.levels = book, catalogue, rubric, levels
+        self.one_in, self.names = one_in, names
+        self._together: dict[int, tuple[int, ...]] = {}
+        self._put_off: dict[tuple[str, Where, int], dict[str, None]] = defaultdict(dict)
+
+    # --- what there is ------------------------------------------------------------------------------------------------
+
+    def in_order(self, wheres: Sequence[Where]) -> list[Where]:
+        """Parts in the catalogue's order; those that it does not have any more come last."""
+        places = [(q.number, part.name) for q in self.catalogue.marked.values() for part in q.parts]
+        ranks = {where: rank for rank, where in enumerate(places)}
+        return sorted(set(wheres), key=lambda where: (ranks.get(where, len(ranks)), where))
+
+    def label(self, student: str, where: Where) -> str:
+        """What an answer is called: by a number, or, if names are shown, by whose it is."""
+        everybody = self.book.students()
+        if self.names:
+            name = next((one.name for one in everybody if one.student == student), "")
+            return f"{name} ({student})" if name else student
+        order = sorted(shuffled(one.student, where) for one in everybody)
+        return _("Answer {number}").format(number=order.index(shuffled(student, where)) + 1)
+
+    def points(self, level: int, out_of: float) -> float:
+        """What a level is worth."""
+        return round(self.levels.shares[level] * out_of, 2)
+
+    def level_of(self, act: Act) -> int:
+        """The level that was given; of points without one, theirs by the course's thresholds."""
+        if act.level is not None:
+            return act.level
+        return self.levels.level_of((act.points or 0.0) / act.out_of if act.out_of else 0.0)
+
+    def in_second_round(self, answer: Answer) -> bool:
+        """Whether an answer is of the sample that is scored twice, and was scored once."""
+        first = answer.last(FIRST)
+        return (
+            sampled(answer.student, answer.where, self.one_in)
+            and not answer.waiting
+            and first is not None
+            and first.points is not None
+        )
+
+    def due(self, actor: str, where: Where, round: int) -> list[Answer]:
+        """Answers that a scorer may be given, in their order."""
+        answers = sorted(self.book.scores.answers([where]), key=lambda one: shuffled(one.student, where))
+        if round == FIRST:
+            return [one for one in answers if one.waiting and not one.asked]
+        return [one for one in answers if self._is_for_second(one, actor)]
+
+    def _is_for_second(self, answer: Answer, actor: str) -> bool:
+        first = answer.last(FIRST)
+        return (
+            self.in_second_round(answer)
+            and answer.last(SECOND) is None
+            and first is not None
+            and first.actor != actor  # nobody is held against themselves
+        )
+
+    # --- what comes next ----------------------------------------------------------------------------------------------
+
+    def next(self, actor: str, where: Where, round: int = FIRST) -> list[Answer]:
+        """The next answer for a scorer, claimed for them, and after it those that are nearly the same.
+
+        Returns
+        -------
+        list of Answer
+            Empty if nothing is left that nobody else is reading.
+        """
+        due = self.due(actor, where, round)
+        groups = [[one] for one in due] if round == SECOND else _alike(due)
+        put_off = list(self._put_off[actor, where, round])
+        groups.sort(key=lambda group: _place(put_off, key_of(group[0].student, where)))
+        student = self.book.scores.claim([group[0].student for group in groups], where, actor, HELD, round)
+        found = next((group for group in groups if group[0].student == student), [])
+        held = self.book.scores.claimed(where, round)
+        others = [one for one in found[1:] if held.get(one.student, (actor,))[0] == actor]
+        return [*found[:1], *others][:MOST_TOGETHER]
+
+    def part_after(self, where: Where) -> Where | None:
+        """The part that comes next in the catalogue's order of which answers wait; the first of all after the last."""
+        waiting = {one.where for one in self.book.scores.answers() if one.waiting and not one.asked}
+        order = self.in_order([*waiting, where])
+        place = order.index(where)
+        return next(iter([*order[place + 1 :], *order[:place]]), None)
+
+    def put_off(self, actor: str, where: Where, round: int, key: str) -> None:
+        """Let an answer come again when there is nothing else."""
+        later = self._put_off[actor, where, round]
+        later.pop(key, None)
+        later[key] = None
+
+    def find(self, where: Where, key: str) -> Answer | None:
+        """The answer of a key, whatever became of it."""
+        return next((one for one in self.book.scores.answers([where]) if key_of(one.student, where) == key), None)
+
+    def renew(self, actor: str, where: Where, round: int, key: str) -> str:
+        """Hold on to an answer; in words what stands against it, "" if nothing does."""
+        answer = self.find(where, key)
+        if answer is None:
+            return _("This answer is not there any more.")
+        holder = self.book.scores.hold(answer.student, where, actor, HELD, round)
+        return (
+            "" if holder is None else _("{name} is reading this one, too, and had it before you.").format(name=holder)
+        )
+
+    # --- deciding -----------------------------------------------------------------------------------------------------
+
+    def give(
+        self,
+        actor: str,
+        where: Where,
+        picks: Sequence[Pick],
+        *,
+        level: int | None = None,
+        points: float | None = None,
+        remark: str = "",
+        round: int = FIRST,
+    ) -> Done:
+        """Score answers in one go: a level, or points without one. What is another by now than was seen is not written.
+
+        The first of the answers, which is claimed, comes last: until then nobody else is given one of the others.
+        """
+
+        def write(answer: Answer) -> Act:
+            out_of = answer.mark.out_of
+            worth = points if points is not None else self.points(level or 0, out_of)
+            return self.book.scores.give(
+                answer.student,
+                where,
+                worth,
+                actor,
+                level=None if points is not None else level,
+                remark=remark,
+                expected=answer.mark,
+                round=round,
+            )
+
+        done = Done()
+        for pick in reversed(picks):
+            self._one(done, where, pick, round, write)
+        self._remember(done)
+        return done
+
+    def ask(self, actor: str, where: Where, picks: Sequence[Pick], remark: str = "") -> Done:
+        """Leave answers to the instructor, with a question."""
+        done = Done()
+        for pick in reversed(picks):
+            self._one(
+                done,
+                where,
+                pick,
+                FIRST,
+                lambda one: self.book.scores.ask(one.student, where, actor, remark=remark, expected=one.mark),
+            )
+        self._remember(done)
+        return done
+
+    def _one(self, done: Done, where: Where, pick: Pick, round: int, write: Callable[[Answer], Act]) -> None:
+        answer = self.find(where, pick.key)
+        if answer is None:
+            done.problems.append(_("An answer is not there any more: it was handed in again, and left blank."))
+            return
+        if seen(answer, round) != pick.seen:
+            done.problems.append(self.conflict(answer, round))
+            return
+        try:
+            done.acts.append(write(answer))
+        except GradebookError as error:
+            now = self.find(where, pick.key)
+            changed = now is not None and seen(now, round) != pick.seen
+            done.problems.append(self.conflict(now, round) if now is not None and changed else str(error))
+
+    def _remember(self, done: Done) -> None:
+        numbers = tuple(act.number for act in done.acts)
+        self._together |= dict.fromkeys(numbers, numbers)
+
+    def conflict(self, answer: Answer, round: int = FIRST) -> str:
+        """In words what is there in place of what a page showed."""
+        label = self.label(answer.student, answer.where)
+        last = answer.last(round)
+        if round == SECOND or last is None:
+            return _("{label} is another by now, or somebody scored it. Nothing of yours was written for it.").format(
+                label=label
+            )
+        return _("{label}: {state} Nothing of yours was written for it.").format(label=label, state=state(answer))
+
+    def undo(self, actor: str) -> Done:
+        """Take back what a scorer did last; where that were several answers in one go, all of them."""
+        acts = self.book.scores.acts(actor=actor)
+        undone = {act.undoes for act in acts}
+        own = {act.number: act for act in acts if act.actor == actor and act.undoes is None}
+        left = [number for number in own if number not in undone]
+        done = Done()
+        if not left:
+            done.problems.append(_("There is nothing of yours to take back."))
+            return done
+        for number in self._together.get(left[-1], (left[-1],)):
+            if number in undone:
+                continue
+            try:
+                self.book.scores.undo(number, actor)
+                done.acts.append(own[number])
+            except GradebookError:
+                answer = self.find(own[number].where, key_of(own[number].student, own[number].where))
+                why = state(answer) if answer is not None else _("It is not there any more.")
+                done.problems.append(
+                    _("{label} was not taken back, for it is another by now. {why}").format(
+                        label=self.label(own[number].student, own[number].where), why=why
+                    )
+                )
+        return done
+
+
+def in_points(number: float) -> str:
+    """As "1 point", "0.75 points"."""
+    return _("1 point") if shown_points(number) == "1" else _("{n} points").format(n=shown_points(number))
+
+
+def state(answer: Answer) -> str:
+    """In words what became of an answer so far."""
+    last = answer.last()
+    if last is None:
+        return _("It has {points} of {out_of} now ({status}).").format(
+            points=shown_points(answer.mark.points), out_of=in_points(answer.mark.out_of), status=answer.mark.status
+        )
+    if last.asked:
+        return _("{actor} asked the instructor at {when:%H:%M} UTC: “{remark}”").format(
+            actor=last.actor, when=last.when, remark=last.remark
+        )
+    what = _("level {level}, ").format(level=last.level) if last.level is not None else ""
+    return _("{actor} gave it {what}{points} of {out_of} at {when:%H:%M} UTC.").format(
+        actor=last.actor,
+        what=what,
+        points=shown_points(last.points or 0.0),
+        out_of=in_points(last.out_of),
+        when=last.when,
+    )
+
+
+def _place(put_off: Sequence[str], key: str) -> int:
+    return put_off.index(key) + 1 if key in put_off else 0
+
+
+def _alike(answers: Sequence[Answer]) -> list[list[Answer]]:
+    """Answers that are nearly the same, together; one with a picture stands alone, for pictures are not compared."""
+    alone = count()
+    besides = [next(alone) if _PICTURE in one.mark.given else -1 for one in answers]
+    return [[answers[place] for place in group] for group in alike.groups([one.mark.given for one in answers], besides)]

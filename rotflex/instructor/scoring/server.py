@@ -1,0 +1,378 @@
+"""The scoring page as a server on the loopback interface: its pages, and the acts that they send."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+from rotflex.courseware.messages import _
+from rotflex.errors import GradebookError, GradingError
+from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer
+from rotflex.instructor.reports.result import points as shown_points
+from rotflex.instructor.reports.templating import templates
+from rotflex.instructor.scoring import cards, progress
+from rotflex.instructor.scoring.desk import Desk, Done, Pick, Where, in_points, key_of, state
+from rotflex.instructor.scoring.guards import ACTOR, Guard, Scorer
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+    from starlette.responses import Response
+    from starlette.types import ASGIApp
+
+LONGEST_REMARK = 2000  #: characters
+MOST_ANSWERS = 50  #: in one act; a page shows fewer
+_MOST_POINTS = 1e6  # how many there are for an answer, the gradebook knows
+_PAGE, _REPORTS = "scoring/page", "reports/templates"  # in rotflex/instructor
+_ASSETS = {
+    "scoring.js": (_PAGE, "text/javascript"),
+    "scoring.css": (_PAGE, "text/css"),
+    "drawn.css": (_REPORTS, "text/css"),
+}
+
+
+class BadRequest(Exception):
+    """An act that no page sends; says what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Again:
+    """What a scorer took back in one go, to be shown as it was: keys of what was ticked, and the remark."""
+
+    ticked: frozenset[str]
+    remark: str
+
+
+class Pages:
+    """What the server answers.
+
+    Parameters
+    ----------
+    desk : where the class is scored
+    title : of the course
+    """
+
+    def __init__(self, desk: Desk, title: str) -> None:
+        self.desk, self.title = desk, title
+        self._again: dict[tuple[str, Where, int], dict[str, Again]] = {}
+
+    # --- pages --------------------------------------------------------------------------------------------------------
+
+    def overview(self, scorer: Scorer, query: Mapping[str, str]) -> str:
+        """All parts, how far each is, and what waits for the instructor."""
+        rows, overall = progress.rows(self.desk)
+        asked = [one for one in self.desk.book.scores.answers() if one.asked]
+        held = {where: self.desk.book.scores.claimed(where) for where in {one.where for one in asked}}
+        return self._page(
+            "overview.html",
+            scorer,
+            rows=rows,
+            overall=overall,
+            asked=[
+                (
+                    one.where,
+                    key_of(one.student, one.where),
+                    self._label(one),
+                    state(one),
+                    held[one.where].get(one.student, ("",))[0],
+                )
+                for one in asked
+            ],
+            one_in=self.desk.one_in,
+        )
+
+    def scoring(self, scorer: Scorer, query: Mapping[str, str]) -> str:
+        """The page on which one part is scored; what changes on it comes by acts."""
+        where, round = _where(query), _round(query)
+        question = self.desk.catalogue.marked.get(where[0])
+        part = next((one for one in (question.parts if question else ()) if one.name == where[1]), None)
+        item = self.desk.rubric.get(where)
+        return self._page(
+            "scoring.html",
+            scorer,
+            where=where,
+            round=round,
+            key=query.get("key", ""),
+            title=question.title if question else "",
+            prompt=part.prompt if part else "",
+            look_for=item.look_for if item else "",
+        )
+
+    def _page(self, template: str, scorer: Scorer, **values: Any) -> str:
+        return (
+            templates(_PAGE)
+            .get_template(template)
+            .render(course=self.title, scorer=scorer, points=shown_points, **values)
+        )
+
+    def _label(self, answer: Answer) -> str:
+        return self.desk.label(answer.student, answer.where)
+
+    # --- acts ---------------------------------------------------------------------------------------------------------
+
+    def next(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """The next answer; the one of a key if there is one."""
+        where, round = _where(sent), _round(sent)
+        key = _text(sent, "key")
+        if _text(sent, "skip"):
+            self.desk.put_off(scorer.name, where, round, _text(sent, "skip"))
+        if not key:
+            return self._reply(scorer, where, round)
+        answer = self.desk.find(where, key)
+        if answer is None:
+            return self._reply(scorer, where, round, [_("That answer is not there any more; here is the next one.")])
+        told = self.desk.renew(scorer.name, where, round, key)
+        return self._reply(scorer, where, round, [told] if told else (), [answer], trouble=bool(told))
+
+    def give(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """Score what was shown and ticked."""
+        where, round, picks = _where(sent), _round(sent), _picks(sent)
+        level, points = sent.get("level"), sent.get("points")
+        if (level is None) == (points is None):
+            raise BadRequest(_("Give either a level or points."))
+        if level is not None and not (type(level) is int and level in self.desk.levels.shares):
+            raise BadRequest(_("There is no level {level!r}.").format(level=level))
+        if points is not None and not (type(points) in (int, float) and abs(points) <= _MOST_POINTS):
+            raise BadRequest(_("Points are a number, and not as large."))
+        done = self.desk.give(scorer.name, where, picks, level=level, points=points, remark=_remark(sent), round=round)
+        return self._after(scorer, where, round, done)
+
+    def ask(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """Leave what was shown and ticked to the instructor."""
+        where, picks, remark = _where(sent), _picks(sent), _remark(sent)
+        if _round(sent) == SECOND:
+            raise BadRequest(_("In the second, blind marking nobody is asked: give the level that you would give."))
+        return self._after(scorer, where, FIRST, self.desk.ask(scorer.name, where, picks, remark))
+
+    def undo(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """Take back what was done last, and show it again."""
+        where, round = _where(sent), _round(sent)
+        done = self.desk.undo(scorer.name)
+        told = list(done.problems)
+        again = None
+        if done.acts:
+            act = done.acts[0]
+            told.append(
+                _("Taken back: {labels}, {question} {part}.").format(
+                    labels=", ".join(self.desk.label(one.student, one.where) for one in done.acts),
+                    question=act.question,
+                    part=act.part,
+                )
+            )
+            keys = {key_of(one.student, one.where) for one in done.acts}
+            again_there = self._again.setdefault((scorer.name, act.where, act.round), {})
+            again_there |= dict.fromkeys(keys, Again(frozenset(keys), act.remark))
+            if (act.where, act.round) == (where, round):
+                there = [one for one in self.desk.due(scorer.name, where, round) if key_of(one.student, where) in keys]
+                again = there or None
+                if there:
+                    self.desk.renew(scorer.name, where, round, key_of(there[0].student, where))
+        return self._reply(scorer, where, round, told, again, trouble=bool(done.problems))
+
+    def renew(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """Hold on to what is shown."""
+        return {"message": self.desk.renew(scorer.name, _where(sent), _round(sent), _text(sent, "key"))}
+
+    def leave(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """Let others have what is shown."""
+        self.desk.book.scores.let_go(scorer.name)
+        return {}
+
+    def _after(self, scorer: Scorer, where: Where, round: int, done: Done) -> dict[str, Any]:
+        told = list(done.problems)
+        for act in done.acts:
+            self._again.get((scorer.name, where, round), {}).pop(key_of(act.student, where), None)
+        if len(done.acts) > 1:
+            told.insert(0, _("{n} answers in one go; u takes them all back.").format(n=len(done.acts)))
+        elif done.acts:
+            told.insert(0, self._said(done.acts[0]))
+        return self._reply(scorer, where, round, told, trouble=bool(done.problems))
+
+    def _said(self, act: Act) -> str:
+        label = self.desk.label(act.student, act.where)
+        if act.asked:
+            return _("{label}: left to the instructor.").format(label=label)
+        given = in_points(act.points or 0.0)
+        if act.level is None:
+            return _("{label}: {points}.").format(label=label, points=given)
+        return _("{label}: level {level}, {points}.").format(label=label, level=act.level, points=given)
+
+    def _reply(
+        self,
+        scorer: Scorer,
+        where: Where,
+        round: int,
+        told: Sequence[str] = (),
+        answers: Sequence[Answer] | None = None,
+        trouble: bool = False,
+    ) -> dict[str, Any]:
+        """The next card, how far the part is, and what there is to say."""
+        found = self.desk.next(scorer.name, where, round) if answers is None else answers
+        card = cards.card(self.desk, found, round) if found else None
+        before = self._again.get((scorer.name, where, round), {})
+        again = next((before[one.key] for one in card.answers if one.key in before), None) if card else None
+        tally = progress.tally(self.desk.book.scores.answers([where]))
+        left = len(self.desk.due(scorer.name, where, round))
+        time = progress.time_left(self.desk.book.scores.acts([where], scorer.name), scorer.name, where, left, round)
+        html = (
+            templates(_PAGE)
+            .get_template("card.html")
+            .render(
+                card=card,
+                again=again,
+                points=shown_points,
+                left=left,
+                asked=tally.asked,
+                round=round,
+                after=None if card else self.desk.part_after(where),
+            )
+        )
+        state = (
+            templates(_PAGE)
+            .get_template("tally.html")
+            .render(tally=tally, left=left, time=progress.in_words(time) if left else "", round=round)
+        )
+        return {"html": html, "state": state, "message": " ".join(told), "trouble": trouble}
+
+
+# --- what a page sends ------------------------------------------------------------------------------------------------
+
+
+def _text(sent: Mapping[str, Any], name: str) -> str:
+    value = sent.get(name, "")
+    if not isinstance(value, str) or len(value) > LONGEST_REMARK:
+        raise BadRequest(_("{name}: a text of at most {longest} characters.").format(name=name, longest=LONGEST_REMARK))
+    return value
+
+
+def _remark(sent: Mapping[str, Any]) -> str:
+    return _text(sent, "remark").strip()
+
+
+def _where(sent: Mapping[str, Any]) -> Where:
+    question, part = _text(sent, "question"), _text(sent, "part")
+    if not question or not part:
+        raise BadRequest(_("Say which question and part."))
+    return question, part
+
+
+def _round(sent: Mapping[str, Any]) -> int:
+    round = str(sent.get("round", FIRST))
+    if round not in (str(FIRST), str(SECOND)):
+        raise BadRequest(_("There are rounds 1 and 2."))
+    return int(round)
+
+
+def _picks(sent: Mapping[str, Any]) -> list[Pick]:
+    picks = sent.get("answers")
+    if not isinstance(picks, list) or not 1 <= len(picks) <= MOST_ANSWERS:
+        raise BadRequest(_("Tick at least one answer."))
+    if not all(isinstance(one, dict) for one in picks):
+        raise BadRequest(_("An answer is a key and what was seen."))
+    return [Pick(_text(one, "key"), _text(one, "seen")) for one in picks]
+
+
+# --- the server -------------------------------------------------------------------------------------------------------
+
+
+def application(desk: Desk, scorers: Sequence[Scorer], port: int, title: str = "") -> ASGIApp:
+    """The application, guarded.
+
+    Parameters
+    ----------
+    desk : where the class is scored
+    scorers : who is let in
+    port : where the server listens
+    title : of the course
+    """
+    from starlette.applications import Starlette
+    from starlette.routing import Route
+
+    pages = Pages(desk, title)
+    routes = [
+        Route("/", _shown(pages.overview)),
+        Route("/score", _shown(pages.scoring)),
+        *(Route(f"/{name}", _asset(name, *where)) for name, where in _ASSETS.items()),
+        *(
+            Route(f"/act/{act.__name__}", _done(act), methods=["POST"])
+            for act in (pages.next, pages.give, pages.ask, pages.undo, pages.renew, pages.leave)
+        ),
+    ]
+    return Guard(Starlette(routes=routes), scorers, port)
+
+
+def listening(port: int) -> socket.socket:
+    """A socket of the loopback interface.
+
+    Raises
+    ------
+    GradingError
+        If the port is taken.
+    """
+    listener = socket.socket()
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind(("127.0.0.1", port))
+    except OSError as error:
+        listener.close()
+        raise GradingError(
+            _("Port {port} cannot be used: {why}. Leave --port out, and a free one is taken.").format(
+                port=port, why=error.strerror
+            )
+        ) from None
+    return listener
+
+
+def serve(app: ASGIApp, listener: socket.socket) -> None:
+    """Serve until it is interrupted."""
+    import uvicorn
+
+    # No log of requests: their addresses would be in it.
+    config = uvicorn.Config(
+        app, log_level="warning", access_log=False, server_header=False, lifespan="off", ws="none", workers=1
+    )
+    uvicorn.Server(config).run(sockets=[listener])
+
+
+def _shown(page: Callable[[Scorer, Mapping[str, str]], str]) -> Callable[[Request], Response]:
+    def endpoint(request: Request) -> Response:
+        from starlette.responses import HTMLResponse, PlainTextResponse
+
+        try:
+            return HTMLResponse(page(request.scope[ACTOR], request.query_params))
+        except BadRequest as error:
+            return PlainTextResponse(str(error), 400)
+
+    return endpoint
+
+
+def _done(act: Callable[[Scorer, Mapping[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
+    async def endpoint(request: Request) -> Response:
+        from starlette.concurrency import run_in_threadpool
+        from starlette.responses import JSONResponse
+
+        try:
+            sent = await request.json()
+            if not isinstance(sent, dict):
+                raise BadRequest(_("An act is an object."))
+            return JSONResponse(await run_in_threadpool(act, request.scope[ACTOR], sent))
+        except (ValueError, RecursionError):
+            return JSONResponse({"problem": _("That is no JSON. Nothing was done.")}, 400)
+        except BadRequest as error:
+            return JSONResponse({"problem": str(error)}, 400)
+        except GradebookError as error:
+            return JSONResponse({"problem": str(error)}, 500)
+
+    return endpoint
+
+
+def _asset(name: str, folder: str, kind: str) -> Callable[[Request], Response]:
+    def endpoint(request: Request) -> Response:
+        from starlette.responses import Response
+
+        content = resources.files("rotflex.instructor").joinpath(folder, name).read_text(encoding="utf-8")
+        return Response(content, media_type=kind)
+
+    return endpoint

@@ -1,0 +1,169 @@
+"""A class whose answers in words wait to be scored, the page on it, and a browser's requests without a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import browser
+from checkout import ROOT
+from gradebooks import graded, mark, prose, record, report_text
+
+from rotflex.courseware.student_id import GRADEBOOK_FILE
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.scoring.desk import Desk
+from rotflex.instructor.scoring.guards import HEADER, Scorer
+from rotflex.instructor.scoring.rubric import Item
+from rotflex.instructor.scoring.server import application
+from rotflex.instructor.settings import LevelSettings
+from rotflex.workbook.questions import CATALOGUE
+
+WORDS = ("2.11", "explanation")  #: 1 point
+COMPARED = ("2.16", "comparison")  #: 2 points
+LEVELS = LevelSettings()
+RUBRIC = {
+    WORDS: Item(
+        WORDS,
+        "Says why the measured peak is not where the formula has it.",
+        {
+            4: "Names the cause, says in which direction it moves the peak, and shows it in the own recording.",
+            3: "Names the cause and the direction.",
+            2: "Names the cause only.",
+            1: "Names none, or one that cannot be.",
+        },
+        ("In which direction does it move the peak?", "Show it in your own recording."),
+    )
+}
+#: No two nearly the same.
+OPENINGS = ("Friction", "The joint", "My recording", "The formula", "Looking at it again, the curve", "A heavier beam")
+MIDDLES = ("takes energy at each swing", "bends like a spring", "was noisy at the end", "leaves out what is lost")
+ENDINGS = ("so the peak is where I saw it.", "which the second plot tells.", "and that is all I can say of it.")
+
+
+def texts(count: int) -> list[str]:
+    """Answers of which no two are nearly the same."""
+    made = []
+    for n in range(count):
+        one, two, three = OPENINGS[n % 6], MIDDLES[n // 6 % 4], ENDINGS[n // 24 % 3]
+        made.append(f"{one} {two}, {three} I measured {10 + n} times, at {3 * n + 1} Hz.")
+    return made
+
+
+def fill(book: Gradebook, answers: list[str], **run: Any) -> list[str]:
+    """A student for each answer to WORDS, who wrote it; their IDs."""
+    students = [f"student-{n:03}" for n in range(len(answers))]
+    for student, text in zip(students, answers, strict=True):
+        record(book, graded(student, mark(), prose(given=text), report_text(given=f"Of {student}: {text}"), **run))
+    return students
+
+
+def desk(book: Gradebook, **more: Any) -> Desk:
+    """Where such a class is scored."""
+    return Desk(book, CATALOGUE, RUBRIC, LEVELS, **more)
+
+
+# --- requests ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Client:
+    """Sends what a browser sends, to an application that is guarded for a port; as one scorer, or as nobody."""
+
+    app: Any
+    scorer: Scorer | None = None
+    port: int = 8765
+    cookies: dict[str, str] = field(default_factory=dict)
+
+    def enter(self) -> Client:
+        """Open the scorer's address, and keep the cookie."""
+        reply = self.get(self.scorer.address(self.port).partition(str(self.port))[2])
+        name, _, value = reply.headers["set-cookie"].partition(";")[0].partition("=")
+        self.cookies[name] = value
+        return self
+
+    def get(self, path: str, **headers: str) -> Any:
+        """A page."""
+        return self.request("GET", path, headers)
+
+    def act(self, name: str, sent: Any = None, **headers: str | None) -> Any:
+        """An act as the page sends it; a header that is None is left out."""
+        usual = {"origin": f"http://127.0.0.1:{self.port}", HEADER: self.scorer.page if self.scorer else None}
+        given = {key.replace("_", "-"): value for key, value in {**usual, **headers}.items() if value is not None}
+        return self.request("POST", f"/act/{name}", given, json={} if sent is None else sent)
+
+    def request(self, method: str, path: str, headers: dict[str, str], **more: Any) -> Any:
+        """Any request."""
+        import httpx
+
+        async def sending() -> Any:
+            transport = httpx.ASGITransport(self.app)
+            async with httpx.AsyncClient(transport=transport, base_url=f"http://127.0.0.1:{self.port}") as client:
+                cookie = {"cookie": "; ".join(f"{name}={value}" for name, value in self.cookies.items())}
+                return await client.request(method, path, headers={**cookie, **headers}, **more)
+
+        return asyncio.run(sending())
+
+
+def clients(made: Desk, *names: str) -> list[Client]:
+    """A client for each scorer, let in."""
+    scorers = [Scorer(name) for name in names]
+    app = application(made, scorers, Client.port, "A course")
+    return [Client(app, one).enter() for one in scorers]
+
+
+def shown(reply: Any) -> list[dict[str, str]]:
+    """Key and what was seen of the answers on a card."""
+    found = re.findall(r'data-key="(\w+)" data-seen="(\w+)"', reply.json()["html"])
+    return [{"key": key, "seen": seen} for key, seen in found]
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def serving(
+    folder: Path, *names: str, options: tuple[str, ...] = ()
+) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
+    """`rotflex score`, until the block ends: the process, and an address for each name."""
+    words = [sys.executable, "-m", "rotflex.cli", "score", str(folder), "--course", str(ROOT / "solutions")]
+    words += [*(word for name in names for word in ("--as", name)), "--no-browser", *options]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    try:
+        lines = [process.stdout.readline() for _ in names]
+        yield process, [line.strip().partition(": ")[2] for line in lines]
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(timeout=30)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()
+
+
+def new_class(folder: Path, answers: list[str]) -> Path:
+    """A folder as `rotflex grade` leaves it, with such a class in its gradebook."""
+    with Gradebook(folder / GRADEBOOK_FILE) as book:
+        fill(book, answers)
+    return folder
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Any]:
+    """A browser without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=browser.CHROMIUM, args=browser.CHROMIUM_OPTIONS)
+        try:
+            yield started
+        finally:
+            started.close()

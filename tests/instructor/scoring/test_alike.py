@@ -1,0 +1,160 @@
+"""Answers that are nearly the same come together, and none whose numbers, signs or telling words differ."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rapidfuzz import fuzz
+
+from rotflex.instructor.scoring import alike
+
+
+def together(*texts):
+    return len(alike.groups(texts)) == 1
+
+
+TRAPS = [
+    ("The natural frequency is higher with the short arm.", "The natural frequency is lower with the short arm."),
+    ("With this gain the loop is stable for all inputs.", "With this gain the loop is not stable for all inputs."),
+    ("With this gain the loop is stable for all inputs.", "With this gain the loop is unstable for all inputs."),
+    ("The pole is at -3.2 in the left half of the plane.", "The pole is at 3.2 in the left half of the plane."),
+    ("The pole is at −3.2 in the left half of the plane.", "The pole is at +3.2 in the left half of the plane."),
+    ("The current rises to 2 mA in the first moment here.", "The current rises to 2 A in the first moment here."),
+    ("The pulse comes before the step of the big motor.", "The pulse comes after the step of the big motor."),
+    ("It swings to the left when the voltage is switched.", "It swings to the right when the voltage is switched."),
+    ("We found that it doesn't depend on the voltage at all.", "We found that it does depend on the voltage at all."),
+    ("The response is overdamped as the gain is so large.", "The response is underdamped as the gain is so large."),
+    (
+        "The assumption is reasonable for motions of this size.",
+        "The assumption is unreasonable for motions of this size.",
+    ),
+    ("The model is sufficient for the controller we want.", "The model is insufficient for the controller we want."),
+    ("The estimate is useful for the design of the loop.", "The estimate is useless for the design of the loop."),
+    (
+        "In the spectra that we saw, the first run of both was quicker.",
+        "In the spectra that we saw, the second run of both was quicker.",
+    ),
+    ("The amplitude increases when the mass is moved out.", "The amplitude decreases when the mass is moved out."),
+    ("It is linear there, and nonlinear where it is large.", "It is nonlinear there, and linear where it is large."),
+    ("The gain $k_1$ has to be chosen for a real pole here.", "The gain $k_2$ has to be chosen for a real pole here."),
+    (
+        r"The angle $\phi$ follows the voltage with some delay.",
+        r"The angle $\psi$ follows the voltage with some delay.",
+    ),
+    (
+        "There are two peaks in the spectrum that we recorded.",
+        "There are three peaks in the spectrum that we recorded.",
+    ),
+    ("So y = a + b for all of the samples that were taken.", "So y = a - b for all of the samples that were taken."),
+    ("It can be neglected without a visible loss of accuracy.", "It can be neglected with a visible loss of accuracy."),
+]
+
+
+@pytest.mark.parametrize(("one", "other"), TRAPS)
+def test_what_says_something_else_is_not_put_together_however_similar(one, other):
+    assert fuzz.ratio(alike.normal(one), alike.normal(other)) >= alike.SIMILAR  # by similarity alone they would be
+    assert not together(one, other)
+    assert not together(other, one)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("Friction is not in the model, so it is lower.", "friction  is not\nin the model so it is lower"),
+        ("The arm bends, so energy is stored in it.", "The arms bend, so energy is stored in it."),
+        ("The pole is at -3.2.", "The pole is at −3.2."),
+        ("FRICTION IS NOT IN THE MODEL", "Friction is not in the model"),
+        ("It doesn't reach 5 V at the end of the run.", "It doesn’t reach 5V at the end of the run"),
+    ],
+)
+def test_what_differs_in_spelling_is_together(one, other):
+    assert together(one, other)
+
+
+words = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), max_size=100)
+
+
+@given(words)
+def test_equal_texts_are_always_together(text):
+    assert together(text, text)
+    assert together(text, f"  {text}\n")
+
+
+@given(st.lists(words, max_size=6))
+def test_each_text_is_in_one_group_and_each_member_is_like_its_first(texts):
+    found = alike.groups(texts)
+    assert sorted(place for group in found for place in group) == list(range(len(texts)))
+    for group in found:
+        first = alike.normal(texts[group[0]])
+        for place in group[1:]:
+            other = alike.normal(texts[place])
+            assert fuzz.ratio(first, other) >= alike.SIMILAR or first == other
+            assert alike.telling(first) == alike.telling(other)
+
+
+#: Words between which one that tells is put; none of them tells, nor makes another say the contrary.
+FILLERS = st.lists(
+    st.sampled_from(["measured", "curve", "thus", "model", "gives", "value", "shows", "beam"]), min_size=12, max_size=40
+)
+OPPOSITES = """
+    higher/lower more/less larger/smaller bigger/smaller faster/slower greater/smaller increase/decrease
+    increases/decreases increasing/decreasing before/after left/right above/below stable/unstable first/second
+    minimum/maximum min/max thinner/thicker heavier/lighter nearer/farther earlier/later stronger/weaker
+    wider/narrower steeper/flatter positive/negative over/under better/worse sufficient/insufficient
+    bounded/unbounded periodic/nonperiodic useful/useless
+"""
+CHANGES = st.one_of(
+    st.tuples(st.integers(0, 10**6), st.integers(0, 10**6)).map(lambda pair: (str(pair[0]), str(pair[1]))),
+    st.floats(0.01, 99.0).map(lambda x: (f"{x:.2f}", f"{x + 0.01:.2f}")),
+    st.integers(1, 99).map(lambda n: (f"{n}", f"-{n}")),
+    st.sampled_from([("is", "isn't"), ("", "not"), ("", "never"), ("with", "without"), ("", "no"), ("", "hardly")]),
+    st.sampled_from(OPPOSITES.split()).map(lambda pair: tuple(pair.split("/"))),
+)
+
+
+@given(FILLERS, CHANGES, st.data())
+def test_one_other_number_negation_or_opposite_always_splits(fillers, change, data):
+    one, other = change
+    place = data.draw(st.integers(0, len(fillers)))
+    texts = [" ".join(filter(None, [*fillers[:place], word, *fillers[place:]])) for word in (one, other)]
+    assert together(*texts) == (one == other)
+
+
+def test_small_steps_do_not_lead_from_one_answer_to_another():
+    """Each is like the one before it, and the last is nothing like the first."""
+    words = [f"w{chr(97 + n)}{chr(97 + n)}" for n in range(26)]
+    other = [f"v{chr(97 + n)}{chr(98 + n)}" for n in range(26)]
+    steps = [" ".join([*other[:n], *words[n:]]) for n in range(27)]
+    plain = [alike.normal(step) for step in steps]
+    assert all(fuzz.ratio(*pair) >= alike.SIMILAR for pair in pairwise(plain))
+    for group in alike.groups(steps):
+        assert all(fuzz.ratio(plain[group[0]], plain[place]) >= alike.SIMILAR for place in group)
+
+
+def test_what_else_has_to_be_equal_splits():
+    assert alike.groups(["It bends."] * 3, ["one picture", "another", "one picture"]) == [(0, 2), (1,)]
+
+
+@given(words, words)
+def test_a_difference_tells_all_that_is_new_and_gone(first, other):
+    pieces = alike.difference(first, other)
+    one, two = (" ".join(text.split()) for text in (first, other))
+    if not pieces:
+        assert one == two
+        return
+    cut = [re.escape(piece.text).replace(re.escape(" … "), ".*") for piece in pieces if piece.kind != "gone"]
+    assert re.fullmatch("".join(cut), two, re.DOTALL)
+    cut = [re.escape(piece.text).replace(re.escape(" … "), ".*") for piece in pieces if piece.kind != "new"]
+    assert re.fullmatch("".join(cut), one, re.DOTALL)
+
+
+def test_a_difference_shows_the_words_around_it_and_cuts_what_is_long():
+    long = " ".join(f"w{n}" for n in range(60))
+    pieces = alike.difference(f"{long} bends {long}", f"{long} turns {long}")
+    assert [(piece.kind, piece.text) for piece in pieces[1:3]] == [("gone", "bends"), ("new", "turns")]
+    assert pieces[0].text == " … " + " ".join(f"w{n}" for n in range(52, 60)) + " "
+    assert pieces[3].text == " " + " ".join(f"w{n}" for n in range(8)) + "  … "

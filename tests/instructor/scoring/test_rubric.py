@@ -1,0 +1,182 @@
+"""A course's rubric: what is read of it, and every fault told with its place."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.parts import Question, ReportItem, number, prose
+from rotflex.errors import GradingError
+from rotflex.instructor.scoring import rubric
+
+CATALOGUE = Catalogue(
+    [
+        Question("1.1", "1", "01", "Stiffness", (), (number("k", "N/m", None, "", "?"), prose("why", "", "Why?"))),
+        Question("1.2", "1", "01", "Losses", (), (prose("loss", "", "Which?"),)),
+    ],
+    report_items=[
+        ReportItem("Report", "I", "Aim", "The aim.", ("B",), part="aim"),
+        ReportItem("Report", "F", "Order", "All of it.", ("G",), judged="order"),
+    ],
+    reports={"Report": ("2", "02", "The report")},
+)
+
+
+def entry(place: str, **changes: str) -> str:
+    """A table of a rubric; what is changed to "" is left out."""
+    lines = {
+        "look_for": '"The cause."',
+        "4": '"Cause and size."',
+        "3": '"Cause."',
+        "2": '"Part of it."',
+        "1": '"None."',
+        "remarks": '["Say why."]',
+    } | changes
+    return "\n".join([f"[{place}]", *(f"{name} = {text}" for name, text in lines.items() if text), ""])
+
+
+PLACES = ('"1.1".why', '"1.2".loss', '"Report".aim', '"Report, as a whole".order')
+WHOLE = "\n".join(map(entry, PLACES))
+
+
+@pytest.fixture
+def read(tmp_path):
+    """The rubric of a text."""
+
+    def items(text):
+        (tmp_path / "rubric.toml").write_text(text, encoding="utf-8")
+        return rubric.read(tmp_path, CATALOGUE)
+
+    return items
+
+
+def faults(read, text):
+    """The lines of what a rubric is refused with, without the first."""
+    with pytest.raises(GradingError) as refused:
+        read(text)
+    first, *lines = str(refused.value).splitlines()
+    assert first.endswith("rubric.toml cannot be used:")
+    return [line.strip() for line in lines]
+
+
+def test_a_course_without_the_file_has_no_rubric(tmp_path):
+    assert rubric.read(tmp_path, CATALOGUE) == {}
+
+
+def test_all_parts_that_a_person_marks_are_read_in_the_catalogues_order(read):
+    backwards = "\n".join(map(entry, reversed(PLACES)))
+    items = read(backwards)
+    assert list(items) == [("1.1", "why"), ("1.2", "loss"), ("Report", "aim"), ("Report, as a whole", "order")]
+    assert items["1.2", "loss"] == rubric.Item(
+        ("1.2", "loss"),
+        "The cause.",
+        {4: "Cause and size.", 3: "Cause.", 2: "Part of it.", 1: "None."},
+        ("Say why.",),
+    )
+
+
+def test_a_text_may_be_written_over_several_lines_and_remarks_may_be_left_out(read):
+    changed = entry(PLACES[0], look_for='"""\n  The cause,\n  and its size."""', remarks="")
+    one = read(WHOLE.replace(entry(PLACES[0]), changed))["1.1", "why"]
+    assert (one.look_for, one.remarks) == ("The cause, and its size.", ())
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (WHOLE + entry('"1.3".why'), "There is no question '1.3'."),
+        (WHOLE + entry('"1.2".why'), "Question 1.2 has no part 'why'; it has loss."),
+        (WHOLE + entry('"1.1".k'), '["1.1".k]: the key marks it, and no person does. Take it out.'),
+        (WHOLE.replace(entry(PLACES[1]), ""), '["1.2".loss] is missing: a person marks it.'),
+        (WHOLE.replace(entry(PLACES[3]), ""), '["Report, as a whole".order] is missing: a person marks it.'),
+        (WHOLE.replace('2 = "Part of it."\n', "", 1), '["1.1".why]: 2 is missing.'),
+        (WHOLE.replace('look_for = "The cause."\n', "", 1), '["1.1".why]: look_for is missing.'),
+        (WHOLE.replace("3 =", "5 =", 1), "there is no entry '5'; there are look_for, 4, 3, 2, 1, remarks."),
+        (WHOLE.replace('"None."', "0", 1), '["1.1".why]: 1: a text of 1 to 500 characters is expected.'),
+        (WHOLE.replace('"None."', '"  "', 1), '["1.1".why]: 1: a text of 1 to 500 characters is expected.'),
+        (WHOLE.replace('"None."', f'"{501 * "a"}"', 1), "1: a text of 1 to 500 characters is expected."),
+        (WHOLE.replace('"None."', r'"\u202e"', 1), "1: a text of 1 to 500 characters is expected."),
+        (WHOLE.replace('["Say why."]', '"Say why."', 1), "remarks: a list, and in it a text of 1 to 500 characters"),
+        (WHOLE.replace('["Say why."]', '["Say why.", 3]', 1), "remarks: a list, and in it a text of 1 to 500"),
+        (WHOLE.replace('"Cause."', '"None."', 1), "two of its levels say the same, so nobody can tell them apart."),
+        ('"1.1" = 3\n' + WHOLE.replace(entry(PLACES[0]), ""), "'1.1' should be a table, a line [\"1.1\".k]"),
+        (WHOLE.replace(entry(PLACES[0]), '["1.1"]\nwhy = "Because."\n'), '["1.1".why]: it should be a table with look'),
+        ("[", "it is not TOML:"),
+    ],
+)
+def test_each_fault_is_told_with_its_place(read, text, told):
+    assert any(told in line for line in faults(read, text))
+
+
+def test_all_faults_are_told_at_once(read):
+    text = entry('"1.3".why') + entry(PLACES[0], **{"4": "", "1": "7"}) + entry(PLACES[1])
+    assert [line.partition(" There are")[0] for line in faults(read, text)] == [
+        "There is no question '1.3'. Did you mean '1.2'?",
+        '["1.1".why]: 4 is missing.',
+        '["1.1".why]: 1: a text of 1 to 500 characters is expected.',
+        '["Report".aim] is missing: a person marks it.',
+        '["Report, as a whole".order] is missing: a person marks it.',
+    ]
+
+
+def test_a_file_that_cannot_be_read_is_told(tmp_path):
+    (tmp_path / "rubric.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(GradingError, match="cannot be read"):
+        rubric.read(tmp_path, CATALOGUE)
+
+
+# --- this course's ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def ours():
+    return rubric.read(ROOT / "solutions", OURS.catalogue)
+
+
+def test_the_made_up_second_course_has_no_rubric_and_needs_none():
+    assert rubric.read(ROOT / "tests" / "courses" / "spring" / "solutions", OURS.catalogue) == {}
+
+
+def test_our_rubric_has_each_part_that_a_person_marks(ours):
+    by_person = {
+        (number, part.name)
+        for number, question in OURS.catalogue.marked.items()
+        for part in question.parts
+        if part.marked == "person"
+    }
+    assert set(ours) == by_person
+    assert len(ours) == 18 + 21 + 4  # in questions, texts of the reports, and two sides of each report as a whole
+
+
+def test_our_remarks_are_a_few_for_each_part_and_speak_to_a_student(ours):
+    for where, item in ours.items():
+        assert 2 <= len(item.remarks) <= 4, where
+        assert len(set(item.remarks)) == len(item.remarks), where
+        told_of = [remark for remark in item.remarks if re.search(r"\b(?:the|this) student", remark.lower())]
+        assert told_of == [], where
+
+
+def test_our_remarks_and_levels_give_no_number_away(ours):
+    """Not one digit: what the key expects is a number nearly everywhere, and other on each bench."""
+    digits = {
+        where: [text for text in (*item.remarks, *item.levels.values()) if re.search(r"\d", text)]
+        for where, item in ours.items()
+    }
+    # The one equation is that of the question.
+    assert {where: texts for where, texts in digits.items() if texts} == {
+        ("3.2", "strategy"): [ours["3.2", "strategy"].levels[4]]
+    }
+    assert "det(sI - A) = 0" in ours["3.2", "strategy"].levels[4]
+
+
+def test_our_texts_are_sentences_that_fit_into_a_table(ours):
+    for where, item in ours.items():
+        for text in (item.look_for, *item.levels.values(), *item.remarks):
+            assert text[0].isupper() and text[-1] in ".?", (where, text)
+            assert "|" not in text, (where, text)
+        assert all(text.rstrip(".").count(". ") == 0 for text in item.levels.values()), where  # one sentence each
+        assert max(map(len, item.levels.values())) <= 250, where
