@@ -1,0 +1,153 @@
+"""The map from a course's codes to the outcomes of an accreditation: ``outcomes.toml`` in the course's folder.
+
+It is data, to be edited: which scheme is in use, and which code gives evidence of what, differs from school to school
+and from year to year. A course need not have one.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware.catalogue import Catalogue, enumeration
+from rotflex.courseware.messages import _
+from rotflex.errors import GradingError
+from rotflex.instructor.course import OUTCOMES_FILE
+
+_SECTIONS = ("scheme", "outcomes", "codes")
+
+
+@dataclass(frozen=True)
+class OutcomeMap:
+    """Which codes give evidence of which outcomes.
+
+    Attributes
+    ----------
+    scheme : name of what the outcomes are of, as of an accreditation and a year
+    outcomes : key of an outcome, as "1" → its short name
+    codes : code → keys of the outcomes that it gives evidence of
+    """
+
+    scheme: str
+    outcomes: Mapping[str, str]
+    codes: Mapping[str, tuple[str, ...]]
+
+    def criteria(self) -> dict[str, frozenset[str]]:
+        """Key of each outcome that has any → the codes that go to it, in the order of the file."""
+        found = {
+            outcome: frozenset(code for code, goes_to in self.codes.items() if outcome in goes_to)
+            for outcome in self.outcomes
+        }
+        return {outcome: codes for outcome, codes in found.items() if codes}
+
+    def notes(self, catalogue: Catalogue) -> list[str]:
+        """What is worth knowing of what the map leaves out, in words; all of it may be meant."""
+        without = [code for code in catalogue.outcomes if not self.codes.get(code)]
+        unused = [outcome for outcome in self.outcomes if outcome not in self.criteria()]
+        notes = []
+        if without:
+            notes.append(
+                _("{codes}: no outcome in {file}, so they are in no outcome's figures.").format(
+                    codes=enumeration(without), file=OUTCOMES_FILE
+                )
+            )
+        if unused:
+            notes.append(
+                _("Of these outcomes the course gives no evidence: {outcomes}.").format(
+                    outcomes="; ".join(f"{one} ({self.outcomes[one]})" for one in unused)
+                )
+            )
+        return notes
+
+
+def find(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
+    """The map of the course in a folder; None if it has none.
+
+    Raises
+    ------
+    GradingError
+        If there is one that cannot be used; the message tells each fault, and what to do.
+    """
+    file = folder / OUTCOMES_FILE
+    return read(file, catalogue) if file.exists() else None
+
+
+def no_map(folder: Path) -> str:
+    """What to say where levels in outcomes are asked for and the course has no map."""
+    return _(
+        "This course has no {file} in {folder}: its codes have levels, and outcomes of an accreditation have none."
+    ).format(file=OUTCOMES_FILE, folder=folder)
+
+
+def read(file: Path, catalogue: Catalogue) -> OutcomeMap:
+    """A map from its file.
+
+    Parameters
+    ----------
+    file : TOML: ``scheme``, a section ``[outcomes]`` (key = "short name"), a section ``[codes]`` (code = ["key", …])
+    catalogue : which codes there are
+
+    Raises
+    ------
+    GradingError
+        If it cannot be used; the message tells each fault, and what to do.
+    """
+    try:
+        found = tomllib.loads(file.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
+    except (OSError, ValueError) as error:
+        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
+    faults = [*_misfits(found)] or [*_strangers(found, catalogue)]
+    if faults:
+        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
+    codes = {code: tuple(dict.fromkeys(goes_to)) for code, goes_to in found["codes"].items()}
+    return OutcomeMap(found["scheme"], dict(found["outcomes"]), codes)
+
+
+def listed(names: Collection[str]) -> str:
+    """What there is, for who named something else."""
+    return enumeration([*names]) if names else _("none")
+
+
+def _misfits(found: Mapping[str, Any]) -> Iterator[str]:
+    """What has another form than is expected."""
+    for name in found:
+        if name not in _SECTIONS:
+            yield _("{name}: there is no such entry; there are {known}.").format(name=name, known=", ".join(_SECTIONS))
+    if not _is_line(found.get("scheme")):
+        yield _('scheme: it should name the scheme in a line, as in: scheme = "ABET 1–7, since 2019–20"')
+    outcomes = found.get("outcomes")
+    if not isinstance(outcomes, Mapping) or not outcomes or not all(map(_is_line, outcomes.values())):
+        yield _('[outcomes]: it should have a line for each outcome, its key and a short name, as in: 1 = "problems"')
+    codes = found.get("codes")
+    if not isinstance(codes, Mapping) or not all(map(_is_keys, codes.values())):
+        yield _('[codes]: it should have a line for each code, with the keys of its outcomes, as in: A-1 = ["1"]')
+
+
+def _is_line(value: object) -> bool:
+    return isinstance(value, str) and bool(value.strip()) and value.isprintable()
+
+
+def _is_keys(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(one, str) for one in value)
+
+
+def _strangers(found: Mapping[str, Any], catalogue: Catalogue) -> Iterator[str]:
+    """Codes that the course does not have, and outcomes that the scheme does not have."""
+    for code, goes_to in found["codes"].items():
+        if code not in catalogue.outcomes:
+            near = get_close_matches(code, catalogue.outcomes, n=1)
+            meant = _(" Did you mean {near}?").format(near=near[0]) if near else ""
+            yield _("codes.{code}: the course has no such code; it has {known}.{meant}").format(
+                code=code, known=listed(catalogue.outcomes), meant=meant
+            )
+        for outcome in goes_to:
+            if outcome not in found["outcomes"]:
+                yield _("codes.{code}: there is no outcome {outcome!r} under [outcomes]; there are {known}.").format(
+                    code=code, outcome=outcome, known=listed(found["outcomes"])
+                )

@@ -1,0 +1,223 @@
+"""How a course's scoring sheets are laid out: ``sheets.toml`` in its folder.
+
+A sheet has a row for each question of a section, or for each item of a report, and a column for each code. Which parts
+are scored in a cell follows from the catalogue: those of the row that carry the column's code.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _
+from rotflex.courseware.parts import Question, ReportItem
+from rotflex.errors import GradingError
+from rotflex.instructor.course import SHEETS_FILE
+from rotflex.instructor.outcomes.outcome_map import listed
+
+Where = tuple[str, str]  #: question and part
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a sheet.
+
+    Attributes
+    ----------
+    group : heading of the rows that it belongs to; "" without
+    number, heading : of the question or the item
+    cells : code → the parts that are scored there
+    """
+
+    group: str
+    number: str
+    heading: str
+    cells: Mapping[str, tuple[Where, ...]]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A sheet, before anything is filled in.
+
+    Attributes
+    ----------
+    name : of its files
+    title : for people
+    about : whose rows these are, in words
+    codes, format : the codes of the columns: of content, and of format
+    rows : in order
+    """
+
+    name: str
+    title: str
+    about: str
+    codes: tuple[str, ...]
+    format: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """All codes, in order."""
+        return self.codes + self.format
+
+    @property
+    def parts(self) -> list[Where]:
+        """All that is scored on the sheet."""
+        return [where for row in self.rows for parts in row.cells.values() for where in parts]
+
+
+def read(folder: Path, catalogue: Catalogue) -> list[Layout]:
+    """The sheets of the course in a folder.
+
+    Raises
+    ------
+    GradingError
+        If it has none, or if they cannot be used; the message tells each fault, and what to do.
+    """
+    file = folder / SHEETS_FILE
+    try:
+        found = tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise GradingError(
+            _("This course has no scoring sheets: there is no {file}. (docs/outcomes.md says what it holds.)").format(
+                file=file
+            )
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
+    except (OSError, ValueError) as error:
+        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
+    faults = [fault for name, given in found.items() for fault in _faults(name, given, catalogue)]
+    layouts = [] if faults else [_layout(name, given, catalogue) for name, given in found.items()]
+    twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
+    faults += [_("{question}, {part}: it is scored in two places.").format(question=q, part=p) for q, p in twice]
+    if faults:
+        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
+    return layouts
+
+
+def on_no_sheet(layouts: Collection[Layout], catalogue: Catalogue) -> list[str]:
+    """What is worth points and is on no sheet, as "1.2 reason": parts without a code, and what a layout left out."""
+    placed = {where for one in layouts for where in one.parts}
+    return [
+        f"{number} {part.name}"
+        for number, question in catalogue.marked.items()
+        for part in question.parts
+        if part.points and (number, part.name) not in placed
+    ]
+
+
+# --- faults -----------------------------------------------------------------------------------------------------------
+
+
+def _faults(name: str, given: Any, catalogue: Catalogue) -> Iterator[str]:
+    """What is wrong with a section of the file, in words."""
+    if not isinstance(given, Mapping):
+        yield _("{name}: it should be a section, a line [{name}] with its entries below.").format(name=name)
+        return
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        yield _("{name!r}: files are named by it, so it should be letters, digits, _ and -.").format(name=name)
+    for key in given.keys() - {"title", "section", "report", "codes", "format", "also"}:
+        yield _("{name}.{key}: there is no such entry.").format(name=name, key=key)
+    if not isinstance(given.get("title"), str):
+        yield _('{name}.title: it should be a line of text, as in: title = "Scoring sheet"').format(name=name)
+    sections = dict.fromkeys(question.section for question in catalogue.questions.values())
+    if ("section" in given) == ("report" in given):
+        yield _("{name}: its rows are those of a section or of a report; name one of them.").format(name=name)
+    elif given.get("section", next(iter(sections), None)) not in sections:
+        yield _("{name}.section: no question is of a section {given!r}; there are {known}.").format(
+            name=name, given=given["section"], known=listed(sections)
+        )
+    elif "report" in given and given["report"] not in catalogue.reports:
+        yield _("{name}.report: there is no report {given!r}; there are {known}.").format(
+            name=name, given=given["report"], known=listed(catalogue.reports)
+        )
+    for entry in ("codes", "format"):
+        codes = given.get(entry, [] if entry == "format" else None)
+        if not _are_names(codes) or not set(codes) <= set(catalogue.outcomes):
+            yield _("{name}.{entry}: it should be a list of codes, of {known}.").format(
+                name=name, entry=entry, known=listed(catalogue.outcomes)
+            )
+    yield from _misplaced(name, given, catalogue)
+
+
+def _misplaced(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Iterator[str]:
+    """What is wrong with what else is scored in a row."""
+    also = given.get("also", {})
+    if not isinstance(also, Mapping) or not all(map(_are_names, also.values())):
+        yield _('{name}.also: it should have a line for a row, as in: "II.1" = ["1.2"]').format(name=name)
+        return
+    rows = {item.number for item in catalogue.items(str(given.get("report", "")))}
+    for row, numbers in also.items():
+        if row not in rows:
+            yield _("{name}.also: the report has no item {row!r}.").format(name=name, row=row)
+        for number in numbers:
+            if number not in catalogue.marked:
+                yield _("{name}.also: there is no question {number!r}.").format(name=name, number=number)
+
+
+def _are_names(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(one, str) for one in value)
+
+
+# --- rows -------------------------------------------------------------------------------------------------------------
+
+
+def _layout(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Layout:
+    codes, form = tuple(given["codes"]), tuple(given.get("format", ()))
+    if "section" in given:
+        about = _("The rows are the questions of Section {section}.").format(section=given["section"])
+        questions = [one for one in catalogue.questions.values() if one.section == given["section"]]
+        rows = [_of_question(question, codes + form) for question in questions]
+    else:
+        about = _("The rows are the items of the {report}.").format(report=given["report"])
+        also = given.get("also", {})
+        rows = [
+            _of_item(item, also.get(item.number, ()), codes + form, catalogue)
+            for item in catalogue.items(given["report"])
+        ]
+    return Layout(name, given["title"], about, codes, form, tuple(rows))
+
+
+def _of_question(question: Question, codes: Collection[str]) -> Row:
+    return Row("", question.number, question.title, _by_code(_parts(question), codes))
+
+
+def _of_item(item: ReportItem, also: Collection[str], codes: Collection[str], catalogue: Catalogue) -> Row:
+    found = {where: code for where, code in _of_row(item, catalogue).items() if code in item.outcomes}
+    for number in also:
+        found |= _parts(catalogue.marked[number])
+    before, colon, after = item.heading.partition(": ")
+    prefix, point, _number = item.number.partition(".")
+    group = f"{prefix}. {before}" if colon else prefix if point else ""
+    heading = after if colon else before
+    return Row(group, item.number, heading[:1].upper() + heading[1:], _by_code(found, codes))
+
+
+def _of_row(item: ReportItem, catalogue: Catalogue) -> dict[Where, str]:
+    """The parts that a row writes, shows or discusses, or under which its report is judged, with their codes."""
+    found: dict[Where, str] = {}
+    if item.part:
+        found[item.report, item.part] = catalogue.reports[item.report].part(item.part).outcome
+    for number, name in item.shows:
+        found |= {where: code for where, code in _parts(catalogue.marked[number]).items() if name in ("", where[1])}
+    for number, report in catalogue.report_judged.items():
+        if report == item.report and item.judged:
+            found[number, item.judged] = catalogue.marked[number].part(item.judged).outcome
+    return found
+
+
+def _parts(question: Question) -> dict[Where, str]:
+    """The parts of a question that are worth points, with their codes."""
+    return {(question.number, part.name): part.outcome for part in question.parts if part.points}
+
+
+def _by_code(parts: Mapping[Where, str], codes: Collection[str]) -> dict[str, tuple[Where, ...]]:
+    found = {code: tuple(where for where, own in parts.items() if own == code) for code in codes}
+    return {code: there for code, there in found.items() if there}

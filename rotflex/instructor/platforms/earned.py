@@ -1,0 +1,68 @@
+"""What each student has by the gradebook, as it would stand in a platform; or what they still wait for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import caseless
+from rotflex.instructor.accounts.account import Account, Line
+from rotflex.instructor.course import Course
+from rotflex.instructor.gradebook import Gradebook, StudentRecord
+from rotflex.instructor.reports.result import result_in
+
+_NAMED = 6  # parts that wait, in a message
+
+
+@dataclass(frozen=True)
+class Earned:
+    """What a student has.
+
+    Attributes
+    ----------
+    share : of all that there is, exactly, 1 for everything; None where there is nothing of theirs
+    waits : what a person has yet to decide, in words; "" where all is decided
+    why_none : why there is nothing, in words
+    """
+
+    share: Fraction | None
+    waits: str = ""
+    why_none: str = ""
+
+
+def earned(book: Gradebook, course: Course) -> dict[str, Earned]:
+    """What everybody in the gradebook and its roster has by a course's settings, by ID."""
+    handed_in = set(map(caseless, book.handed_in()))
+    return {one.student: _of_student(book, course, one, caseless(one.student) in handed_in) for one in book.students()}
+
+
+def _of_student(book: Gradebook, course: Course, about: StudentRecord, handed_in: bool) -> Earned:
+    graded = book.current(about.student)
+    if graded is None:
+        why = _("handed in, and not graded yet") if handed_in else _("nothing handed in")
+        return Earned(None, why_none=why)
+    account = result_in(book, course, graded, about).account
+    return Earned(None, why_none=_("it is out of no points")) if account is None else of_account(account)
+
+
+def of_account(account: Account) -> Earned:
+    """What an account comes to, with weights, lateness and rounding; undecided, as far as it is decided."""
+    if not account.out_of:
+        return Earned(None, why_none=_("it is out of no points"))
+    if account.final is None:
+        return Earned(account.earned / account.out_of, _listed(account.undecided))
+    return Earned(_exact(account.final) / _exact(account.final_out_of))
+
+
+def _listed(open_ones: Sequence[Line]) -> str:
+    """Question and part of what waits; of much, the first, and how many more there are."""
+    some = ", ".join(f"{mark.question} {mark.part}" for mark in open_ones[:_NAMED])
+    more = len(open_ones) - _NAMED
+    return _("{some} and {count} more").format(some=some, count=more) if more > 0 else some
+
+
+def _exact(number: float) -> Fraction:
+    """A number as it is written: 0.1 is a tenth."""
+    return Fraction(str(number))

@@ -1,0 +1,71 @@
+"""The map from codes to outcomes: what is wrong in it is told, each fault."""
+
+from __future__ import annotations
+
+import pytest
+from made_courses import OURS
+
+from rotflex.errors import GradingError
+from rotflex.instructor.outcomes import outcome_map
+
+GOOD = """
+scheme = "Ours"
+[outcomes]
+design = "designs things"
+talk = "speaks well"
+[codes]
+A-1 = ["design"]
+GS-1 = ["talk", "design", "talk"]
+"""
+
+
+def read(folder, text):
+    (folder / "outcomes.toml").write_text(text, encoding="utf-8")
+    return outcome_map.find(folder, OURS.catalogue)
+
+
+def test_another_scheme_can_be_put_in_its_place(tmp_path):
+    found = read(tmp_path, GOOD)
+    assert (found.scheme, found.outcomes) == ("Ours", {"design": "designs things", "talk": "speaks well"})
+    assert found.criteria() == {"design": {"A-1", "GS-1"}, "talk": {"GS-1"}}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("GS-1 =", "GS1 =", r"codes\.GS1: the course has no such code; it has A-1, .* Did you mean GS-1\?"),
+        ('"talk", "design", "talk"', '"speech"', r"codes\.GS-1: there is no outcome 'speech' .* design and talk\."),
+        ('scheme = "Ours"', "", r'scheme: it should name .* scheme = "ABET'),
+        ('scheme = "Ours"', 'scheme = "Ours"\nyear = 3', "year: there is no such entry; there are scheme"),
+        ('talk = "speaks well"', "talk = 3", r"\[outcomes\]: it should have a line for each outcome"),
+        ('["design"]', '"design"', r"\[codes\]: it should have a line for each code"),
+        ('["design"]', "[1]", r"\[codes\]: it should have a line for each code"),
+        ('"Ours"', '"Ours', "is not TOML"),
+    ],
+)
+def test_a_fault_is_told_with_what_to_do(tmp_path, old, new, why):
+    with pytest.raises(GradingError, match=rf"(?s)outcomes\.toml.*{why}"):
+        read(tmp_path, GOOD.replace(old, new))
+
+
+def test_all_faults_are_told_at_once(tmp_path):
+    with pytest.raises(GradingError) as caught:
+        read(tmp_path, GOOD.replace("A-1", "X-1").replace("GS-1", "X-2"))
+    assert "X-1" in str(caught.value) and "X-2" in str(caught.value)
+
+
+def test_codes_without_an_outcome_and_outcomes_without_a_code_are_told(tmp_path):
+    notes = " ".join(read(tmp_path, GOOD.replace('["design"]', "[]").replace('"design", ', "")).notes(OURS.catalogue))
+    assert "A-1, A-2" in notes and "K-3 and GS-2: no outcome in outcomes.toml" in notes
+    assert "no evidence: design (designs things)." in notes and "GS-1" not in notes
+
+
+def test_of_the_map_that_is_shipped_four_outcomes_have_no_evidence_and_all_codes_have_one():
+    (note,) = outcome_map.find(OURS.folder, OURS.catalogue).notes(OURS.catalogue)
+    for key in "2457":
+        assert f"{key} (" in note
+
+
+def test_a_course_without_a_map_has_none(tmp_path):
+    assert outcome_map.find(tmp_path, OURS.catalogue) is None
+    assert "no outcomes.toml" in outcome_map.no_map(tmp_path)

@@ -1,0 +1,95 @@
+"""The room's pages as they are seen: contrast, width, and what a reader of the screen is told."""
+
+from __future__ import annotations
+
+import random
+import re
+
+import browser
+import marked_class
+import pytest
+from accessible import findings
+from contrast import contrast
+from made_courses import OURS
+
+from rotflex.instructor.gradebook import Gradebook, StudentRecord
+from rotflex.instructor.outcomes import class_report, levels, pages, sheet_files, sheet_layout
+from rotflex.instructor.outcomes.sheet import filled
+
+
+def palettes():
+    """Variables of the page: in the light, and in the dark."""
+    style = pages.source("page.css").decode()
+    light, dark = re.findall(r":root \{(.*?)\}", style, flags=re.DOTALL)[:2]
+    return [dict(re.findall(r"--(\w+): (#\w{6})", one)) for one in (light, dark)]
+
+
+@pytest.mark.parametrize("colours", palettes(), ids=["light", "dark"])
+def test_words_stand_out_from_what_is_behind_them(colours):
+    for word in ("ink", "soft", "person", "good", "bad"):
+        assert contrast(colours[word], colours["page"]) >= 4.5, word
+    assert contrast(colours["ink"], colours["panel"]) >= 4.5
+    for level in range(5):  # words in bars have the page's colour
+        assert contrast(colours["page"], colours[f"level{level}"]) >= 4.5, level
+    for look in range(6):
+        assert contrast(colours["page"], colours[f"look{look}"]) >= 3, look
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Pages of a made-up class: the report, and the widest sheet."""
+    folder = tmp_path_factory.mktemp("pages")
+    with Gradebook(marked_class.gradebook(folder, {"North": 8, "South": 7, "A long name of a section": 6})) as book:
+        class_report.write(folder, OURS, book)
+    marks = marked_class.marks(random.Random(4))
+    one = levels.standing(marked_class.graded("ada", marks), OURS.catalogue, StudentRecord("ada", "Ada L."))
+    layouts = sheet_layout.read(OURS.folder, OURS.catalogue)
+    widest = max(layouts, key=lambda layout: len(layout.columns))
+    content = sheet_files.content(filled(widest, one, OURS.settings.levels.level_of), OURS)
+    (folder / "sheet.html").write_text(pages.page("sheet.html", **content), encoding="utf-8")
+    return folder
+
+
+def test_the_report_loads_nothing_and_runs_nothing(written):
+    page = (written / "attainment.html").read_text(encoding="utf-8")
+    assert "<script" not in page and "default-src 'none'" in page
+    assert not re.findall(r"""(?:src|href)=["'](?!#)""", page.replace("xlink:href", "href"))
+    assert page.count('role="img" aria-label="Levels of the class. A-1, has a strategy') == 1
+    assert page.count("<table>") == page.count("<caption>") == 6
+    ids = re.findall(r' id="([^"]+)"', page)
+    assert len(re.findall(r"<svg ", page)) == 4 and not re.search(r"#0[a-d]0[\da-f]{3}", page), (
+        "all colours are the page's"
+    )
+    used = set(re.findall(r"url\(#([^)]+)\)|href=\"#([^\"]+)\"", page))
+    assert {one or other for one, other in used} <= set(ids)
+
+
+@pytest.mark.skipif(browser.CHROMIUM is None, reason="needs chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_fit_and_no_word_is_cut(written, scheme):
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(
+            executable_path=browser.CHROMIUM, headless=True, args=browser.CHROMIUM_OPTIONS
+        )
+        page = started.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme).new_page()
+        told = []
+        page.on("console", lambda message: told.append(message.text))
+        page.on("request", lambda request: told.append(request.url) if not request.url.startswith("file:") else None)
+        for name in ("attainment.html", "sheet.html"):
+            page.goto(f"file://{written / name}")
+            assert page.evaluate("document.documentElement.scrollWidth") <= 1280
+            wide = "[...document.querySelectorAll('.wide')].map(one => one.scrollWidth - one.clientWidth)"
+            assert set(page.evaluate(wide)) == {0}
+            outside = """[...document.querySelectorAll('svg.plot')].flatMap(svg => {
+                const frame = svg.getBoundingClientRect();
+                return [...svg.querySelectorAll('text')].filter(one => {
+                    const box = one.getBoundingClientRect();
+                    return box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1;
+                }).map(one => one.textContent);
+            })"""
+            assert page.evaluate(outside) == []
+            assert findings(page) == []
+        started.close()
+    assert told == []
