@@ -12,12 +12,14 @@ from typing import Any
 
 from rotflex.courseware import answers
 from rotflex.courseware.benches import BenchPolicy
+from rotflex.courseware.messages import _
 from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
 from rotflex.courseware.words import Where, Words
 from rotflex.errors import AnswerError
-from rotflex.instructor.gradebook import RunRecord
+from rotflex.instructor.gradebook import Graded, RunRecord
 from rotflex.instructor.marking.marking import UNMARKED, About
 from rotflex.instructor.marking.marking_processes import Asked, Marked
+from rotflex.instructor.verdicts import Status
 
 
 @dataclass(frozen=True)
@@ -147,3 +149,10 @@ def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
     return replace(record, problems=tuple(problems), notes=tuple(notes))
+
+
+def key_faults(graded: Graded) -> list[str]:
+    """What marking said of parts that it could not mark, for a fault of the key; with file and line."""
+    parts = [one for one in graded.marks if one.status == Status.NOT_MARKED]
+    told = [_("{question}, {part} is not marked").format(question=one.question, part=one.part) for one in parts]
+    return [line for line in graded.run.problems if line.startswith(tuple(told))]

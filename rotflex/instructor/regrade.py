@@ -14,7 +14,6 @@ from rotflex.instructor.gradebook import Gradebook, Graded
 from rotflex.instructor.graded_run import to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
-from rotflex.instructor.verdicts import Status
 
 ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
 
@@ -60,17 +59,10 @@ def _recorded(gradebook: Gradebook, done: Regraded, questions: Collection[str]) 
     return replace(done, after=gradebook.current(done.after.run.student) or done.after)
 
 
-def key_faults(graded: Graded) -> list[str]:
-    """What marking said of parts that it could not mark, for a fault of the key; with file and line."""
-    parts = [one for one in graded.marks if one.status == Status.NOT_MARKED]
-    told = [_("{question}, {part} is not marked").format(question=one.question, part=one.part) for one in parts]
-    return [line for line in graded.run.problems if line.startswith(tuple(told))]
-
-
 def _check(questions: Collection[str], course: Course) -> None:
     for number in questions:
         try:
-            course.catalogue.find(number)
+            course.catalogue.find_marked(number)
         except AnswerError as error:
             raise GradingError(str(error)) from None
         if number not in course.key:

@@ -5,19 +5,25 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 
 import pytest
+import small_class
 from fake_class import FakeClass, InlineMarker, perfect
 
 from rotflex.courseware import student_id
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import batch
+from rotflex.instructor import course as courses
 from rotflex.instructor.batch import Batch, Settings
 from rotflex.instructor.marking import decoding
 from rotflex.instructor.regrade import _marked, regrade
 from rotflex.instructor.reports.grades import GRADES_FILE, Reports
 from rotflex.instructor.running import runner
+from rotflex.instructor.running.bundles import Bundles
+from rotflex.instructor.settings import Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
 
 
 @pytest.fixture
@@ -131,6 +137,40 @@ def test_a_changed_key_marks_again_without_a_run(fake_class):
     assert fake_class.runs == ["ada"]
     with fake_class.book() as book:
         assert {entry.reason for entry in book.audit("ada")} == {"run", "marked again"}
+
+
+def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade()
+    due = datetime(2026, 11, 21, tzinfo=UTC)
+    decided = replace(
+        fake_class.course.settings,
+        marks=MarkSettings(("2.11",), out_of=100),
+        deadlines=(Deadline(due),),
+        extensions=(Extension(due + timedelta(days=1), ("ada",)),),
+        late=LateSettings(10),
+        outcomes=OutcomeSettings(2),
+    )
+    course = replace(fake_class.course, settings=decided)
+    with fake_class.book() as book:
+        steps = list(Batch(fake_class.folder / "in", course, book, Settings()).grade())
+        assert [(step.ran, step.new) for step in steps] == [(False, False)] * 2
+        assert len(fake_class.runs) == 2
+        same_bench = replace(course, settings=replace(decided, bench=BenchPolicy("same", seed=7)))
+        (step, _other) = Batch(fake_class.folder / "in", same_bench, book, Settings()).grade()
+        assert step.new  # the digest does look at the settings
+
+
+def test_what_students_work_with_is_the_same_whatever_marks_come_to(tmp_path):
+    """So that no hand-in is run again, nor a release gets another name."""
+    folder = small_class.course(tmp_path)
+    before = Bundles(courses.load(folder)).current
+    text = "[marks]\nout_of = 100\n[[deadline]]\ndue = 2026-11-21\n[late]\nper_day = 10\n[levels]\nshares = {3 = 80}\n"
+    (folder / "course.toml").write_text(text, encoding="utf-8")
+    after = Bundles(courses.load(folder)).current
+    assert (after.digest, after.release) == (before.digest, before.release)
+    (folder / "course.toml").write_text('[course]\nterm = "spring"\n', encoding="utf-8")
+    assert Bundles(courses.load(folder)).current.release != before.release
 
 
 def test_changed_marking_code_marks_again_without_a_run(fake_class, monkeypatch):

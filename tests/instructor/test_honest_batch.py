@@ -11,14 +11,15 @@ from made_courses import loaded
 
 from rotflex.courseware.run import cell_reports
 from rotflex.instructor import batch
-from rotflex.instructor.regrade import key_faults, regrade
+from rotflex.instructor.graded_run import key_faults
+from rotflex.instructor.regrade import regrade
 from rotflex.instructor.running import runner, supplied
 
 FAULTY = """
 from rotflex.instructor.marking.checks import ForAPerson, Number
 
 KEY = {
-    "2.11": {"omega_n": Number("it", lambda bench: bench.omega, rtol=0.05), "explanation": ForAPerson("...")},
+    "2.11": {"omega_n": Number("it", lambda bench: bench.omega, rtol=0.05), "explanation": ForAPerson()},
     "0.1": {"resolution": Number("it", lambda bench: 3.0, rtol=0.1)},
 }
 """

@@ -210,18 +210,33 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
     GradingError
         If a cell records what the catalogue does not have.
     """
-    points: dict[str, float] = {cell.id: 0 for cell in notebook.cells if is_answer(cell)}
+    points: dict[str, float] = {
+        cell: sum(catalogue.find(question).part(part).points for question, part in parts)
+        for cell, parts in parts_of(notebook, name, catalogue).items()
+    }
+    return {cell: int(value) if value == int(value) else value for cell, value in points.items()}
+
+
+def parts_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, tuple[tuple[str, str], ...]]:
+    """Id of each answer cell → question and part of all that is recorded of it, as for :func:`points_of`.
+
+    Raises
+    ------
+    GradingError
+        If a cell records what the catalogue does not have.
+    """
+    found: dict[str, tuple[tuple[str, str], ...]] = {cell.id: () for cell in notebook.cells if is_answer(cell)}
     for latest, one in _by_answer(notebook):
         try:
             question = catalogue.find(one.question)
-            sums = sum(question.part(part).points for part in one.of(question))
+            parts = [question.part(part).name for part in one.of(question)]
         except AnswerError as error:
             raise GradingError(
                 _("{name}, cell {cell!r}: {error}").format(name=name, cell=one.cell, error=error)
             ) from None
         if latest:
-            points[latest] += sums
-    return {cell: int(value) if value == int(value) else value for cell, value in points.items()}
+            found[latest] += tuple((question.number, part) for part in parts)
+    return found
 
 
 def _by_answer(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:

@@ -9,7 +9,8 @@ from typing import Any
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord
-from rotflex.instructor.reports.result import UNDECIDED, points
+from rotflex.instructor.reports.result import points
+from rotflex.instructor.verdicts import UNDECIDED
 
 KEY_CHANGED = "the key has changed"
 RUN_AGAIN = "run again, with other notebooks, software or settings"

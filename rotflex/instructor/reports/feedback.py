@@ -9,10 +9,9 @@ from __future__ import annotations
 import base64
 import binascii
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import cache
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -21,19 +20,22 @@ from markupsafe import Markup
 from rotflex.courseware import answers, forms
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
-from rotflex.courseware.parts import Part, Question
+from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.errors import AnswerError
+from rotflex.instructor.accounts.account import Account
+from rotflex.instructor.accounts.exact import to_decimals
 from rotflex.instructor.gradebook import CommentRecord, RunRecord
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import drawn_figure, rendered_words
 from rotflex.instructor.reports.predicted import Predicted, predicted
-from rotflex.instructor.reports.result import UNDECIDED, Result, lapse, points
+from rotflex.instructor.reports.result import Result, asked, lapse, points, worth
 from rotflex.instructor.reports.safe_text import no_escapes
+from rotflex.instructor.reports.templating import templates
 from rotflex.instructor.settings import FeedbackSettings
-from rotflex.instructor.verdicts import Status
+from rotflex.instructor.verdicts import UNDECIDED, Status
 
 if TYPE_CHECKING:
-    from jinja2 import Template
+    pass
 
 #: Style and sign; the words are there as well, for who cannot see colours or signs.
 _LOOK = {
@@ -48,10 +50,6 @@ _LOOK = {
     Status.SUPPLIED: ("supplied", "↷"),
 }
 _LOST = (Status.PARTLY, Status.WRONG, Status.MISSING, Status.SUPPLIED)  # look at it again, whatever it is worth
-
-
-def _of(number: float) -> str:
-    return _("1 point") if number == 1 else _("{points} points").format(points=points(number))
 
 
 @dataclass(frozen=True)
@@ -101,8 +99,8 @@ class Shown:
         """Points in words."""
         mark = self.mark
         if mark.status in UNDECIDED:
-            return _("{out_of} not decided yet").format(out_of=_of(mark.out_of))
-        return _("{points} of {out_of}").format(points=points(mark.points), out_of=_of(mark.out_of))
+            return _("{out_of} not decided yet").format(out_of=worth(mark.out_of))
+        return _("{points} of {out_of}").format(points=points(mark.points), out_of=worth(mark.out_of))
 
 
 @dataclass(frozen=True)
@@ -199,19 +197,29 @@ def page(
         for (section, notebook), group in groupby(questions, key=lambda one: (one.section, one.notebook))
     ]
     return (
-        _template("feedback.html").render(
+        templates()
+        .get_template("feedback.html")
+        .render(
             result=result,
             seen=seen,
             questions=questions,
             sections=sections,
             total=sums(result.marks),
+            account=result.account,
+            final=_final(result.account),
             general=[one for one in result.comments if one.question is None],
             lapsed=list(map(lapse, result.lapsed)),
             course=" · ".join(filter(None, (title, term))),
             points=points,
+            asked=asked,
         )
         + "\n"
     )
+
+
+def _final(account: Account | None) -> str:
+    """The final grade, with all of its decimals; "" while there is none."""
+    return "" if account is None or account.final is None else to_decimals(account.final, account.marks.decimals)
 
 
 def not_open_yet(result: Result, opens: datetime, title: str = "", term: str = "") -> str:
@@ -225,7 +233,10 @@ def not_open_yet(result: Result, opens: datetime, title: str = "", term: str = "
     """
     course = " · ".join(filter(None, (title, term)))
     return (
-        _template("not_open_yet.html").render(result=result, opens=f"{opens:%Y-%m-%d %H:%M %Z}", course=course) + "\n"
+        templates()
+        .get_template("not_open_yet.html")
+        .render(result=result, opens=f"{opens:%Y-%m-%d %H:%M %Z}", course=course)
+        + "\n"
     )
 
 
@@ -235,16 +246,16 @@ def _without_reasons(result: Result) -> Result:
 
 
 def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> list[Asked]:
-    figures = {} if run is None else _figures(run, catalogue)
+    figures = {} if run is None else figures_of(run, catalogue)
     words = {} if run is None else run.words
     foretold = predicted(run, catalogue)
-    asked = []
+    found = []
     for number, marks in groupby(result.marks, key=lambda mark: mark.question):
-        question = catalogue.everything.get(number, Question(number, "", "", "", (), ()))
+        question = catalogue.marked.get(number, Question(number, "", "", "", (), ()))
         parts = {part.name: part for part in question.parts}
         shown = tuple(_shown(mark, parts.get(mark.part), figures, words) for mark in marks)
         comments = tuple(one for one in result.comments if one.question == number)
-        asked.append(
+        found.append(
             Asked(
                 number,
                 question.title,
@@ -255,18 +266,18 @@ def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> l
                 foretold.get(number),
             )
         )
-    return asked
+    return found
 
 
 def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Markup], words: Mapping[str, Any]) -> Shown:
     written = words.get(mark.question, {}).get(mark.part)
     figure = figures.get((mark.question, mark.part))
     if written is not None:
-        words_shown = rendered_words.as_html(written["text"], _pictures(written))
+        words_shown = rendered_words.as_html(written["text"], pictures_of(written))
         given = Markup('<div class="given words">{}</div>').format(words_shown)
     elif figure is not None:
         given = figure
-    elif mark.given:
+    elif mark.given and (part is None or part.kind != WHOLE):  # the texts of a report stand on the page by themselves
         kind = "prose" if part is not None and part.kind == "prose" else "data"
         given = Markup('<div class="given {}">{}</div>').format(kind, no_escapes(mark.given))
     else:
@@ -274,7 +285,7 @@ def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Mark
     return Shown(mark, part.prompt if part is not None else "", given)
 
 
-def _pictures(written: Mapping[str, Any]) -> dict[str, bytes]:
+def pictures_of(written: Mapping[str, Any]) -> dict[str, bytes]:
     """The pictures of an answer in words; one that cannot be read is left out."""
     pictures = {}
     for name, coded in written.get("pictures", {}).items():
@@ -285,8 +296,10 @@ def _pictures(written: Mapping[str, Any]) -> dict[str, bytes]:
     return pictures
 
 
-def _figures(run: RunRecord, catalogue: Catalogue) -> dict[tuple[str, str], Markup]:
-    """The student's figures, drawn again; what the strict reader does not take is none."""
+def figures_of(
+    run: RunRecord, catalogue: Catalogue, only: Collection[tuple[str, str]] | None = None
+) -> dict[tuple[str, str], Markup]:
+    """The student's figures, drawn again; what the strict reader does not take is none. All of them, or only some."""
     try:
         claimed = answers.parse(run.answers or b"")["answers"]
     except AnswerError:
@@ -295,29 +308,10 @@ def _figures(run: RunRecord, catalogue: Catalogue) -> dict[tuple[str, str], Mark
     for number, parts in claimed.items():
         question = catalogue.everything.get(number)
         for part in question.parts if question is not None else ():
-            if part.kind == "figure" and part.name in parts:
+            wanted = only is None or (number, part.name) in only
+            if part.kind == "figure" and part.name in parts and wanted:
                 try:
                     drawn[number, part.name] = drawn_figure.drawn(forms.decode(part, parts[part.name])["axes"])
                 except (AnswerError, ArithmeticError, ValueError, RecursionError):
                     continue
     return drawn
-
-
-@cache
-def _template(name: str) -> Template:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("rotflex.instructor.reports"),
-        autoescape=True,
-        finalize=_plain,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(name)
-
-
-def _plain(value: object) -> object:
-    """Whatever is put into the page, without what would turn the direction of the words that come after it."""
-    return no_escapes(value) if isinstance(value, str) and not isinstance(value, Markup) else value

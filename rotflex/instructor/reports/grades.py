@@ -1,14 +1,15 @@
 """Marks for people, all of them from the gradebook and its roster, whatever was graded just now.
 
 ``grades.csv`` has a row for everybody; each student of whom something was graded has ``marks.json`` and
-``feedback.html`` in a folder of their own. ``hints.md`` is there if there are any (:mod:`.similar`).
+``feedback.html`` in a folder of their own. ``hints.md`` is there if there are any (:mod:`.same_work`).
 """
 
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Collection
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,13 @@ from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
+from rotflex.instructor.accounts.lateness import unknown_names
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRecord
-from rotflex.instructor.reports import feedback, grades_table, shared_files, similar
+from rotflex.instructor.reports import feedback, grades_table, same_work
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
-from rotflex.instructor.reports.result import Result, lapse, result_of
+from rotflex.instructor.reports.result import Result, lapse, result_in
+from rotflex.instructor.reports.safe_text import no_escapes
 
 _PROBE = ".rotflex-probe"  # written, and taken away again
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
@@ -74,8 +77,7 @@ class Reports:
         make_folder(out)
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, str] = {}
-        self._hints: list[similar.Hint] = []
-        self._shared: list[str] = []
+        self._hints: list[same_work.Hint] = []
 
     def __enter__(self) -> Reports:
         return self
@@ -99,15 +101,30 @@ class Reports:
         ).format(when=seen.opens)
 
     @property
+    def unknown(self) -> str:
+        """What the settings name of a class that is not there, in a line or two; "" where there is nothing."""
+        settings = self._course.settings
+        if not settings.deadlines:
+            return ""
+        missing = unknown_names(settings, self._book.students())
+        due = _(
+            "course.toml names these in deadlines, and the gradebook has no such section: {names}. Nobody has a "
+            "deadline by them."
+        )
+        more_time = _(
+            "course.toml names these in extensions, and the gradebook has no such student or section: {names}. Nobody "
+            "has more time by them."
+        )
+        told = ((due, missing.due), (more_time, missing.more_time))
+        return "\n".join(text.format(names=", ".join(map(repr, names))) for text, names in told if names)
+
+    @property
     def hints(self) -> str:
         """What class-mates have in common, in a line or two; "" where it is nothing. After :meth:`write_all`."""
-        told = (
-            (self._hints, _("Answers that fit a class-mate's bench")),
-            (self._shared, _("Measurements that several handed in")),
-        )
         line = _("{what}, as a hint and never a verdict: {count}, listed in {file}.")
+        counts = Counter(one.about for one in self._hints)
         file = self._out / HINTS_FILE
-        return "\n".join(line.format(what=what, count=len(found), file=file) for found, what in told if found)
+        return "\n".join(line.format(what=about, count=count, file=file) for about, count in counts.items())
 
     def write_all(self) -> int:
         """Write everybody's pages, ``grades.csv``, and ``hints.md``.
@@ -126,32 +143,27 @@ class Reports:
         waiting = {caseless(one): StudentRecord(one) for one in (*self._handed_in, *self._book.handed_in())}
         everybody = waiting | {caseless(one.student): one for one in self._book.students()}
         rows: list[Result | Unmarked] = []
-        answered: list[similar.Student] = []
-        measured: list[shared_files.Measured] = []
+        compared = same_work.Compared(self._course)
         for known_as, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
                 rows.append(Unmarked(about, NOT_GRADED_YET if known_as in waiting else NOTHING_HANDED_IN))
             else:
                 rows.append(self._pages(graded, about))
-                answered += filter(None, [similar.student(graded, self._course)])
-                measured.append(shared_files.measured(graded))
-        self._write_hints(answered, measured)
+                compared.add(graded, self._book.delivered(about.student))
+        self._write_hints(compared.hints())
         if rows:
             self._write(self._out / GRADES_FILE, grades_table.text(rows, self._course.key))
         if self._failures:
             raise _not_written(self._failures)
         return len(rows)
 
-    def _write_hints(self, answered: list[similar.Student], measured: list[shared_files.Measured]) -> None:
+    def _write_hints(self, found: list[same_work.Hint]) -> None:
         """The file of hints; none where there are none, nor one of before."""
-        self._hints = similar.hints(answered, similar.measured_parts(self._course.key))
-        self._shared = shared_files.hints(measured)
+        self._hints = found
         path = self._out / HINTS_FILE
-        parts = [similar.text(self._hints)] if self._hints else []
-        parts += [shared_files.text(self._shared)] if self._shared else []
-        if parts:
-            self._write(path, "\n".join(parts))
+        if found:
+            self._write(path, no_escapes(same_work.text(found)))
             return
         try:
             path.unlink(missing_ok=True)
@@ -159,7 +171,7 @@ class Reports:
             self._failures[path] = error.strerror or str(error)
 
     def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
-        result = result_of(graded, about, self._book.comments(graded.run.student))
+        result = result_in(self._book, self._course, graded, about)
         folder = self._out / result.student
         self._write(folder / MARKS_FILE, json.dumps(_record(result), indent=1, sort_keys=True) + "\n")
         self._write(folder / FEEDBACK_FILE, self._feedback(result, graded.run))
@@ -205,4 +217,13 @@ def _record(result: Result) -> dict[str, Any]:
         {"question": one.question, "text": one.text, "by": one.actor, "when": one.when.isoformat()}
         for one in result.comments
     ]
-    return {**asdict(result), **totals, "comments": comments, "lapsed": list(map(lapse, result.lapsed))}
+    requests = [
+        {**asdict(one), "made": one.made.isoformat(), "answered": _time(one.answered)} for one in result.requests
+    ]
+    told = {"comments": comments, "lapsed": list(map(lapse, result.lapsed)), "requests": requests}
+    account = None if result.account is None else result.account.as_data()
+    return {**asdict(replace(result, account=None)), **totals, **told, "account": account}
+
+
+def _time(when: datetime | None) -> str | None:
+    return None if when is None else when.isoformat()

@@ -6,6 +6,9 @@ section
 one for each question  points earned; empty where nothing of it is decided yet, and where nothing was handed in
 total                  points earned so far; empty as above
 out_of                 points that there are
+final                  the final grade by the course's settings; empty while something that counts is not decided
+final out of           its scale
+how it counts          what is special about it: what was left out, has another weight, came late, ...
 awaiting a person      points that a person has yet to give or not; they are in no other column
 not marked             points that could not be marked, through a fault of the key; they are in no other column
 undecided              question and part of what waits, or could not be marked
@@ -21,12 +24,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
+from rotflex.instructor.accounts import Account
+from rotflex.instructor.accounts.exact import exact, in_full, to_decimals
 from rotflex.instructor.gradebook import StudentRecord
-from rotflex.instructor.reports.result import Result, lapse, points
+from rotflex.instructor.reports.result import Result, asked, lapse, points
 from rotflex.instructor.reports.safe_text import spreadsheet_cell
 
 NOTHING_HANDED_IN = "nothing handed in"
 NOT_GRADED_YET = "handed in, not graded yet"
+_TOTALS = ("total", "out_of", "final", "final out of", "how it counts")
+_LAST = (*_TOTALS, "awaiting a person", "not marked", "undecided")
 
 
 @dataclass(frozen=True)
@@ -50,8 +57,7 @@ def text(rows: Sequence[Result | Unmarked], order: Iterable[str] = ()) -> str:
     questions = list(dict.fromkeys([*(number for number in order if number in there), *there]))
     table = io.StringIO(newline="")
     writer = csv.writer(table)
-    last = ("total", "out_of", "awaiting a person", "not marked", "undecided", "notes")
-    writer.writerow(["student", "name", "email", "section", *questions, *last])
+    writer.writerow(["student", "name", "email", "section", *questions, *_LAST, "notes"])
     for row in rows:
         writer.writerow(_marked(row, questions) if isinstance(row, Result) else _unmarked(row, questions))
     return table.getvalue()
@@ -62,12 +68,14 @@ def _marked(row: Result, questions: Sequence[str]) -> list[str]:
     earned = [sums.get(number, (None, 0.0))[0] for number in questions]
     some = not sums or any(one is not None for one, _possible in sums.values())
     undecided = "; ".join(f"{mark.question} {mark.part}" for mark in row.undecided())
-    notes = [*row.problems, *map(lapse, row.lapsed), *row.notes, row.stamp]
+    requests = [f"{one.question}, {one.part}: {asked(one)}" for one in row.requests]
+    notes = [*row.problems, *map(lapse, row.lapsed), *requests, *row.notes, row.stamp]
     return [
         *map(spreadsheet_cell, (row.student, row.name, row.email, row.section)),
         *("" if one is None else points(one) for one in earned),
         points(row.total) if some else "",
         points(row.out_of),
+        *_final(row.account),
         points(row.awaiting),
         points(row.not_marked),
         spreadsheet_cell(undecided),
@@ -75,7 +83,14 @@ def _marked(row: Result, questions: Sequence[str]) -> list[str]:
     ]
 
 
+def _final(account: Account | None) -> list[str]:
+    if account is None:
+        return ["", "", ""]
+    final = "" if account.final is None else to_decimals(account.final, account.marks.decimals)
+    return [final, in_full(exact(account.final_out_of)), spreadsheet_cell("; ".join(account.how()))]
+
+
 def _unmarked(row: Unmarked, questions: Sequence[str]) -> list[str]:
     about = row.about
     cells = map(spreadsheet_cell, (about.student, about.name, about.email, about.section))
-    return [*cells, *("" for _number in questions), "", "", "", "", "", _(row.why)]
+    return [*cells, *("" for _number in (*questions, *_LAST)), _(row.why)]

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 
 from rotflex.courseware.messages import _
-from rotflex.instructor.gradebook import CommentRecord, GivenMark, Graded, StudentRecord
+from rotflex.courseware.student_id import caseless
+from rotflex.instructor.accounts import Account, account_of
+from rotflex.instructor.course import Course
+from rotflex.instructor.gradebook import CommentRecord, GivenMark, Gradebook, Graded, Request, StudentRecord
+from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.marking.marking import Mark
-from rotflex.instructor.verdicts import Status
-
-#: Nothing is decided yet; not to be taken for no points.
-UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
+from rotflex.instructor.verdicts import UNDECIDED, Status
 
 
 def points(number: float) -> str:
     """Points for people: "2", "1.5"."""
     return f"{round(number, 2):g}"
+
+
+def worth(number: float) -> str:
+    """Points with the word: "1 point", "1.5 points"."""
+    return _("1 point") if number == 1 else _("{points} points").format(points=points(number))
 
 
 @dataclass(frozen=True)
@@ -33,6 +40,8 @@ class Result:
     name, email, section : from the roster; empty where it does not say
     comments : by persons, in order
     lapsed : marks by persons that do not hold any more
+    requests : what the student asked to have looked at again, in order
+    account : what the marks come to by the course's settings; None where these were not asked
     """
 
     student: str
@@ -45,6 +54,8 @@ class Result:
     section: str = ""
     comments: tuple[CommentRecord, ...] = ()
     lapsed: tuple[GivenMark, ...] = ()
+    requests: tuple[Request, ...] = ()
+    account: Account | None = None
 
     @property
     def total(self) -> float:
@@ -83,7 +94,12 @@ class Result:
         return found
 
 
-def result_of(graded: Graded, about: StudentRecord | None = None, comments: Sequence[CommentRecord] = ()) -> Result:
+def result_of(
+    graded: Graded,
+    about: StudentRecord | None = None,
+    comments: Sequence[CommentRecord] = (),
+    requests: Sequence[Request] = (),
+) -> Result:
     """What the gradebook holds of a student, as a result.
 
     Parameters
@@ -91,6 +107,7 @@ def result_of(graded: Graded, about: StudentRecord | None = None, comments: Sequ
     graded : the run that counts, and its marks
     about : what the roster says of the student
     comments : by persons
+    requests : of the student
     """
     run = graded.run
     about = about or StudentRecord(run.student)
@@ -109,7 +126,45 @@ def result_of(graded: Graded, about: StudentRecord | None = None, comments: Sequ
         about.section,
         tuple(comments),
         graded.lapsed,
+        tuple(requests),
     )
+
+
+def asked(request: Request) -> str:
+    """What there is to say of a request of the student's."""
+    if request.answered is None:
+        return _("Asked on {made:%Y-%m-%d} to be looked at again; not answered yet.").format(made=request.made)
+    return _("Asked on {made:%Y-%m-%d} to be looked at again; answered on {answered:%Y-%m-%d} by {actor}.").format(
+        made=request.made, answered=request.answered, actor=request.answered_by
+    )
+
+
+def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRecord | None = None) -> Result:
+    """All that a gradebook holds of a student, as a result with its account.
+
+    Parameters
+    ----------
+    book : that it comes from
+    course : with its settings
+    graded : the run that counts, and its marks
+    about : what the roster says of the student
+    """
+    student = graded.run.student
+    requests = [one for one in book.requests.all() if caseless(one.student) == caseless(student)]
+    found = result_of(graded, about, book.comments(student), requests)
+    account = account_of(
+        found.marks, course, about or StudentRecord(student), _received(book, course, graded), graded.run
+    )
+    return replace(found, account=account)
+
+
+def _received(book: Gradebook, course: Course, graded: Graded) -> dict[str, datetime]:
+    """When each notebook came. What is a student's by a partner's word alone is kept as the partner's."""
+    if not course.settings.deadlines:
+        return {}
+    partner = facts_of(graded.run).bench_of
+    theirs = book.received(partner) if partner and caseless(partner) != caseless(graded.run.student) else {}
+    return {**theirs, **book.received(graded.run.student)}
 
 
 def lapse(given: GivenMark) -> str:

@@ -60,6 +60,11 @@ class Hint:
     given: Mapping[Where, float]
     alone: bool
 
+    @property
+    def students(self) -> tuple[str, str]:
+        """Both."""
+        return self.student, self.mate
+
     def __str__(self) -> str:
         """As in "bob: 1.2 speed = 19.43 is the right answer of ada"."""
         what = ", ".join(
@@ -185,14 +190,3 @@ def _digits(value: float) -> int:
 def _half_of_the_last(value: float, digits: int) -> float:
     step = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
     return max(step / 2 * (1 + _EXACT), _EXACT * abs(value))
-
-
-def text(found: Sequence[Hint]) -> str:
-    """The file for instructors."""
-    head = _(
-        "# Answers that fit a class-mate's bench\n\n"
-        "**A hint, never a verdict.** These answers were marked wrong, for they are not those of the student's own "
-        "bench; they fit the bench of somebody else. That can be chance, above all in a large class, or a name typed "
-        "wrongly, or help that you allow. No mark depends on it. Ask before you conclude anything.\n"
-    )
-    return "\n".join([head, *(f"* {hint}" for hint in found), ""])

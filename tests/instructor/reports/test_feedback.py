@@ -59,7 +59,7 @@ def opened(text):
 
 def test_the_heading_names_course_term_and_student():
     text = seen(page(OMEGA, name="Ada L.", section="B"))
-    assert "A course · Spring Feedback for ada Ada L., group B 2 of 2 points ." in text
+    assert "A course · Spring Feedback for ada Ada L., section B 2 of 2 points ." in text
 
 
 def test_what_waits_and_what_could_not_be_marked_is_said_and_is_no_0():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import browser
 import pytest
+from contrast import CONTRASTS
 
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import feedback
@@ -15,25 +16,6 @@ MARKS = (
     Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
     *(Mark("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
 )
-
-#: The contrast of each text with what lies behind it, by the formula of WCAG 2.
-CONTRASTS = """() => {
-  const light = (colour) => {
-    const [r, g, b] = colour.match(/[\\d.]+/g).slice(0, 3).map((v) => v / 255)
-      .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  };
-  const behind = (node) => {
-    for (let at = node; at; at = at.parentElement) {
-      const colour = getComputedStyle(at).backgroundColor;
-      if (!/, 0\\)$|transparent/.test(colour)) return colour;
-    }
-  };
-  return [...document.querySelectorAll("h1, h2, h3, h4, p, td, th, a, strong, .sign, .given, .why")].map((node) => {
-    const [one, other] = [light(getComputedStyle(node).color), light(behind(node))].sort((a, b) => a - b);
-    return [node.tagName + "." + node.className, (other + 0.05) / (one + 0.05)];
-  });
-}"""
 
 
 @pytest.fixture(scope="module")

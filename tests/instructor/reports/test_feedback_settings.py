@@ -11,12 +11,13 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from made_courses import OURS
 
-from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+from rotflex.instructor.accounts import account_of
+from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord, StudentRecord
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import feedback
 from rotflex.instructor.reports.grades import Reports
 from rotflex.instructor.reports.result import Result
-from rotflex.instructor.settings import FeedbackSettings
+from rotflex.instructor.settings import CourseSettings, FeedbackSettings, MarkSettings
 from rotflex.instructor.verdicts import Status
 from rotflex.workbook.questions import CATALOGUE
 
@@ -102,3 +103,44 @@ def test_from_then_on_they_are_whole(tmp_path, book, opens):
     reports.write_all()
     assert "1.5 of 5 points" in text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))
     assert reports.closed == ""
+
+
+# --- what the marks come to -------------------------------------------------------------------------------------------
+
+MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
+
+
+def accounted(given=MARKED, seen=None, **decided):
+    """The page of a student with an account by these settings."""
+    course = replace(OURS, settings=CourseSettings(**decided))
+    account = account_of(given, course, StudentRecord("ada"), {})
+    return text_of(feedback.page(Result("ada", given, account=account), CATALOGUE, seen=seen))
+
+
+def test_where_no_setting_applies_the_page_is_as_it_was():
+    assert accounted() == text_of(feedback.page(Result("ada", MARKED), CATALOGUE))
+    assert accounted(marks=MarkSettings(drop=("3.1",), weights={"3.2": 2})) == accounted()  # not this student's
+
+
+def test_where_one_does_the_student_reads_how_it_counts():
+    shown = accounted(marks=MarkSettings(drop=("2.13",), out_of=10))
+    assert (
+        "How it counts All answers: 1.5 of 5 points. Not counted: 2.13 (0 of 1 points). Left: 1.5 of 4 points. "
+        "Together: 1.5 of 4 points. On the scale of 10: 1.5 / 4 × 10 = 3.75. "
+        "Final grade: 3.75 of 10, rounded to 2 decimals (half up). Summary"
+    ) in shown
+    first = "Final grade: 3.75 of 10 ; how it comes about is below. Before weights and times, your answers earned 1.5"
+    assert first in shown and shown.index(first) < shown.index("How it counts")
+
+
+def test_what_waits_is_told_there_too():
+    waiting = (*MARKED[:2], replace(MARKED[2], status=Status.FOR_A_PERSON))
+    shown = accounted(waiting, marks=MarkSettings(weights={"2.13": 2}))
+    assert "There is no final grade yet: still to be decided are 2 points." in shown and "Final grade:" not in shown
+
+
+def test_without_points_how_it_counts_is_said_without_them():
+    shown = accounted(seen=FeedbackSettings(points=False), marks=MarkSettings(drop=("2.13",), out_of=10))
+    assert "How it counts not counted: 2.13 Summary" in shown and not POINTS.search(shown)
+    scaled = accounted(seen=FeedbackSettings(points=False), marks=MarkSettings(out_of=10))
+    assert "How it counts" not in scaled

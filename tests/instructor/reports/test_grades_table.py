@@ -32,8 +32,9 @@ def table(*rows, order=()):
 
 def test_the_columns_and_a_row():
     assert grades_table.text([result(name="Ada L.", email="ada@x.org", section="B")]) == (
-        "student,name,email,section,2.11,2.16,total,out_of,awaiting a person,not marked,undecided,notes\r\n"
-        "ada,Ada L.,ada@x.org,B,1.5,,1.5,5,3,0,2.11 explanation; 2.16 comparison,Run in isolation.\r\n"
+        "student,name,email,section,2.11,2.16,total,out_of,final,final out of,how it counts,"
+        "awaiting a person,not marked,undecided,notes\r\n"
+        "ada,Ada L.,ada@x.org,B,1.5,,1.5,5,,,,3,0,2.11 explanation; 2.16 comparison,Run in isolation.\r\n"
     )
 
 

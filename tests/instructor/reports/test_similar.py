@@ -165,7 +165,7 @@ BENCHES = {"ada": 1.0, "bob": 2.0, "cleo": 3.0, "dan": 4.0}
 def course(check=None):
     """A course with one number that is measured, on benches that are told by the student's name."""
     known = check or Number("it", lambda bench: bench.size, 0.01, own_bench=OwnBench(lambda bench: bench.size, 0.01))
-    key = {"2.11": {"omega_n": known, "explanation": ForAPerson("...")}}
+    key = {"2.11": {"omega_n": known, "explanation": ForAPerson()}}
     return replace(OURS, key=key, bench=lambda student, policy: SimpleNamespace(size=BENCHES[student]))
 
 

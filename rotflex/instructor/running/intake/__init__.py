@@ -18,7 +18,7 @@
 from rotflex.instructor.running.intake.delivered import Item, newest
 from rotflex.instructor.running.intake.finding import find
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
-from rotflex.instructor.running.intake.reading import Delivered, notes, problems, read
+from rotflex.instructor.running.intake.reading import Delivered, is_unread, notes, problems, read
 from rotflex.instructor.running.intake.whose import named_in
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "Piece",
     "Submission",
     "find",
+    "is_unread",
     "named_in",
     "newest",
     "notes",

@@ -1,0 +1,115 @@
+"""Feedback that was given back: when, by whom, what changed since, and what was not ready."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from rotflex.courseware.messages import _, plural
+from rotflex.instructor.gradebook import AuditRecord, Gradebook, MarkState, Publication
+from rotflex.instructor.overview.section import Section, Table, moment
+from rotflex.instructor.reports.result import points
+from rotflex.instructor.settings import FeedbackSettings
+from rotflex.instructor.verdicts import UNDECIDED
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A mark that is another than when feedback was last given back.
+
+    Attributes
+    ----------
+    student, question, part : whose, and which
+    before, after : as it was given back, and as it is; None for no mark
+    """
+
+    student: str
+    question: str
+    part: str
+    before: MarkState | None
+    after: MarkState | None
+
+
+def changed_since(trail: Sequence[AuditRecord], when: datetime) -> list[Changed]:
+    """Marks with other points than at a time, or decided since; what went back to what it was is none of them."""
+    first: dict[tuple[str, str, str], AuditRecord] = {}
+    last: dict[tuple[str, str, str], AuditRecord] = {}
+    for entry in trail:
+        if entry.when > when:
+            mark = (entry.student, entry.question, entry.part)
+            first.setdefault(mark, entry)
+            last[mark] = entry
+    found = [Changed(*mark, entry.before, last[mark].after) for mark, entry in first.items()]
+    return [one for one in found if _told(one.before) != _told(one.after)]
+
+
+def _told(mark: MarkState | None) -> tuple[float, float] | None:
+    """What a student is told of a mark; None where nothing is decided, or it is worth nothing."""
+    if mark is None or not mark.out_of or mark.status in UNDECIDED:
+        return None
+    return mark.points, mark.out_of
+
+
+def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -> Section:
+    """When feedback was given back, and who has to be told of what changed since."""
+    title = _("Feedback given back")
+    if not publications:
+        return Section(title, _("Feedback was not given back yet (rotflex publish)."))
+    last = publications[-1]
+    found = changed_since(trail, last.when)
+    by_student: dict[str, list[Changed]] = {}
+    for one in found:
+        by_student.setdefault(one.student, []).append(one)
+    first = _("Last given back on {when}, by {actor}.").format(when=moment(last.when), actor=last.actor)
+    first += (
+        _(" Marks of {students} have changed since; they should be told (rotflex publish).").format(
+            students=plural(len(by_student), _("student"))
+        )
+        if found
+        else _(" No mark has changed since.")
+    )
+    changes = tuple(
+        (student, "\n".join(f"{one.question} {one.part}: {_of(one.before)} → {_of(one.after)}" for one in those))
+        for student, those in sorted(by_student.items())
+    )
+    times = tuple((moment(one.when), one.actor, one.note) for one in publications)
+    tables = (
+        Table((_("Student"), _("Changed")), changes, caption=_("Changed since")),
+        Table((_("When"), _("By"), _("Note")), times, caption=_("Given back")),
+    )
+    return Section(title, first, (), tables, urgent=bool(found))
+
+
+def _of(mark: MarkState | None) -> str:
+    if mark is None:
+        return _("no mark")
+    if mark.status in UNDECIDED:
+        return _("not decided")
+    return _("{points} of {out_of}").format(points=points(mark.points), out_of=points(mark.out_of))
+
+
+def not_ready(book: Gradebook, seen: FeedbackSettings) -> list[str]:
+    """What whoever gives feedback back should know: what waits, what is asked, and whether pages are closed."""
+    waiting = [one for one in book.scores.answers() if one.waiting]
+    students = len({one.student for one in waiting})
+    open_ones = len(book.requests.all(open_only=True))
+    found = []
+    if waiting:
+        found.append(
+            _("Still to be read by a person: {answers} of {students}; their pages say so.").format(
+                answers=plural(len(waiting), _("answer")), students=plural(students, _("student"))
+            )
+        )
+    if open_ones:
+        found.append(
+            _("{requests} not answered yet (rotflex requests).").format(requests=plural(open_ones, _("request")))
+        )
+    if seen.opens is not None and not seen.is_open(datetime.now(UTC)):
+        found.append(
+            _(
+                "Feedback opens on {when:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no "
+                "more. So nothing is given back: say rotflex publish again then."
+            ).format(when=seen.opens)
+        )
+    return found

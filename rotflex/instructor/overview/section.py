@@ -1,0 +1,76 @@
+"""What there is to tell of a class, in the form that a terminal and a page both show."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from datetime import datetime
+
+from rotflex.courseware.messages import _
+from rotflex.instructor.gradebook import StudentRecord
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of one kind.
+
+    Attributes
+    ----------
+    head : of the columns
+    rows : a text for each column; lines of one text are told one below the other
+    numbers : which columns hold numbers
+    caption : what the rows are
+    """
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numbers: frozenset[int] = frozenset()
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """What there is to tell of one thing.
+
+    Attributes
+    ----------
+    title : what it is about
+    first : the most important, in one sentence, for the top of the page
+    more : further sentences
+    tables : those that have rows are shown
+    urgent : whether somebody should do something
+    """
+
+    title: str
+    first: str
+    more: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    urgent: bool = False
+
+    @property
+    def place(self) -> str:
+        """By which the page links to it."""
+        return re.sub(r"\W+", "-", self.title.casefold()).strip("-")
+
+
+def moment(when: datetime) -> str:
+    """A time as "2026-03-02 12:00 UTC"."""
+    return _("{when:%Y-%m-%d %H:%M} UTC").format(when=when)
+
+
+def named(about: StudentRecord) -> str:
+    """A student, as "ada (Ada Lovelace)"."""
+    return f"{about.student} ({about.name})" if about.name else about.student
+
+
+def share(part: int, of: int) -> str:
+    """As "12 of 60 (20 %)"; nothing of nothing is no share."""
+    return f"{part} of {of} ({100 * part / of:.0f} %)" if of else _("{part} of {of}").format(part=part, of=of)
+
+
+def listed(names: Collection[str], most: int) -> str:
+    """Names in a row; of many, the first and how many more there are."""
+    shown = list(names)[:most]
+    left = len(names) - len(shown)
+    return ", ".join(shown) + (_(" and {left} more").format(left=left) if left else "")

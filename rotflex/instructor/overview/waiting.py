@@ -1,0 +1,111 @@
+"""What waits for whom: texts for a person, questions for the instructor, requests of students, faults of the key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rotflex.courseware.messages import _, plural
+from rotflex.instructor.gradebook import Answer, Graded, Request
+from rotflex.instructor.graded_run import key_faults
+from rotflex.instructor.overview.section import Section, Table, moment
+from rotflex.instructor.reports.result import points, worth
+from rotflex.instructor.verdicts import Status
+
+_LONGEST = 300  # characters of what somebody wrote
+
+
+def for_persons(answers: Sequence[Answer], titles: Mapping[str, str]) -> Section:
+    """Answers that nobody has decided, by question and part, in the order of the course.
+
+    Parameters
+    ----------
+    answers : all that persons read or have marked
+    titles : question → what it is called, in the order of the course
+    """
+    order = {number: place for place, number in enumerate(titles)}
+    waiting = [one for one in answers if one.waiting]
+    by_part: dict[tuple[str, str], list[Answer]] = {}
+    for one in sorted(answers, key=lambda one: (order.get(one.question, len(order)), one.question, one.part)):
+        by_part.setdefault(one.where, []).append(one)
+    rows = tuple(
+        (
+            f"{question} {part}",
+            titles.get(question, ""),
+            str(len(left)),
+            str(len(those)),
+            points(sum(one.mark.out_of for one in left)),
+        )
+        for (question, part), those in by_part.items()
+        if (left := [one for one in those if one.waiting])
+    )
+    first = (
+        _("To be read: {answers}, worth {points}.").format(
+            answers=plural(len(waiting), _("answer")), points=worth(sum(one.mark.out_of for one in waiting))
+        )
+        if waiting
+        else _("No answer waits for a person.")
+    )
+    head = (_("Part"), _("Question"), _("Waiting"), _("Of"), _("Points"))
+    return Section(
+        _("Waiting for a person"), first, (), (Table(head, rows, frozenset({2, 3, 4})),), urgent=bool(waiting)
+    )
+
+
+def asked(answers: Sequence[Answer]) -> Section:
+    """Answers about which a scorer asks the instructor."""
+    found = [(one, act) for one in answers if one.asked and (act := one.last()) is not None]
+    rows = tuple(
+        (one.student, f"{one.question} {one.part}", act.actor, moment(act.when), _cut(act.remark)) for one, act in found
+    )
+    first = (
+        _("For you to decide, as a scorer asked: {answers}.").format(answers=plural(len(found), _("answer")))
+        if found
+        else _("No scorer asks you.")
+    )
+    head = (_("Student"), _("Part"), _("Asked by"), _("When"), _("What"))
+    return Section(_("Asked of the instructor"), first, (), (Table(head, rows),), urgent=bool(found))
+
+
+def requests(there: Sequence[Request]) -> Section:
+    """What students asked to have looked at again."""
+    left = [one for one in there if one.is_open]
+    rows = tuple(
+        (str(one.number), one.student, f"{one.question} {one.part}", moment(one.made), _cut(one.text)) for one in left
+    )
+    first = (
+        _("{open} not answered; {answered} answered.").format(
+            open=plural(len(left), _("request")), answered=len(there) - len(left)
+        )
+        if there
+        else _("Nobody asks to have anything looked at again.")
+    )
+    more = (_("rotflex answer NUMBER TEXT --by NAME answers one."),) if left else ()
+    head = (_("Number"), _("Student"), _("Part"), _("Since"), _("What"))
+    table = Table(head, rows, frozenset({0}))
+    return Section(_("Requests to look again"), first, more, (table,), urgent=bool(left))
+
+
+def faults(everybody: Sequence[Graded]) -> Section:
+    """Parts that could not be marked, through a fault of the key."""
+    count: dict[tuple[str, str], int] = {}
+    lines: dict[str, None] = {}
+    for graded in everybody:
+        for one in graded.marks:
+            if one.status == Status.NOT_MARKED:
+                count[one.where] = count.get(one.where, 0) + 1
+        lines |= dict.fromkeys(key_faults(graded))
+    rows = tuple((f"{question} {part}", str(number)) for (question, part), number in count.items())
+    first = (
+        _("Could not be marked: {parts}. Mend the key, and say rotflex regrade.").format(
+            parts=plural(len(count), _("part"))
+        )
+        if count
+        else _("The key had no fault.")
+    )
+    table = Table((_("Part"), _("Students")), rows, frozenset({1}))
+    return Section(_("Faults of the key"), first, tuple(lines), (table,), urgent=bool(count))
+
+
+def _cut(text: str) -> str:
+    words = " ".join(text.split())
+    return words if len(words) <= _LONGEST else f"{words[:_LONGEST]}…"
