@@ -21,6 +21,7 @@ LONGEST = (
     "tests/whole/test_whole_class.py",
     SOLUTIONS,
     "tests/whole/test_class.py",
+    "tests/whole/test_scored_class.py",
     "tests/whole/test_jupyterlab.py",
     "tests/whole/test_bench_policies.py",
     "tests/courseware/run/test_check.py",
@@ -34,6 +35,7 @@ LONGEST = (
     "tests/instructor/test_crash.py",
     "tests/instructor/test_cluster.py",
     "tests/instructor/release/test_released_course.py",
+    "tests/instructor/scoring/test_scoring_browser.py",
     "tests/instructor/gradebook/test_gradebook.py",
 )
 

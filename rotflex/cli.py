@@ -236,7 +236,7 @@ def _copied(folder: Path, course: Path) -> list[str]:
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copyfile(wanted[name], folder / name)
     if copied and len(copied) == len(wanted):
-        from rotflex.courseware.json_values import plural
+        from rotflex.courseware.messages import plural
 
         notebooks = plural(sum(name.endswith(".ipynb") for name in copied), _("notebook"))
         return [_("The course was copied to {folder}: {notebooks}.").format(folder=folder, notebooks=notebooks)]

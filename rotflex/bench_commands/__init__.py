@@ -296,7 +296,7 @@ def unfinished(
     They wait here until --out writes them elsewhere, each with the reason in it, and none is deleted before it was read
     again as it was written.
     """
-    from rotflex.courseware.json_values import plural
+    from rotflex.courseware.messages import plural
     from rotflex.hil import waiting
 
     folder = waiting.place()

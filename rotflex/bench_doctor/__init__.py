@@ -16,8 +16,7 @@ from functools import partial
 from rotflex import __version__, hil
 from rotflex.bench_doctor import on_the_board
 from rotflex.bench_doctor.findings import Finding, Level, step
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.errors import RotflexError
 from rotflex.hil import bench_file, quanser, waiting
 from rotflex.hil.bench import Bench, Limits

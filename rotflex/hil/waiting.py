@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from rotflex.courseware import course_place
-from rotflex.courseware.json_values import plural
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.errors import RecordingError
 from rotflex.hil.unfinished import ENDED, beside, unfinished
 from rotflex.recording import Recording

@@ -24,7 +24,7 @@ from rotflex.instructor.marking.checks import ForAPerson, Number
 KEY = {{
     "2.11": {{
         "omega_n": Number("the natural frequency", lambda bench: {factor} * bench.omega_n, rtol=0.05),
-        "explanation": ForAPerson("..."),
+        "explanation": ForAPerson(),
     }},
     "0.1": {{"resolution": Number("the resolution", lambda bench: 0.0015, rtol=0.1)}},
 }}

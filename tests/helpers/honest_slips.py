@@ -13,7 +13,8 @@ from honest_stops import AFTER_2_11, AFTER_K, AFTER_W
 WAYS = Ways()
 ALL_CODE = ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.7", "2.8", "2.9", "2.10", "2.11", "2.13", *AFTER_2_11)
 ALL_WORDS = ("2.16", "2.17", "3.17", "Modeling report", "Control report")
-ALL = (*ALL_CODE, "3.1", "3.4", *ALL_WORDS)
+AS_A_WHOLE = ("Modeling report, as a whole", "Control report, as a whole")
+ALL = (*ALL_CODE, "3.1", "3.4", *ALL_WORDS, *AS_A_WHOLE)
 
 
 @WAYS.changed(lost=("2.11",), told=(r"2\.11", r"Hz|rad/s"))

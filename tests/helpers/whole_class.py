@@ -25,6 +25,7 @@ import sympy
 from matplotlib.figure import Figure
 from working_through import (
     FULL,
+    JUDGED,
     PROSE,
     B_eq,
     Change,
@@ -79,7 +80,10 @@ class Student:
 
     def awaiting(self) -> float:
         """Points that should wait for a person."""
-        return sum(points for where, points in PROSE.items() if not self.unusable and not self.leaves_out(where))
+        written = {where for where in PROSE if not self.unusable and not self.leaves_out(where)}
+        reports = {number for number, _part in written}
+        wholes = sum(points for report, points in JUDGED.items() if report in reports)
+        return sum(PROSE[where] for where in written) + wholes
 
 
 def claims(name: str, student: Student, folder: Path) -> bytes | None:

@@ -23,6 +23,8 @@ Change = Callable[[Any], Any]
 
 FULL = {(q.number, p.name): p.points for q in CATALOGUE.everything.values() for p in q.parts if p.marked == "auto"}
 PROSE = {(q.number, p.name): p.points for q in CATALOGUE.everything.values() for p in q.parts if p.marked == "person"}
+#: Report → points of it as a whole, which nobody answers.
+JUDGED = {CATALOGUE.report_judged[number]: question.points for number, question in CATALOGUE.judged.items()}
 MEASURED = ("t_s", "PO", "alpha_max_deg", "V_max")
 
 

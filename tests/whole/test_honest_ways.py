@@ -12,6 +12,7 @@ import pytest
 from checkout import ROOT
 from honest_class import RIGHT, WAYS, WRONG, solved_notebooks
 from honest_hand_in import is_answer, released_notebooks, text_of
+from honest_slips import AS_A_WHOLE
 
 SOLVED = solved_notebooks(ROOT)
 
@@ -36,10 +37,10 @@ def caseless(text: str) -> str:
 
 
 def asked() -> set[str]:
-    """The questions of the student notebooks, as their cells name them."""
+    """The questions of the student notebooks, as their cells name them; and the reports, as a whole."""
     cells = [cell for notebook in released_notebooks(ROOT).values() for cell in notebook["cells"]]
     words = {cell["metadata"]["rotflex"]["question"] for cell in cells if "rotflex" in cell["metadata"]}
-    return words | {
+    return {*words, *AS_A_WHOLE} | {
         name for cell in cells for name in re.findall(r'^lab\.answer\(\s*"(.*?)"', text_of(cell), re.MULTILINE)
     }
 

@@ -172,8 +172,15 @@ def test_nothing_survives(graded):
 
 
 def test_only_students_have_a_place_among_the_results(graded):
-    ours = {"grades.csv", "gradebook.sqlite", "earlier.json"}
+    ours = {"grades.csv", "gradebook.sqlite", "earlier.json", "hints.md"}
     assert {path.name for path in graded.out.iterdir()} == {*CLASS, *HONEST, *ours}
+
+
+def test_what_attacks_have_in_common_is_told_of_attacks_alone(graded):
+    told = (graded.out / "hints.md").read_text(encoding="utf-8")
+    assert _steering(told) == set()
+    assert "own-files-are-links, own-files-in-the-way have" in told  # one piece of code was given to both
+    assert not [name for name in HONEST if name in told]
 
 
 # --- what people get to see -------------------------------------------------------------------------------------------

@@ -1,0 +1,77 @@
+"""A class on some day of the term, made up: who is in trouble, what waits, what went wrong, what was given back."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+
+from gradebooks import enrol, graded, mark, prose, record, report_text
+
+from rotflex.instructor.gradebook import Delivery, Gradebook, MarkRecord
+from rotflex.instructor.graded_run import Facts
+
+HANDED_IN = datetime(2026, 3, 2, 12, tzinfo=UTC)
+NAMES = {"ada": "Ada Lovelace", "bob": "Bob Bell", "cleo": "", "dan": "Dan Dee", "eve": "Eve <b>Early</b>"}
+NAMES |= {"fay": "Fay Foot", "gus": "Gus Gray"}
+IN_HZ = "It is {off:.3g} rad/s off; it looks like Hz."
+NEAR = "It is {off:.3g} rad/s off."
+
+
+def stiffness(status: str = "right", points: float = 2.0, reason: str = "Well.") -> MarkRecord:
+    return MarkRecord("2.12", "K_s", status, points, 2.0, reason, "1.5 N·m/rad")
+
+
+def off(pattern: str, by: float) -> MarkRecord:
+    return mark("wrong", 0.0, pattern.format(off=by), f"{by} rad/s")
+
+
+def notebook(code: str = "") -> bytes:
+    cell = {"cell_type": "code", "id": "own", "metadata": {}, "source": code}
+    return json.dumps({"cells": [cell], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}).encode()
+
+
+def deliver(book: Gradebook, student: str, files: Mapping[str, bytes], when: datetime = HANDED_IN) -> None:
+    made = [Delivery(name, sha256(content).hexdigest(), content, when, "a zip") for name, content in files.items()]
+    book.deliver(student, made)
+
+
+def fill(book: Gradebook, folder: Path) -> None:
+    """Seven on the roster; gus hands in nothing, and hal is on no roster."""
+    enrol(book, folder, *((student, name, f"{student}@uni", "A") for student, name in NAMES.items()))
+    both = ("02_finding_stiffness.ipynb", "03_model_validation.ipynb")
+    for student in ("ada", "bob", "cleo", "dan", "eve"):
+        deliver(book, student, dict.fromkeys(both, notebook(f"{student} = 1")))
+    deliver(book, "fay", {both[0]: notebook("fay = 2")})
+    deliver(book, "hal", {both[0]: notebook("hal = 3")})
+    stopped = Facts(missing={}, ended=("The run took longer than 600 s, and was stopped.",))
+    record(
+        book,
+        graded("ada", mark(), stiffness(), prose(), report_text()),
+        graded("bob", off(IN_HZ, 16.3), stiffness("wrong", 0.0, "With the frequency in Hz."), prose(), report_text()),
+        graded("cleo", off(IN_HZ, 15.9), stiffness(), prose("missing", given=""), report_text()),
+        graded("dan", off(NEAR, 3.25), stiffness("partly right", 1.0, "Two digits."), prose(), report_text()),
+        graded(
+            "eve",
+            mark("missing", 0.0, given=""),
+            stiffness("not marked: key fault", 0.0, "ask"),
+            prose("missing", given=""),
+            report_text("missing", given=""),
+            cells=stopped.plain(),
+            problems=(*stopped.ended, "2.12, K_s is not marked: the key failed. KeyError, key.py, line 5.", "Odd: <i>"),
+            supplied={"2.9.sweep": 1},
+        ),
+        graded("fay", mark(), stiffness(), prose(), report_text()),
+    )
+
+
+def score(book: Gradebook) -> None:
+    """The scorer tia decides two, and asks about one; fay asks for another look, and is answered once."""
+    book.scores.give("ada", ("2.11", "explanation"), 1.0, "tia", level=4)
+    book.scores.give("bob", ("2.11", "explanation"), 0.5, "tia", level=2, remark="Say why.")
+    book.scores.ask("dan", ("2.11", "explanation"), "tia", remark="Is <this> right?\x1b[2J")
+    book.requests.make("fay", ("2.12", "K_s"), "I think <b>it</b> is right.")
+    first = book.requests.make("ada", ("2.11", "omega_n"), "Please look again.")
+    book.requests.answer(first.number, "tia", "It stays as it is.")

@@ -1,0 +1,331 @@
+"""A class of sixty, scored and reported by the commands, against what all of it comes to by hand.
+
+The class is made up (``scored_class.py``, ``scored_book.py``), scored in all the ways that there are
+(``scored_ways.py``), and worked out anew from the documentation (``scored_by_hand.py``); here the files that the
+commands write are held against that.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from html import unescape
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+import scored_by_hand as by_hand
+from scored_book import course, fill, roster
+from scored_class import ABSENT, ASKED_STILL, COPIES, NOTEBOOK, PARTS, SECTIONS, WAITING, Drawn
+from scored_ways import BY_TABLE, Scoring, run
+
+from rotflex.instructor.gradebook import Gradebook
+
+HUNDREDTH = Fraction(1, 200)  #: what is shown to the hundredth is off by half of one at most
+COLUMN = 50  #: points of Canvas's column
+_SPACE = Fraction(1, 10**9)  # binary numbers
+
+
+@dataclass(frozen=True)
+class Class:
+    """The class as it is known, how it was scored, and the folder in which the commands left their files."""
+
+    drawn: Drawn
+    scoring: Scoring
+    out: Path
+    said: dict[str, str]
+
+    def rows(self, name: str) -> list[dict[str, str]]:
+        with (self.out / name).open(encoding="utf-8-sig", newline="") as file:
+            return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def scored(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("class")
+    drawn, source, out = Drawn(), course(folder), folder / "marks"
+    out.mkdir()
+    (folder / "roster.csv").write_text(roster(drawn), encoding="utf-8")
+    with Gradebook(out / "gradebook.sqlite") as book:
+        fill(book, drawn)
+    gradebook = ("--gradebook", out / "gradebook.sqlite")
+    said = {"roster": run("roster", folder / "roster.csv", *gradebook)}
+    scoring = Scoring(drawn, out, source)
+    said["report"] = run("report", *gradebook, "--out", out, "--course", source)
+    for command in ("outcomes", "sheets", "class"):
+        said[command] = run(command, out, "--course", source)
+    (out / "canvas.csv").write_text(canvas(drawn), encoding="utf-8")
+    into = ("--into", out / "canvas.csv", "--column", "Laboratory")
+    said["export"] = run("export", out, *into, "--course", source, code=1)  # of some no mark is in, and they are named
+    return Class(drawn, scoring, out, said)
+
+
+def canvas(drawn):
+    """A file as Canvas exports it, in an order of its own, with one who is not of ours."""
+    lines = [
+        "Student,ID,SIS User ID,SIS Login ID,Section,Laboratory (77),Final Score",
+        f"    Points Possible,,,,,{COLUMN},(read only)",
+    ]
+    everybody = [*reversed(drawn.students), *ABSENT, "z99"]
+    lines += [f'"{name}, Name of",{1000 + place},{name},{name},Lab,,' for place, name in enumerate(everybody)]
+    return "\r\n".join([*lines, ""])
+
+
+def near(shown, exact, by=HUNDREDTH):
+    return abs(Fraction(shown) - exact) <= by + _SPACE
+
+
+# --- grades.csv -------------------------------------------------------------------------------------------------------
+
+
+def test_totals_and_final_grades_to_the_hundredth(scored):
+    rows = {row["student"]: row for row in scored.rows("grades.csv")}
+    assert rows.keys() == {*scored.drawn.students, *ABSENT}
+    waits = {name for name, *_ in (*WAITING, ASKED_STILL, ("s09",))}
+    for one in scored.drawn.students.values():
+        row, marks = rows[one.name], by_hand.marks(one)
+        earned, possible = by_hand.of_points(marks)
+        assert near(row["total"], earned) and Fraction(row["out_of"]) == possible == Fraction("128.5")
+        assert row["final"] == by_hand.final(one) and row["final out of"] == "100"
+        assert (row["final"] == "") == (one.name in waits)
+        assert row["section"] == one.section
+        open_ones = [mark for mark in marks if mark.points is None]
+        assert row["undecided"] == "; ".join(" ".join(mark.where) for mark in open_ones)
+        shown = Fraction(row["awaiting a person"]) + Fraction(row["not marked"])
+        assert shown == sum(mark.out_of for mark in open_ones)
+    for name in ABSENT:
+        assert rows[name]["final"] == rows[name]["total"] == "" and rows[name]["notes"] == "nothing handed in"
+
+
+def test_each_question_of_everybody(scored):
+    cells = 0
+    for row in scored.rows("grades.csv"):
+        one = scored.drawn.students.get(row["student"])
+        own = by_hand.marks(one) if one else []
+        for number in {where[0] for where, part in PARTS.items() if part.points} if one else ():
+            known = [mark for mark in own if mark.where[0] == number and mark.points is not None]
+            assert near(row[number], by_hand.of_points(known)[0]) if known else row[number] == ""
+            cells += 1
+    assert cells == 60 * len({where[0] for where, part in PARTS.items() if part.points})
+
+
+def test_what_was_late_is_told_beside_the_grade(scored):
+    """The class has all that the settings speak of: late and extended work, weights, predictions."""
+    late = {name: [n for n in one.received if by_hand.days_late(one, n)] for name, one in scored.drawn.students.items()}
+    assert sum(map(bool, late.values())) >= 30
+    for row in scored.rows("grades.csv"):
+        if row["student"] in late:
+            told = re.findall(r"(\w+): (\d+) days? late", row["how it counts"])
+            one = scored.drawn.students[row["student"]]
+            worth = {NOTEBOOK[m.where[0]] for m in by_hand.marks(one) if m.points != 0 and not by_hand.dropped(m.where)}
+            wanted = {n: str(by_hand.days_late(one, n)) for n in late[one.name] if n in worth}
+            assert dict(told) == wanted
+            assert "3.17 counts 1.5 times" in row["how it counts"] and "not counted: 2.14 D" in row["how it counts"]
+
+
+# --- sheets -----------------------------------------------------------------------------------------------------------
+
+
+def test_each_cell_of_each_sheet(scored):
+    found = {}
+    for row in scored.rows("sheets.csv"):
+        found[row["student"], row["sheet"], row["row"], row["code"]] = row
+    wanted = {
+        (one.name, *place): cell
+        for one in scored.drawn.students.values()
+        for place, cell in by_hand.sheet_cells(one).items()
+    }
+    assert found.keys() == wanted.keys()
+    for place, cell in wanted.items():
+        row = found[place]
+        assert row["level"] == ("" if cell.level is None else str(cell.level)), place
+        assert near(row["earned"], cell.earned) and near(row["decided"], cell.decided), place
+        assert near(row["out of"], cell.possible) and row["parts that wait"] == str(cell.waiting), place
+        assert row["by"] == cell.by, place
+
+
+def test_each_students_own_sheets_have_the_same_cells(scored):
+    cells = 0
+    for one in scored.drawn.students.values():
+        wanted = by_hand.sheet_cells(one)
+        for sheet in by_hand.SHEETS:
+            assert (scored.out / "sheets" / one.name / f"{sheet}.pdf").read_bytes().startswith(b"%PDF")
+            for row in scored.rows(f"sheets/{one.name}/{sheet}.csv"):
+                codes = {heading.split()[0] for heading in row if heading not in ("row", "heading")}
+                for code in codes:
+                    cell = wanted.get((sheet, row["row"], code))
+                    shown = [row[f"{code} {what}"] for what in ("level", "earned", "out of", "by")]
+                    if cell is None:
+                        assert shown == [""] * 4
+                        continue
+                    level = [] if cell.level is None else [str(cell.level)]
+                    assert shown[0] == " ".join([*level, *(["…"] if cell.waiting else [])])
+                    assert near(shown[1], cell.earned) if cell.decided else shown[1] == ""
+                    assert near(shown[2], cell.possible) and shown[3] == cell.by
+                    cells += 1
+    assert cells == len(scored.rows("sheets.csv")) > 4500
+
+
+# --- outcomes ---------------------------------------------------------------------------------------------------------
+
+
+def test_each_level_of_everybody_per_code_and_outcome(scored):
+    rows = {(row["student"], row["kind"], row["criterion"]): row for row in scored.rows("students.csv")}
+    wanted = {
+        (one.name, *criterion): cell
+        for one in scored.drawn.students.values()
+        for criterion, cell in by_hand.by_criterion(one).items()
+    }
+    nothing = {place for place in rows if place[1] == "outcome" and place[2] in "2457"}
+    assert rows.keys() - nothing == wanted.keys()
+    for place, cell in wanted.items():
+        row = rows[place]
+        assert row["level"] == str(cell.level) and near(row["share %"], 100 * cell.share, Fraction(1, 20)), place
+        assert near(row["earned"], cell.earned) and near(row["decided"], cell.decided), place
+        assert near(row["possible"], cell.possible) and row["parts that wait"] == str(cell.waiting), place
+
+
+def test_attainment_of_each_group_and_nothing_of_small_ones(scored):
+    rows = {(row["group"], row["kind"], row["criterion"]): row for row in scored.rows("attainment.csv")}
+    wanted = by_hand.attainment(scored.drawn)
+    assert wanted.keys() <= rows.keys()
+    hidden = {place[0] for place, figures in wanted.items() if figures is None}
+    assert hidden == {"C", "D"}  # C is too small, and by D it could be worked out
+    for place, figures in wanted.items():
+        row = rows[place]
+        shown = [
+            row[name]
+            for name in ("students", "of these provisional", *(f"at level {n}" for n in by_hand.LEVELS), "attained")
+        ]
+        if figures is None:
+            assert set(shown) == {""} and row["note"].startswith(("fewer than 5", "not shown"))
+            continue
+        assert shown == [
+            str(n) for n in (figures.students, figures.provisional, *figures.levels.values(), figures.attained)
+        ], place
+        share = Fraction(100 * figures.attained, figures.students)
+        assert near(row["attained %"], share, Fraction(1, 20)) and row["reached"] == ("yes" if share >= 65 else "no")
+        assert near(row["mean share %"], 100 * figures.mean, Fraction(1, 20)), place
+    assert {row["reached"] for row in rows.values()} >= {"yes", "no"}  # or else the target would not be tried
+
+
+# --- scoring ----------------------------------------------------------------------------------------------------------
+
+
+def test_how_well_the_two_agree_on_the_page(scored):
+    def pairs(those):
+        persons = [(scored.drawn.students[student].persons[where], where) for student, where in those]
+        return [(by_hand.level_given(one, PARTS[where].points), one.second) for one, where in persons]
+
+    twice = scored.scoring.twice
+    texts = sum(bool(person.text) for one in scored.drawn.students.values() for person in one.persons.values())
+    assert 0.07 * texts < len(twice) < 0.13 * texts
+    both = pairs(twice)
+    plain, weighted = by_hand.kappas(both)
+    assert 0.3 < plain < weighted < 1  # by the errors that were made
+    same = sum(one == other for one, other in both)
+    assert (
+        f"All parts together: {same} of {len(both)} the same; kappa {plain:.2f}, with quadratic weights {weighted:.2f}"
+        in scored.scoring.page
+    )
+    parts = 0
+    for where, row in page_rows(scored.scoring.page).items():
+        those = pairs([one for one in twice if one[1] == where])
+        told = re.search(r"(\d+) of (\d+) the same; kappa (-?[\d.]+), with quadratic weights (-?[\d.]+)", row[-1])
+        if len({level for pair in those for level in pair}) > 1:
+            plain, weighted = by_hand.kappas(those)
+            same = sum(one == other for one, other in those)
+            assert told.groups() == (str(same), str(len(those)), f"{plain:.2f}", f"{weighted:.2f}")
+            parts += 1
+    assert parts > 20
+
+
+def page_rows(page):
+    """The overview's table: part → its cells, as text."""
+    found = {}
+    for row in re.findall(r"<tr>(.*?)</tr>", page.partition("<tbody>")[2], re.S):
+        question, part = re.search(r'question=([^"&]+)&amp;part=(\w+)', row).groups()
+        cells = re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.S)
+        found[unquote(unescape(question)), part] = [" ".join(re.sub(r"<[^>]+>", "", cell).split()) for cell in cells]
+    return found
+
+
+def test_tallies_of_levels_on_the_page(scored):
+    rows = page_rows(scored.scoring.page)
+    assert rows.keys() == {where for where, part in PARTS.items() if part.marked == "person"}
+    for where, cells in rows.items():
+        wanted = by_hand.tally(scored.drawn, where)
+        assert cells[1] == f"{wanted.pop('scored')} of {wanted.pop('of')}"
+        assert cells[2:10] == [str(number) for number in wanted.values()], where
+
+
+def test_the_table_took_what_was_changed_and_nothing_else(scored):
+    filled = scored.scoring.filled
+    told = f"{filled['changed']} scored, {filled['same']} as they were, 0 not taken."
+    assert scored.scoring.said["read"].startswith(told)
+    mine = [p for one in scored.drawn.students.values() for w, p in one.persons.items() if w[0] in BY_TABLE and p.text]
+    assert filled["changed"] == sum(one.first is not None or one.points is not None for one in mine) > 300
+
+
+# --- class, and who has the same --------------------------------------------------------------------------------------
+
+
+def told(scored):
+    """Groups of students with something in common, as the page for the instructor has them."""
+    page = (scored.out / "class.html").read_text(encoding="utf-8")
+    part = page.partition('<section id="hints-of-the-same-work"')[2].partition("</section>")[0]
+    return {frozenset(row.split(", ")) for row in re.findall(r'<th scope="row">(.*?)</th>', part)}
+
+
+def test_copies_are_found_and_hardly_anybody_else(scored):
+    copies = {frozenset((copier, mate)): what for copier, (mate, what) in COPIES.items()}
+    found = told(scored)
+    assert len(copies) == 12 and len(copies.keys() & found) >= 11
+    assert len(found - copies.keys()) <= 1
+    text = (scored.out / "hints.md").read_text(encoding="utf-8")
+    assert {frozenset(line[3:].split(", ")) for line in text.splitlines() if line.startswith("## ")} == found
+
+
+def test_the_class_at_a_glance_counts_what_waits(scored):
+    said = " ".join(scored.said["class"].split())
+    assert "60 of 62 students handed something in; 2 nothing." in said
+    left = [PARTS[w[1:]].points for w in (*WAITING, ASKED_STILL)]
+    assert f"To be read: {len(left)} answers, worth {sum(left):g} points." in said
+    assert (
+        "For you to decide, as a scorer asked: 1 answer." in said
+        and f"{ASKED_STILL[0]} 3.17 explanation Ann Lee" in said
+    )
+    assert "Could not be marked: 1 part." in said and "2.18 poles 1" in said
+
+
+# --- Canvas -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_column_in_canvas_has_everybodys_final_grade_on_its_scale(scored):
+    with (scored.out / "canvas-with-marks.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["SIS User ID"]: row["Laboratory (77)"] for row in csv.DictReader(file)}
+    said = " ".join(scored.said["export"].split())
+    count = 0
+    for name, shown in rows.items():
+        one = scored.drawn.students.get(name)
+        final = by_hand.final(one) if one else ""
+        if not final:
+            assert shown == (str(COLUMN) if not name else "") and (not name or name in said)
+            continue
+        assert Fraction(shown) == Fraction(by_hand.half_up(Fraction(final) * COLUMN / 100)), name
+        count += 1
+    assert count == 56 and f"{count} written" in said
+
+
+def test_the_class_is_one_in_which_all_this_can_go_wrong(scored):
+    """Errors of scorers, blank answers, points without a level, all levels, and all sections."""
+    persons = [p for one in scored.drawn.students.values() for p in one.persons.values()]
+    off = [one.first != one.true for one in persons if one.first is not None]
+    assert 0.12 < sum(off) / len(off) < 0.18
+    assert {one.true for one in persons} == {None, 0, 1, 2, 3, 4}
+    assert sum(one.points is not None for one in persons) > 30 and sum(one.decided is not None for one in persons) >= 5
+    assert {one.section for one in scored.drawn.students.values()} == set(SECTIONS)
+    finals = [by_hand.final(one) for one in scored.drawn.students.values()]
+    assert len(set(finals)) > 50
