@@ -6,7 +6,9 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import browser
 import marks
 import pytest
 from hypothesis import settings
@@ -53,6 +55,15 @@ def real_log_path() -> Path:
 def real_log(real_log_path: Path) -> Recording:
     """The log of a real bench as a recording."""
     return Recording.load(real_log_path)
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """A browser without a window, where it is to be had."""
+    if browser.CHROMIUM is None:
+        pytest.skip("there is no chromium here: apt-get install chromium")
+    with browser.started() as found:
+        yield found
 
 
 @pytest.fixture(scope="session")

@@ -112,24 +112,31 @@ class Visit:
 
 
 @contextlib.contextmanager
-def visit(address: str, notebook: str) -> Iterator[Visit]:
-    """A notebook in JupyterLab, in a browser with a fresh profile, its kernel ready."""
+def started() -> Iterator[Any]:
+    """A browser without a window, until the block ends."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=CHROMIUM_OPTIONS)
-        page = browser.new_page(viewport={"width": 1280, "height": 1600})
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=CHROMIUM_OPTIONS)
+        try:
+            yield chromium
+        finally:
+            chromium.close()
+
+
+@contextlib.contextmanager
+def visit(address: str, notebook: str) -> Iterator[Visit]:
+    """A notebook in JupyterLab, in a browser with a fresh profile, its kernel ready."""
+    with started() as chromium:
+        page = chromium.new_page(viewport={"width": 1280, "height": 1600})
         page.set_default_timeout(PATIENCE)
         seen = Visit(page)
         page.on("console", lambda message: seen.errors.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: seen.errors.append(str(error)))
         page.on("request", lambda request: _note_request(seen, request.url, address))
-        try:
-            page.goto(f"{address}/lab/tree/{notebook}?token={TOKEN}&reset")
-            page.wait_for_function(_READY)
-            yield seen
-        finally:
-            browser.close()
+        page.goto(f"{address}/lab/tree/{notebook}?token={TOKEN}&reset")
+        page.wait_for_function(_READY)
+        yield seen
 
 
 def _note_request(seen: Visit, url: str, address: str) -> None:

@@ -39,14 +39,8 @@ _UPDATE = """async ([scene, data]) => {
 @contextlib.contextmanager
 def opened() -> Iterator[Any]:
     """An empty page, until the block ends."""
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(
-            executable_path=browser.CHROMIUM, headless=True, args=browser.CHROMIUM_OPTIONS
-        )
+    with browser.started() as chromium:
         yield chromium.new_page(viewport={"width": 1280, "height": 720})
-        chromium.close()
 
 
 def show(page: Any, scene: Scene, width: int = 836) -> None:

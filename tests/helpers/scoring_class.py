@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import browser
 from checkout import ROOT
 from gradebooks import graded, mark, prose, record, report_text
 
@@ -154,16 +153,3 @@ def new_class(folder: Path, answers: list[str]) -> Path:
     with Gradebook(folder / GRADEBOOK_FILE) as book:
         fill(book, answers)
     return folder
-
-
-@contextlib.contextmanager
-def chromium() -> Iterator[Any]:
-    """A browser without a window."""
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=browser.CHROMIUM, args=browser.CHROMIUM_OPTIONS)
-        try:
-            yield started
-        finally:
-            started.close()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 
-import browser
 import numpy as np
 import pytest
 from checkout import ROOT
@@ -141,24 +140,13 @@ UNIT, MIDDLE = 200 / 6, (30 + 400 / 2, 10 + 24 + 100)
 
 
 @pytest.fixture(scope="module")
-def page():
+def page(chromium):
     """A page with nothing in it but the scripts that draw."""
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(
-            executable_path=browser.CHROMIUM, headless=True, args=browser.CHROMIUM_OPTIONS
-        )
-        page = chromium.new_page()
-        for name in ("drawing.js", "moving.js"):
-            page.add_script_tag(content=(FOLDER / name).read_text(encoding="utf-8"))
-        yield page
-        chromium.close()
-
-
-needs_chromium = pytest.mark.skipif(
-    browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)"
-)
+    page = chromium.new_page()
+    for name in ("drawing.js", "moving.js"):
+        page.add_script_tag(content=(FOLDER / name).read_text(encoding="utf-8"))
+    yield page
+    page.close()
 
 
 def on_canvas(point):
@@ -169,7 +157,6 @@ def drawn(page, shown, pose=None):
     return page.evaluate(DRAWN, [shown.packed(), pose, BOX])
 
 
-@needs_chromium
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_point_stands_where_plain_matrices_put_it(page, frame):
     for *point, x, angle, bend in np.random.default_rng(1).uniform(-3, 3, (20, 5)).tolist():
@@ -179,7 +166,6 @@ def test_a_point_stands_where_plain_matrices_put_it(page, frame):
         assert found == pytest.approx(expected(frame, point, **signals), abs=1e-12)
 
 
-@needs_chromium
 def test_shapes_are_drawn_to_scale_where_their_points_stand(page):
     shown = drawing()
     shown.circle(GROUND.at(1, 0), 2.5, "grid")
@@ -199,7 +185,6 @@ def test_shapes_are_drawn_to_scale_where_their_points_stand(page):
     assert dot[1:3] == where("cart", 0, 1) and dot[3] == 3
 
 
-@needs_chromium
 def test_a_spring_goes_from_point_to_point_and_swings_to_both_sides(page):
     shown = drawing()
     shown.spring(GROUND.at(-3, 1), CART.at(0, 0), "model", turns=6, swing=5)
@@ -212,7 +197,6 @@ def test_a_spring_goes_from_point_to_point_and_swings_to_both_sides(page):
     assert (np.diff(np.sign(aside)) != 0).all()
 
 
-@needs_chromium
 def test_what_is_played_takes_the_place_of_what_is_now_and_the_rest_stays(page):
     shown = drawing()
     shown.dot(ROD.at(1, 0))
@@ -226,7 +210,6 @@ def test_what_is_played_takes_the_place_of_what_is_now_and_the_rest_stays(page):
     assert dot[1:3] == pytest.approx(on_canvas(expected("rod", (1, 0), **SIGNALS | {"angle": -0.5})))
 
 
-@needs_chromium
 def test_a_narrow_box_shows_all_of_the_drawing(page):
     shown = drawing()
     shown.circle(GROUND.at(0, 0), 1, "grid")
@@ -258,7 +241,6 @@ PLAYED = """async ([module, scene, data, times]) => {
 }"""
 
 
-@needs_chromium
 def test_the_player_goes_through_recorded_signals_by_name(page):
     shown = drawing()
     for name in SIGNALS:

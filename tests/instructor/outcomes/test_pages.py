@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 import re
 
-import browser
 import marked_class
 import pytest
 from accessible import findings
@@ -64,32 +63,24 @@ def test_the_report_loads_nothing_and_runs_nothing(written):
     assert {one or other for one, other in used} <= set(ids)
 
 
-@pytest.mark.skipif(browser.CHROMIUM is None, reason="needs chromium")
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_pages_fit_and_no_word_is_cut(written, scheme):
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(
-            executable_path=browser.CHROMIUM, headless=True, args=browser.CHROMIUM_OPTIONS
-        )
-        page = started.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme).new_page()
-        told = []
-        page.on("console", lambda message: told.append(message.text))
-        page.on("request", lambda request: told.append(request.url) if not request.url.startswith("file:") else None)
-        for name in ("attainment.html", "sheet.html"):
-            page.goto(f"file://{written / name}")
-            assert page.evaluate("document.documentElement.scrollWidth") <= 1280
-            wide = "[...document.querySelectorAll('.wide')].map(one => one.scrollWidth - one.clientWidth)"
-            assert set(page.evaluate(wide)) == {0}
-            outside = """[...document.querySelectorAll('svg.plot')].flatMap(svg => {
-                const frame = svg.getBoundingClientRect();
-                return [...svg.querySelectorAll('text')].filter(one => {
-                    const box = one.getBoundingClientRect();
-                    return box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1;
-                }).map(one => one.textContent);
-            })"""
-            assert page.evaluate(outside) == []
-            assert findings(page) == []
-        started.close()
+def test_pages_fit_and_no_word_is_cut(chromium, written, scheme):
+    page = chromium.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme).new_page()
+    told = []
+    page.on("console", lambda message: told.append(message.text))
+    page.on("request", lambda request: told.append(request.url) if not request.url.startswith("file:") else None)
+    for name in ("attainment.html", "sheet.html"):
+        page.goto(f"file://{written / name}")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 1280
+        wide = "[...document.querySelectorAll('.wide')].map(one => one.scrollWidth - one.clientWidth)"
+        assert set(page.evaluate(wide)) == {0}
+        outside = """[...document.querySelectorAll('svg.plot')].flatMap(svg => {
+            const frame = svg.getBoundingClientRect();
+            return [...svg.querySelectorAll('text')].filter(one => {
+                const box = one.getBoundingClientRect();
+                return box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1;
+            }).map(one => one.textContent);
+        })"""
+        assert page.evaluate(outside) == []
+        assert findings(page) == []
     assert told == []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import browser
 import pytest
 from accessible import findings
 from contrast import CONTRASTS
@@ -11,18 +10,6 @@ from made_courses import OURS
 
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.overview import glance, shown
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    from playwright.sync_api import sync_playwright
-
-    if browser.CHROMIUM is None:
-        pytest.skip("there is no chromium here: apt-get install chromium")
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=browser.CHROMIUM, args=browser.CHROMIUM_OPTIONS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="module")

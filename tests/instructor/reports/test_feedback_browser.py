@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import browser
 import pytest
 from contrast import CONTRASTS
 
@@ -16,18 +15,6 @@ MARKS = (
     Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
     *(Mark("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
 )
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    from playwright.sync_api import sync_playwright
-
-    if browser.CHROMIUM is None:
-        pytest.skip("there is no chromium here: apt-get install chromium")
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=browser.CHROMIUM, args=browser.CHROMIUM_OPTIONS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(params=["light", "dark"])

@@ -10,30 +10,20 @@ import browser
 import pytest
 from accessible import findings
 from gradebooks import graded, mark, prose, record, report_text
-from scoring_class import WORDS, chromium, fill, new_class, serving, texts
+from scoring_class import WORDS, fill, new_class, serving, texts
 
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.instructor.gradebook import Gradebook, MarkRecord
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(browser.CHROMIUM is None, reason="there is no chromium here: apt-get install chromium"),
-]
 PART = f"/score?question={WORDS[0]}&part={WORDS[1]}"
 QUIET = "() => document.querySelector('#card')?.getAttribute('aria-busy') === 'false'"
-
-
-@pytest.fixture(scope="module")
-def driver():
-    with chromium() as started:
-        yield started
 
 
 class Seat:
     """A browser at the page, and what it noticed."""
 
-    def __init__(self, driver, address, scheme="light"):
-        self.context = driver.new_context(color_scheme=scheme, viewport={"width": 1280, "height": 720})
+    def __init__(self, chromium, address, scheme="light"):
+        self.context = chromium.new_context(color_scheme=scheme, viewport={"width": 1280, "height": 720})
         self.page = self.context.new_page()
         self.page.set_default_timeout(browser.PATIENCE)
         self.errors, self.abroad = [], []
@@ -74,9 +64,9 @@ def acts(folder):
         return book.scores.acts()
 
 
-def test_sixty_answers_are_scored_by_keys_alone(tmp_path, driver, capsys):
+def test_sixty_answers_are_scored_by_keys_alone(tmp_path, chromium, capsys):
     with serving(new_class(tmp_path, texts(60)), "Ann") as (_process, (address,)):
-        seat = Seat(driver, address).open()
+        seat = Seat(chromium, address).open()
         given, pressed, times = [], 0, []
         for n in count():
             if not seat.keys:
@@ -99,9 +89,9 @@ def test_sixty_answers_are_scored_by_keys_alone(tmp_path, driver, capsys):
         print(f"\n60 answers, {pressed} keys, {1000 * median(times):.0f} ms from key to next answer (median)")
 
 
-def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, driver):
+def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium):
     with serving(new_class(tmp_path, texts(5)), "Ann") as (_process, (address,)):
-        seat = Seat(driver, address).open()
+        seat = Seat(chromium, address).open()
         page = seat.page
         (skipped,) = seat.keys
         seat.press("s")
@@ -147,9 +137,9 @@ def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, driver):
     assert first != skipped
 
 
-def test_a_key_that_comes_too_soon_scores_nothing_that_was_not_seen(tmp_path, driver):
+def test_a_key_that_comes_too_soon_scores_nothing_that_was_not_seen(tmp_path, chromium):
     with serving(new_class(tmp_path, texts(3)), "Ann") as (_process, (address,)):
-        seat = Seat(driver, address).open()
+        seat = Seat(chromium, address).open()
         pressed = "new KeyboardEvent('keydown', { key, bubbles: true })"
         seat.page.evaluate(f"() => {{ for (const key of '40') document.body.dispatchEvent({pressed}); }}")
         seat.page.wait_for_function("() => document.getElementById('message').textContent.includes('level')")
@@ -159,11 +149,11 @@ def test_a_key_that_comes_too_soon_scores_nothing_that_was_not_seen(tmp_path, dr
         seat.close()
 
 
-def test_what_is_alike_is_scored_together_and_none_that_was_not_in_view(tmp_path, driver):
+def test_what_is_alike_is_scored_together_and_none_that_was_not_in_view(tmp_path, chromium):
     text = " ".join(f"The curve of word{n} bends in the model as we saw." for n in range(12))
     alike = [text.replace("word7", f"wort{chr(97 + n)}") for n in range(7)]
     with serving(new_class(tmp_path, alike), "Ann") as (_process, (address,)):
-        seat = Seat(driver, address).open()
+        seat = Seat(chromium, address).open()
         page = seat.page
         assert len(seat.keys) == 7
         assert page.locator(".answer ins").count() == 6
@@ -191,12 +181,12 @@ def test_what_is_alike_is_scored_together_and_none_that_was_not_in_view(tmp_path
         seat.close()
 
 
-def test_killed_between_any_two_nothing_is_lost(tmp_path, driver):
+def test_killed_between_any_two_nothing_is_lost(tmp_path, chromium):
     new_class(tmp_path, texts(7))
     given = []
     for n in count():
         with serving(tmp_path, "Ann") as (process, (address,)):
-            seat = Seat(driver, address).open()
+            seat = Seat(chromium, address).open()
             if not seat.keys:
                 seat.close()
                 break
@@ -214,9 +204,9 @@ def test_killed_between_any_two_nothing_is_lost(tmp_path, driver):
     assert len({act.student for act in acts(tmp_path)}) == len(given) == 7
 
 
-def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, driver):
+def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, chromium):
     with serving(new_class(tmp_path, texts(10)), "Ann", "Bea") as (_process, addresses):
-        ann, bea = (Seat(driver, address).open() for address in addresses)
+        ann, bea = (Seat(chromium, address).open() for address in addresses)
         assert "Bea" in bea.context.new_page().goto(bea.home + "/").text()
         for _turn in range(4):
             assert not set(ann.keys) & set(bea.keys)
@@ -241,7 +231,7 @@ def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, 
     assert len({act.student for act in acts(tmp_path)}) == len(acts(tmp_path)) == 9
 
 
-def test_nothing_of_a_students_runs_or_loads(tmp_path, driver):
+def test_nothing_of_a_students_runs_or_loads(tmp_path, chromium):
     hostile = [
         "<script>window.ran = 1</script><img src=x onerror='window.ran=1'>",
         "</textarea></div><svg onload=window.ran=1><style>body{display:none}</style>",
@@ -252,7 +242,7 @@ def test_nothing_of_a_students_runs_or_loads(tmp_path, driver):
         for n, text in enumerate(hostile):
             record(book, graded(f"h{n}", mark(given=text, reason=text), prose(given=text), report_text(given=text)))
     with serving(tmp_path, "<b>Ann</b>", options=("--names",)) as (_process, (address,)):
-        seat = Seat(driver, address)
+        seat = Seat(chromium, address)
         for part in (PART, "/score?question=2.16&part=comparison"):
             seat.open(part)
             for _one in hostile:
@@ -270,9 +260,9 @@ def test_nothing_of_a_students_runs_or_loads(tmp_path, driver):
     assert len(acts(tmp_path)) == 8
 
 
-def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, driver):
+def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, chromium):
     with serving(new_class(tmp_path, texts(2)), "Ann") as (_process, (address,)):
-        seat = Seat(driver, address).open()
+        seat = Seat(chromium, address).open()
         seat.press("n")
         assert "This part is not done" in seat.message
         seat.press("x")
@@ -299,14 +289,14 @@ SHADOW = """() => {
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_more_numbers_than_fit_are_seen_to_be_more(tmp_path, driver, scheme):
+def test_more_numbers_than_fit_are_seen_to_be_more(tmp_path, chromium, scheme):
     """The panel ends between two lines, a shadow lies where it goes on, and its heading says how many there are."""
     names = ("alpha_max_deg", "PO", "V_max", "satisfied", "t_s")
     numbers = [MarkRecord("3.16", name, "partly right", 1.0, 2.0, REASON, "1.25 rad") for name in names]
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
         record(book, graded("s", *numbers, MarkRecord("3.16", "conclusion", "for a person", 0.0, 1.0, "", "It bends.")))
     with serving(tmp_path, "Ann") as (_process, (address,)):
-        seat = Seat(driver, address, scheme).open("/score?question=3.16&part=conclusion")
+        seat = Seat(chromium, address, scheme).open("/score?question=3.16&part=conclusion")
         found = seat.page.evaluate(SHADOW)
         assert found["all"] > found["lines"] + 0.5
         assert found["lines"] == pytest.approx(round(found["lines"]), abs=0.05)
@@ -331,14 +321,14 @@ def test_more_numbers_than_fit_are_seen_to_be_more(tmp_path, driver, scheme):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_pages_can_be_used_by_everybody(tmp_path, driver, scheme):
+def test_the_pages_can_be_used_by_everybody(tmp_path, chromium, scheme):
     """By axe-core: nothing serious or critical, in contrast, names, roles and order."""
     alike = ["It bends, for there is friction in the joint.", "It bends for there was friction in the joint"]
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
         fill(book, [*alike, *texts(3)])
         book.scores.ask("student-004", WORDS, "Ann", remark="Is it?")
     with serving(tmp_path, "Ann", "Bea", options=("--second", "1")) as (_process, addresses):
-        seat = Seat(driver, addresses[0], scheme)
+        seat = Seat(chromium, addresses[0], scheme)
 
         assert findings(seat.page) == []
         seat.open()
@@ -351,7 +341,7 @@ def test_the_pages_can_be_used_by_everybody(tmp_path, driver, scheme):
         while seat.keys:
             seat.press("3")
         assert findings(seat.page) == []
-        second = Seat(driver, addresses[1], scheme).open(f"{PART}&round=2")
+        second = Seat(chromium, addresses[1], scheme).open(f"{PART}&round=2")
         second.press("4")
         second.page.goto(second.home)
         seat, one = second, seat
@@ -362,10 +352,10 @@ def test_the_pages_can_be_used_by_everybody(tmp_path, driver, scheme):
             each.close()
 
 
-def test_what_changes_is_in_view_on_a_small_screen(tmp_path, driver):
+def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):
     long = "\n\n".join(f"Paragraph {n} of an answer that goes on, and on." for n in range(60))
     with serving(new_class(tmp_path, [long, *texts(2)]), "Ann") as (_process, (address,)):
-        seat = Seat(driver, address).open()
+        seat = Seat(chromium, address).open()
         for _answer in range(3):
             for place in (
                 "#state",
