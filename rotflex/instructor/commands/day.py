@@ -78,13 +78,14 @@ def publish(
 
     folder = results_in(marks, out)
     found = courses.find(course)
+    begun = datetime.now(UTC)  # what is changed while pages are written may be in none, and is told the next time
     with open_existing(marks) as book:
         before = book.requests.publications()
         changed = published.changed_since(book.audit(), before[-1].when) if before else []
         count = Reports(folder, found, book).write_all()
-        untold = published.not_ready(book, found.settings.feedback)
-        is_open = found.settings.feedback.is_open(datetime.now(UTC))
-        done = book.requests.publish(by, note) if is_open else None
+        untold = published.not_ready(book, found.settings.feedback, begun)
+        is_open = found.settings.feedback.is_open(begun)
+        done = book.requests.publish(by, note, begun) if is_open else None
     typer.echo(_("Pages of {students}: {folder}").format(students=plural(count, _("student")), folder=folder))
     say(*untold, *_not_renewed(folder))
     if done is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Any
 
 from sqlalchemy import Connection, insert, select, update
@@ -72,9 +73,15 @@ class Requests:
         with self._database.reading() as connection:
             return _found(connection, *which)
 
-    def publish(self, actor: str, note: str = "") -> Publication:
-        """Note that feedback was given back to the class."""
-        values = {"actor": storable.text(actor), "note": storable.text(note), "published": rows.now()}
+    def publish(self, actor: str, note: str = "", when: datetime | None = None) -> Publication:
+        """Note that feedback was given back to the class.
+
+        Parameters
+        ----------
+        actor, note : who does it, and for the record
+        when : UTC; what changes after it is not in what was given back. Now, where it is None
+        """
+        values = {"actor": storable.text(actor), "note": storable.text(note), "published": when or rows.now()}
         with self._database.writing() as connection:
             connection.execute(insert(publications).values(values))
             return _publications(connection)[-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 
 from rotflex.courseware.messages import _, plural
 from rotflex.instructor.gradebook import AuditRecord, Gradebook, MarkState, Publication
@@ -89,8 +89,8 @@ def _of(mark: MarkState | None) -> str:
     return _("{points} of {out_of}").format(points=points(mark.points), out_of=points(mark.out_of))
 
 
-def not_ready(book: Gradebook, seen: FeedbackSettings) -> list[str]:
-    """What whoever gives feedback back should know: what waits, what is asked, and whether pages are closed."""
+def not_ready(book: Gradebook, seen: FeedbackSettings, now: datetime) -> list[str]:
+    """What whoever gives feedback back should know: what waits, what is asked, and whether pages are closed now."""
     waiting = [one for one in book.scores.answers() if one.waiting]
     students = len({one.student for one in waiting})
     open_ones = len(book.requests.all(open_only=True))
@@ -105,7 +105,7 @@ def not_ready(book: Gradebook, seen: FeedbackSettings) -> list[str]:
         found.append(
             _("{requests} not answered yet (rotflex requests).").format(requests=plural(open_ones, _("request")))
         )
-    if seen.opens is not None and not seen.is_open(datetime.now(UTC)):
+    if seen.opens is not None and not seen.is_open(now):
         found.append(
             _(
                 "Feedback opens on {when:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no "

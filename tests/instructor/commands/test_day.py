@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from rotflex.cli import app
 from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.reports import grades
 
 
 def rotflex(*words):
@@ -84,6 +85,22 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
     again = rotflex("publish", out, "--by", "lea", "--course", OURS.folder)
     assert "marks of 1 student have changed; tell them: cleo." in said(again)
     assert "No mark has changed since" in said(rotflex("publish", out, "--by", "lea", "--course", OURS.folder))
+
+
+def test_a_mark_that_is_changed_while_pages_are_written_is_told_the_next_time(out, monkeypatch):
+    write = grades.Reports.write_all
+
+    def and_meanwhile_somebody_marks(reports):
+        count = write(reports)
+        with Gradebook(out / "gradebook.sqlite") as book:
+            book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
+        return count
+
+    words = ("publish", out, "--by", "lea", "--course", OURS.folder)
+    with monkeypatch.context() as changed:
+        changed.setattr(grades.Reports, "write_all", and_meanwhile_somebody_marks)
+        assert rotflex(*words).exit_code == 0
+    assert "marks of 1 student have changed; tell them: cleo." in said(rotflex(*words))
 
 
 def test_publish_says_what_of_before_it_does_not_write_anew(out):

@@ -61,19 +61,21 @@ def test_who_was_graded_since_has_marks_that_nobody_was_told_of(book):
 def test_what_waits_is_asked_or_is_closed_is_told_before(book):
     record(book, graded("ada"), graded("bob", mark(), prose(), replace(report_text(), status="missing")))
     book.requests.make("ada", ("2.11", "omega_n"), "Please.")
-    waits, asks = published.not_ready(book, FeedbackSettings())
+    waits, asks = published.not_ready(book, FeedbackSettings(), datetime.now(UTC))
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
     assert asks == "1 request not answered yet (rotflex requests)."
     later = FeedbackSettings(opens=datetime.now(UTC) + timedelta(days=1))
-    assert published.not_ready(book, later)[-1].startswith(f"Feedback opens on {later.opens:%Y-%m-%d}")
+    assert published.not_ready(book, later, datetime.now(UTC))[-1].startswith(
+        f"Feedback opens on {later.opens:%Y-%m-%d}"
+    )
     book.requests.answer(1, "tia", "Yes.")
     for student, part in (("ada", "explanation"), ("bob", "explanation")):
         book.set_mark(student, "2.11", part, 1.0, "good", "tia")
-    assert published.not_ready(book, FeedbackSettings()) == [
+    assert published.not_ready(book, FeedbackSettings(), datetime.now(UTC)) == [
         "Still to be read by a person: 1 answer of 1 student; their pages say so."
     ]
     book.set_mark("ada", "2.16", "comparison", 1.0, "good", "tia")
-    assert published.not_ready(book, FeedbackSettings(opens=datetime(2020, 1, 1, tzinfo=UTC))) == []
+    assert published.not_ready(book, FeedbackSettings(opens=datetime(2020, 1, 1, tzinfo=UTC)), datetime.now(UTC)) == []
 
 
 def test_before_the_first_time_it_says_so(book):
