@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from rotflex.instructor.platforms.recognised import Export
 
 _SUFFIX = "-with-marks"
-_USUAL_DECIMALS = 2
 
 
 def export(
@@ -71,6 +70,9 @@ def export(
     Exit code: 0 everybody's mark is in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
     _check(into, nbgrader, assignment, feedback, submissions)
+    if nbgrader is not None:
+        of_columns = {"column": column, "out": out, "out-of": out_of, "decimals": decimals}
+        _refuse_with_nbgrader({**of_columns, "unfinished": unfinished, "cap": cap})
     found = courses.find(course)
     with open_existing(marks) as book:
         if into is None:
@@ -79,7 +81,7 @@ def export(
             from rotflex.instructor.platforms.filled import Choice
 
             target = out or into.with_stem(into.stem + _SUFFIX)
-            choice = Choice(_decimals(found) if decimals is None else decimals, unfinished, cap)
+            choice = Choice(found.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
             order = _Order(into, target, column, _points(out_of), choice, feedback, submissions, dry_run)
             complete = _into_file(book, found, order)
     if not complete:
@@ -112,6 +114,17 @@ def _check(
         raise GradingError(_("--feedback is for platforms; nbgrader has feedback of its own."))
     if submissions is not None and feedback is None:
         raise GradingError(_("--submissions gives names for --feedback: say where that is to be written."))
+
+
+def _refuse_with_nbgrader(options: Mapping[str, Any]) -> None:
+    """Refuse what has no meaning there: nbgrader has points for each part, and no column of totals."""
+    given = [f"--{name}" for name, value in options.items() if value is not None and value is not False]
+    if given:
+        raise GradingError(
+            _("{options}: for --into, a platform's file; marks go into nbgrader part by part, as they are.").format(
+                options=", ".join(given)
+            )
+        )
 
 
 def _into_nbgrader(book: Gradebook, course: Course, theirs: Path, assignment: str, dry: bool) -> bool:
@@ -198,12 +211,6 @@ def _points(given: str | None) -> Decimal | None:
         return Decimal(given)
     except InvalidOperation:
         raise GradingError(_("--out-of should be a number of points, not {given!r}.").format(given=given)) from None
-
-
-def _decimals(course: Course) -> int:
-    """As the course's settings say how marks are rounded."""
-    marks = getattr(course.settings, "marks", None)
-    return _USUAL_DECIMALS if marks is None else int(marks.decimals)
 
 
 def _write(target: Path, data: bytes) -> None:
