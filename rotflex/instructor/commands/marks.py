@@ -149,8 +149,8 @@ def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | Non
 
     if seen is None:
         return None
-    if points is not None:
-        return replace(seen, points=points)
+    if points is not None:  # 1/3 is told as 0.333333
+        return seen if f"{points:g}" == f"{seen.points:g}" else replace(seen, points=points)
     return replace(seen, status=Status.FOR_A_PERSON.value) if seen.status == GIVEN_BY_A_PERSON else seen
 
 

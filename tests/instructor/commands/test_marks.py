@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from checkout import ROOT
@@ -65,6 +66,12 @@ def test_a_persons_points_are_replaced_where_they_are_named(book):
     give(book, 0.5, "anna")
     assert give(book, 1, "ben", "--expect", "0.25").exit_code == 2 and given(book).points == 0.5
     assert give(book, 1, "ben", "--expect", "0.5").exit_code == 0 and given(book).points == 1
+
+
+def test_points_that_are_told_in_short_are_expected_as_they_are_told(book):
+    give(book, 1 / 3, "anna")
+    told = re.search(r"--expect ([\d.]+)\)", said(give(book, 1, "ben")))[1]
+    assert give(book, 1, "ben", "--expect", told).exit_code == 0 and given(book).points == 1
 
 
 def test_the_same_once_more_is_no_contradiction(book):
