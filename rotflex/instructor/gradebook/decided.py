@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from datetime import datetime
 
-from rotflex.instructor.gradebook.records import FOR_A_PERSON, GIVEN_BY_A_PERSON, MarkRecord
+from rotflex.instructor.gradebook.records import FOR_A_PERSON, GIVEN_BY_A_PERSON, GivenMark, MarkRecord
 
 #: Rounds of scoring. The second is a blind one, of a sample: it is compared with the first, and changes no mark.
 FIRST, SECOND = 1, 2
@@ -60,6 +61,7 @@ class Answer:
     student, question, part : whose, and which
     mark : as it counts
     acts : on this very answer, in order; without those that were taken back
+    given : the mark as a person gave it, by an act or by ``rotflex mark``; None while nobody has
     """
 
     student: str
@@ -67,6 +69,7 @@ class Answer:
     part: str
     mark: MarkRecord
     acts: tuple[Act, ...] = ()
+    given: GivenMark | None = None
 
     @property
     def where(self) -> tuple[str, str]:
@@ -74,8 +77,30 @@ class Answer:
         return self.question, self.part
 
     def last(self, round: int = FIRST) -> Act | None:
-        """The act of a round that counts."""
+        """The last act of a round. Whether the mark comes from it, :attr:`decision` says."""
         return next((one for one in reversed(self.acts) if one.round == round), None)
+
+    @property
+    def decision(self) -> Act | None:
+        """The act that the mark comes from; None while it waits, and where ``rotflex mark`` gave it since."""
+        last, given = self.last(), self.given
+        if last is None or last.points is None or given is None:
+            return None
+        same = (last.actor, last.remark) == (given.actor, given.mark.reason)
+        return last if same and math.isclose(last.points, given.mark.points) else None
+
+    @property
+    def read_twice(self) -> tuple[Act, Act] | None:
+        """What two readers gave, each without the other: the second round, and the first as it was before that.
+
+        What became of the first round afterwards is none of it: the two may have spoken.
+        """
+        second = self.last(SECOND)
+        if second is None:
+            return None
+        before = [one for one in self.acts if one.number < second.number and one.round == FIRST]
+        first = next((one for one in reversed(before) if one.points is not None), None)
+        return None if first is None or first.actor == second.actor else (first, second)
 
     @property
     def asked(self) -> bool:

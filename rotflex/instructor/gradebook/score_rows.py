@@ -12,7 +12,7 @@ from sqlalchemy import Connection, Row, delete, insert, select, tuple_
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import rows
 from rotflex.instructor.gradebook.decided import Act, Answer
-from rotflex.instructor.gradebook.records import FOR_A_PERSON, GIVEN_BY_A_PERSON, GivenMark, MarkRecord
+from rotflex.instructor.gradebook.records import FOR_A_PERSON, GivenMark, MarkRecord
 from rotflex.instructor.gradebook.rows import Where
 from rotflex.instructor.gradebook.tables import claims, decisions, marks, runs, scores, students
 
@@ -96,10 +96,12 @@ def answers(connection: Connection, parts: Collection[Where] | None = None) -> l
     found = []
     for student, mark in made:
         own = given.get((student, mark.where))
+        if own is not None and not rows.holds(own, mark):
+            own = None
         now = rows.with_decision(mark, {mark.where: own} if own else {})
         seen = tuple(one for one in done[student, mark.where] if _same(one, mark))
-        if mark.status == FOR_A_PERSON or now.status == GIVEN_BY_A_PERSON or seen:
-            found.append(Answer(student, mark.question, mark.part, now, seen))
+        if mark.status == FOR_A_PERSON or own is not None or seen:
+            found.append(Answer(student, mark.question, mark.part, now, seen, own))
     return found
 
 

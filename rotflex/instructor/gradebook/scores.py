@@ -159,7 +159,7 @@ class Scores:
         order : students
         where : which part
         actor, seconds : for whom, and for how long
-        round : in the second, an answer waits until somebody has scored it in that round
+        round : in the second, an answer waits until another than the first has scored it in that round
 
         Returns
         -------
@@ -210,7 +210,7 @@ class Scores:
 
 def _is_to_do(answer: Answer, round: int) -> bool:
     if round == SECOND:
-        return answer.last(SECOND) is None
+        return answer.read_twice is None
     return answer.mark.status == FOR_A_PERSON and not answer.asked
 
 

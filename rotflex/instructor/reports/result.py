@@ -23,7 +23,8 @@ def points(number: float) -> str:
 
 def worth(number: float) -> str:
     """Points with the word: "1 point", "1.5 points"."""
-    return _("1 point") if number == 1 else _("{points} points").format(points=points(number))
+    shown = points(number)
+    return _("1 point") if shown == "1" else _("{points} points").format(points=shown)
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
-
-LEVELS = (0, 1, 2, 3, 4)  #: of an answer that a person reads
+from rotflex.courseware.student_id import caseless
 
 
 @dataclass(frozen=True)
@@ -92,5 +91,5 @@ def sampled(student: str, where: tuple[str, str], one_in: int, seed: str = "") -
     """
     if one_in < 1:
         return False
-    drawn = hashlib.sha256(json.dumps([seed, student, *where]).encode()).digest()
+    drawn = hashlib.sha256(json.dumps([seed, caseless(student), *where]).encode()).digest()
     return int.from_bytes(drawn[:8]) % one_in == 0

@@ -16,9 +16,12 @@ from itertools import count
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
+from rotflex.instructor.accounts.exact import exact
 from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer, Gradebook
 from rotflex.instructor.reports.result import points as shown_points
+from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.scoring import alike
 from rotflex.instructor.scoring.agreement import sampled
 from rotflex.instructor.scoring.rubric import Item
@@ -50,7 +53,7 @@ class Done:
 
 def shuffled(student: str, where: Where) -> str:
     """By which the answers to a part are put in order; it says nothing of whose they are."""
-    return hashlib.sha256(json.dumps([*where, student.casefold()]).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([*where, caseless(student)]).encode()).hexdigest()
 
 
 def key_of(student: str, where: Where) -> str:
@@ -95,6 +98,7 @@ class Desk:
         self.one_in, self.names = one_in, names
         self._together: dict[int, tuple[int, ...]] = {}
         self._put_off: dict[tuple[str, Where, int], dict[str, None]] = defaultdict(dict)
+        self._stuck: dict[str, set[int]] = defaultdict(set)  # scorer → acts that could not be taken back
 
     # --- what there is ------------------------------------------------------------------------------------------------
 
@@ -114,24 +118,19 @@ class Desk:
         return _("Answer {number}").format(number=order.index(shuffled(student, where)) + 1)
 
     def points(self, level: int, out_of: float) -> float:
-        """What a level is worth."""
-        return round(self.levels.shares[level] * out_of, 2)
+        """What a level is worth: exactly its share, or by the course's thresholds it may be another level."""
+        return float(exact(self.levels.shares[level]) * exact(out_of))
 
     def level_of(self, act: Act) -> int:
         """The level that was given; of points without one, theirs by the course's thresholds."""
         if act.level is not None:
             return act.level
-        return self.levels.level_of((act.points or 0.0) / act.out_of if act.out_of else 0.0)
+        return self.levels.level_of(float(exact(act.points or 0.0) / exact(act.out_of)) if act.out_of else 0.0)
 
     def in_second_round(self, answer: Answer) -> bool:
         """Whether an answer is of the sample that is scored twice, and was scored once."""
-        first = answer.last(FIRST)
-        return (
-            sampled(answer.student, answer.where, self.one_in)
-            and not answer.waiting
-            and first is not None
-            and first.points is not None
-        )
+        scored = any(one.round == FIRST and one.points is not None for one in answer.acts)
+        return sampled(answer.student, answer.where, self.one_in) and not answer.waiting and scored
 
     def due(self, actor: str, where: Where, round: int) -> list[Answer]:
         """Answers that a scorer may be given, in their order."""
@@ -144,7 +143,7 @@ class Desk:
         first = answer.last(FIRST)
         return (
             self.in_second_round(answer)
-            and answer.last(SECOND) is None
+            and answer.read_twice is None
             and first is not None
             and first.actor != actor  # nobody is held against themselves
         )
@@ -270,30 +269,35 @@ class Desk:
     def conflict(self, answer: Answer, round: int = FIRST) -> str:
         """In words what is there in place of what a page showed."""
         label = self.label(answer.student, answer.where)
-        last = answer.last(round)
-        if round == SECOND or last is None:
+        if round == SECOND or (answer.waiting and not answer.asked):
             return _("{label} is another by now, or somebody scored it. Nothing of yours was written for it.").format(
                 label=label
             )
         return _("{label}: {state} Nothing of yours was written for it.").format(label=label, state=state(answer))
 
     def undo(self, actor: str) -> Done:
-        """Take back what a scorer did last; where that were several answers in one go, all of them."""
+        """Take back what a scorer did last; where that were several answers in one go, all of them.
+
+        What cannot be taken back is told, and the next time it is passed over: it is not to stand before all else.
+        """
         acts = self.book.scores.acts(actor=actor)
         undone = {act.undoes for act in acts}
-        own = {act.number: act for act in acts if act.actor == actor and act.undoes is None}
-        left = [number for number in own if number not in undone]
+        own = {act.number: act for act in acts if act.undoes is None}
+        stuck = self._stuck[actor]
+        left = [number for number in own if number not in undone and number not in stuck]
         done = Done()
         if not left:
+            stuck.clear()  # from here it begins anew: meanwhile it may be as it was
             done.problems.append(_("There is nothing of yours to take back."))
             return done
         for number in self._together.get(left[-1], (left[-1],)):
-            if number in undone:
+            if number in undone or number in stuck:
                 continue
             try:
                 self.book.scores.undo(number, actor)
                 done.acts.append(own[number])
             except GradebookError:
+                stuck.add(number)
                 answer = self.find(own[number].where, key_of(own[number].student, own[number].where))
                 why = state(answer) if answer is not None else _("It is not there any more.")
                 done.problems.append(
@@ -304,29 +308,24 @@ class Desk:
         return done
 
 
-def in_points(number: float) -> str:
-    """As "1 point", "0.75 points"."""
-    return _("1 point") if shown_points(number) == "1" else _("{n} points").format(n=shown_points(number))
-
-
 def state(answer: Answer) -> str:
     """In words what became of an answer so far."""
-    last = answer.last()
-    if last is None:
-        return _("It has {points} of {out_of} now ({status}).").format(
-            points=shown_points(answer.mark.points), out_of=in_points(answer.mark.out_of), status=answer.mark.status
-        )
-    if last.asked:
+    last, mark = answer.last(), answer.mark
+    if last is not None and answer.asked:
         return _("{actor} asked the instructor at {when:%H:%M} UTC: “{remark}”").format(
             actor=last.actor, when=last.when, remark=last.remark
         )
-    what = _("level {level}, ").format(level=last.level) if last.level is not None else ""
+    points, out_of = shown_points(mark.points), in_points(mark.out_of)
+    if answer.given is None:
+        return _("It has {points} of {out_of} now ({status}).").format(points=points, out_of=out_of, status=mark.status)
+    by, act = answer.given, answer.decision
+    if act is None:  # by rotflex mark, which has a reason
+        return _("{actor} gave it {points} of {out_of} at {when:%H:%M} UTC: “{reason}”").format(
+            actor=by.actor, points=points, out_of=out_of, when=by.when, reason=mark.reason
+        )
+    what = _("level {level}, ").format(level=act.level) if act.level is not None else ""
     return _("{actor} gave it {what}{points} of {out_of} at {when:%H:%M} UTC.").format(
-        actor=last.actor,
-        what=what,
-        points=shown_points(last.points or 0.0),
-        out_of=in_points(last.out_of),
-        when=last.when,
+        actor=act.actor, what=what, points=points, out_of=out_of, when=act.when
     )
 
 

@@ -10,7 +10,7 @@ from rotflex.courseware.messages import _
 from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer
 from rotflex.instructor.scoring import pace
 from rotflex.instructor.scoring.agreement import Agreement, agreement
-from rotflex.instructor.scoring.desk import Desk, Where
+from rotflex.instructor.scoring.desk import Desk, Where, key_of
 
 LEVELS = (4, 3, 2, 1, 0)
 
@@ -22,7 +22,7 @@ class Tally:
     Attributes
     ----------
     total, done, waiting, asked : answers: all, decided, to be read, left to the instructor
-    levels : level → how many have it; points without a level count as ``other``
+    levels : level → how many have it; points without a level, also those of ``rotflex mark``, count as ``other``
     """
 
     total: int
@@ -37,16 +37,16 @@ def tally(answers: Sequence[Answer]) -> Tally:
     """How far some answers are, in the first round."""
     done = [one for one in answers if not one.waiting]
     asked = sum(one.asked for one in answers)
-    given = Counter(last.level if (last := one.last()) else None for one in done)
+    given = Counter(act.level if (act := one.decision) else None for one in done)
     levels = {level: given[level] for level in LEVELS}
     return Tally(
         len(answers), len(done), len(answers) - len(done) - asked, asked, levels, len(done) - sum(levels.values())
     )
 
 
-def time_left(acts: Iterable[Act], actor: str, where: Where, left: int, round: int = FIRST) -> float | None:
-    """Seconds that the rest of a part takes a scorer, by their own times; None where too little is known."""
-    found = pace.readings(act for act in acts if act.actor == actor)
+def time_left(own: Iterable[Act], where: Where, left: int, round: int = FIRST) -> float | None:
+    """Seconds that the rest of a part takes a scorer, by the times of their own acts; None where too few are known."""
+    found = pace.readings(own)
     each = pace.usual([one for one in found if (one.where, one.round) == (where, round)])
     return None if each is None else each * left
 
@@ -64,6 +64,15 @@ def in_words(seconds: float | None) -> str:
 
 
 @dataclass(frozen=True)
+class Differ:
+    """An answer on which two readers differ: its key, what it is called, and in words what each gave."""
+
+    key: str
+    label: str
+    told: str
+
+
+@dataclass(frozen=True)
 class Row:
     """A part on the overview.
 
@@ -74,6 +83,7 @@ class Row:
     readers : who is reading an answer to it
     sampled, twice : answers of the sample that were scored once, and those of them that were scored twice
     agreement : of the two rounds
+    differ : answers on which they differ
     """
 
     where: Where
@@ -83,6 +93,7 @@ class Row:
     sampled: int
     twice: int
     agreement: Agreement
+    differ: list[Differ]
 
 
 def rows(desk: Desk) -> tuple[list[Row], Agreement]:
@@ -94,7 +105,8 @@ def rows(desk: Desk) -> tuple[list[Row], Agreement]:
     for where in desk.in_order(list(by_part)):
         answers = by_part[where]
         question = desk.catalogue.marked.get(where[0])
-        pairs = _pairs(desk, answers)
+        twice = [(one, *both) for one in answers if not one.waiting and (both := one.read_twice)]
+        pairs = [(desk.level_of(first), desk.level_of(second)) for _one, first, second in twice]
         all_pairs += pairs
         sample = [one for one in answers if desk.in_second_round(one)]
         held = [desk.book.scores.claimed(where, round).values() for round in (FIRST, SECOND)]
@@ -105,18 +117,18 @@ def rows(desk: Desk) -> tuple[list[Row], Agreement]:
                 tally(answers),
                 sorted({actor for holders in held for actor, _until in holders}),
                 len(sample),
-                sum(one.last(SECOND) is not None for one in sample),
+                sum(one.read_twice is not None for one in sample),
                 agreement(pairs),
+                [_differ(desk, *one) for one, (level, other) in zip(twice, pairs, strict=True) if level != other],
             )
         )
     return found, agreement(all_pairs)
 
 
-def _pairs(desk: Desk, answers: Iterable[Answer]) -> list[tuple[int, int]]:
-    """Levels of the first and the second round, where there are both."""
-    both = [(one.last(FIRST), one.last(SECOND)) for one in answers if not one.waiting]
-    return [
-        (desk.level_of(first), desk.level_of(second))
-        for first, second in both
-        if first is not None and second is not None and first.points is not None
-    ]
+def _differ(desk: Desk, answer: Answer, first: Act, second: Act) -> Differ:
+    told = _("{first} {level}, {second} {other}").format(
+        first=first.actor, level=desk.level_of(first), second=second.actor, other=desk.level_of(second)
+    )
+    if answer.decision != first:
+        told += _("; scored anew since")
+    return Differ(key_of(answer.student, answer.where), desk.label(answer.student, answer.where), told)

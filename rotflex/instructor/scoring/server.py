@@ -12,9 +12,10 @@ from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
+from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.reports.templating import templates
 from rotflex.instructor.scoring import cards, progress
-from rotflex.instructor.scoring.desk import Desk, Done, Pick, Where, in_points, key_of, state
+from rotflex.instructor.scoring.desk import Desk, Done, Pick, Where, key_of, state
 from rotflex.instructor.scoring.guards import ACTOR, Guard, Scorer
 
 if TYPE_CHECKING:
@@ -215,7 +216,7 @@ class Pages:
         again = next((before[one.key] for one in card.answers if one.key in before), None) if card else None
         tally = progress.tally(self.desk.book.scores.answers([where]))
         left = len(self.desk.due(scorer.name, where, round))
-        time = progress.time_left(self.desk.book.scores.acts([where], scorer.name), scorer.name, where, left, round)
+        time = progress.time_left(self.desk.book.scores.acts([where], scorer.name), where, left, round)
         html = (
             templates(_PAGE)
             .get_template("card.html")

@@ -17,9 +17,10 @@ from rotflex.courseware.messages import _, plural
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import FIRST, Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
+from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.scoring import table_files
-from rotflex.instructor.scoring.desk import Desk, Pick, in_points, key_of, seen, shuffled, state
+from rotflex.instructor.scoring.desk import Desk, Pick, key_of, seen, shuffled, state
 from rotflex.instructor.scoring.table_files import NEEDED, Cell
 
 _LONGEST_CELL = 32_000  # characters; a spreadsheet takes 32767
@@ -157,8 +158,8 @@ def _said(answer: Answer) -> _Said:
     """What is decided; nothing while the answer waits."""
     if answer.waiting:
         return _Said("", "", "")
-    last = answer.last()
-    level = "" if last is None or last.level is None else str(last.level)
+    given = answer.decision
+    level = "" if given is None or given.level is None else str(given.level)
     return _Said(level, shown_points(answer.mark.points), _one_line(answer.mark.reason))
 
 
@@ -275,8 +276,7 @@ def _take(desk: Desk, row: Mapping[str, str], answer: Answer | None, actor: str)
 
 def _decided_by(answer: Answer) -> str:
     """Whose the mark is; "" where it is nobody's who scores."""
-    last, mark = answer.last(), answer.mark
-    return last.actor if last is not None and _is_so(last, last.level, mark.points, _one_line(mark.reason)) else ""
+    return answer.decision.actor if answer.decision is not None else ""
 
 
 def _own_acts_since(answer: Answer, before: _Before, actor: str) -> Sequence[Act]:
@@ -304,7 +304,7 @@ def _worth(desk: Desk, said: _Said, before: _Before, answer: Answer) -> tuple[in
     level = _level(desk, said.level) if said.level else None
     if level is not None and (new_level or not new_points):
         worth = desk.points(level, answer.mark.out_of)
-        if new_points and said.points and said.points != shown_points(worth):
+        if new_points and said.points and said.points != shown_points(worth) and _float(said.points) != worth:
             raise GradingError(
                 _("level {level} is {worth}, and not {points}: clear one of the two.").format(
                     level=level, worth=in_points(worth), points=said.points
@@ -313,8 +313,10 @@ def _worth(desk: Desk, said: _Said, before: _Before, answer: Answer) -> tuple[in
         return level, None
     if not said.points:
         raise GradingError(_("there are no points, and the level is as it was: clear both, or give one."))
-    exact = answer.mark.points  # 1/3 stands as 0.33 in a table
-    return None, exact if said.points == shown_points(exact) else _points(said.points, answer.mark.out_of)
+    exact = answer.mark.points
+    if not new_points and said.points == shown_points(exact):  # 1/3 was written as 0.33, and stays 1/3
+        return None, exact
+    return None, _points(said.points, answer.mark.out_of)
 
 
 def _level(desk: Desk, text: str) -> int:
@@ -327,20 +329,24 @@ def _level(desk: Desk, text: str) -> int:
 
 
 def _points(text: str, out_of: float) -> float:
-    try:
-        points = float(text)
-    except ValueError:
-        points = math.nan
+    points = _float(text)
     if not 0 <= points <= out_of:
         raise GradingError(_("give 0 to {out_of}, not {points!r}.").format(out_of=in_points(out_of), points=text))
     return points
 
 
 def _number(text: str) -> str:
-    """A number as we write it, however a spreadsheet does; other text as it is."""
+    """A number as we write it, however a spreadsheet does, with all that was typed; other text as it is."""
     plain = text.strip().removeprefix("'").replace(",", ".")
-    try:
-        value = float(plain)
-    except ValueError:
+    value = _float(plain)
+    if math.isnan(value):
         return text.strip()
-    return shown_points(value) if math.isfinite(value) else plain
+    return repr(value + 0.0).removesuffix(".0") if math.isfinite(value) else plain
+
+
+def _float(text: str) -> float:
+    """A number that is written as we write it; NaN for what is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

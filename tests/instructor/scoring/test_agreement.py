@@ -78,5 +78,6 @@ def test_a_sample_is_about_the_share_and_depends_on_nothing_but_whose_and_which(
     elsewhere = {one for one in class_ if sampled(one, ("8", "why"), 10)}
     assert len(elsewhere & set(drawn)) < 100  # by chance 40; not the same students everywhere
     assert {one for one in class_ if sampled(one, ("7", "why"), 10, "another")} != set(drawn)
+    assert drawn == [one for one in class_ if sampled(one.title(), ("7", "why"), 10)]  # a roster may change capitals
     assert not any(sampled(one, ("7", "why"), 0) for one in class_)
     assert all(sampled(one, ("7", "why"), 1) for one in class_)

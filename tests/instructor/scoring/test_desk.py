@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import COMPARED, LEVELS, WORDS, desk, fill, texts
 
 from rotflex.instructor.gradebook import FIRST, SECOND, Gradebook
+from rotflex.instructor.outcomes.levels import Judged, evidence
 from rotflex.instructor.scoring import progress, remarks
-from rotflex.instructor.scoring.desk import MOST_TOGETHER, Pick, key_of, seen
+from rotflex.instructor.scoring.desk import MOST_TOGETHER, Pick, key_of, seen, state
+from rotflex.instructor.settings import LevelSettings
 
 ALIKE = ["It bends, for there is friction in the joint.", "It bends for there is friction in the joint"]
 
@@ -133,6 +137,56 @@ def test_a_level_is_worth_its_share_of_the_points(book):
         assert book.scores.answers([where])[0].mark.points == worth
 
 
+@pytest.mark.parametrize(("share", "level"), [(0.667, 3), (0.5625, 2), (0.9, 4), (0.6, 3)])
+@pytest.mark.parametrize("out_of", [0.05, 1.5, 1.6, 1.95, 2.0, 3.0])
+def test_a_level_is_the_same_level_where_its_points_are_judged(tmp_path, share, level, out_of):
+    """Where the course's threshold is the level's share, nothing of it may be lost by rounding."""
+    with Gradebook(tmp_path / "class.sqlite") as book:
+        record(book, graded("ada", mark(), replace(prose(), out_of=out_of)))
+        made = desk(book)
+        made.levels = LevelSettings({**LEVELS.shares, level: share}, {**LEVELS.thresholds, level: share})
+        (answer,) = made.next("Ann", WORDS)
+        (act,) = made.give("Ann", WORDS, picks([answer]), level=level).acts
+        (now,) = book.scores.answers([WORDS])
+        assert made.levels.level_of(evidence([Judged("A", now.mark)]).share) == level
+        assert made.level_of(replace(act, level=None)) == level
+        assert len(str(act.points)) < 9  # and not 0.8999999999999999, for feedback writes points in full
+
+
+def test_a_mark_by_hand_is_the_mark_and_not_the_level_before_it(book):
+    fill(book, texts(1))
+    made = desk(book)
+    shown = picks(made.next("Ann", WORDS))
+    made.give("Ann", WORDS, shown, level=3)
+    (answer,) = book.scores.answers([WORDS])
+    assert answer.decision == answer.last() and state(answer).startswith("Ann gave it level 3, 0.75 of 1 point at")
+    book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
+    (answer,) = book.scores.answers([WORDS])
+    assert answer.decision is None
+    assert state(answer).startswith("Prof gave it 0.2 of 1 point at") and state(answer).endswith("UTC: “copied”")
+    assert "Prof gave it 0.2 of 1 point" in made.give("Bea", WORDS, shown, level=4).problems[0]
+    found = progress.tally([answer])
+    assert (found.done, found.other, sum(found.levels.values())) == (1, 1, 0)
+
+
+def test_a_mark_by_hand_decides_what_was_asked(book):
+    fill(book, texts(1))
+    made = desk(book)
+    made.ask("Ann", WORDS, picks(made.next("Ann", WORDS)), "Is it?")
+    assert state(book.scores.answers([WORDS])[0]).startswith("Ann asked the instructor")
+    book.set_mark("student-000", *WORDS, 0.2, "It is not.", "Prof")
+    assert state(book.scores.answers([WORDS])[0]).startswith("Prof gave it 0.2 of 1 point")
+
+
+def test_who_gives_the_same_by_hand_has_given_it(book):
+    fill(book, texts(1))
+    made = desk(book)
+    made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=3, remark="Well.")
+    book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
+    book.set_mark("student-000", *WORDS, 0.75, "Well.", "Prof")
+    assert book.scores.answers([WORDS])[0].decision is None
+
+
 def test_what_another_decided_since_is_not_replaced_and_told(book):
     fill(book, texts(1))
     made = desk(book)
@@ -216,6 +270,23 @@ def test_undo_takes_back_nothing_that_another_decided_since(book):
     assert book.scores.answers([WORDS])[0].mark.points == 0.25
 
 
+def test_undo_goes_on_behind_what_another_decided_since(book):
+    fill(book, texts(2))
+    made = desk(book)
+    (first,) = made.next("Ann", WORDS)
+    made.give("Ann", WORDS, picks([first]), level=4)
+    (other,) = made.next("Ann", WORDS)
+    made.ask("Ann", WORDS, picks([other]), "Is it?")
+    (asked,) = [one for one in book.scores.answers([WORDS]) if one.asked]
+    (theirs,) = made.give("Prof", WORDS, picks([asked]), level=2).acts
+    assert "Prof gave it level 2" in made.undo("Ann").problems[0]
+    done = made.undo("Ann")
+    assert [act.student for act in done.acts] == [first.student] and done.problems == []
+    assert made.undo("Ann").problems == ["There is nothing of yours to take back."]
+    book.scores.undo(theirs.number, "Prof")  # and so it is as Ann left it
+    assert [act.student for act in made.undo("Ann").acts] == [other.student]
+
+
 def test_an_answer_that_another_holds_is_told_when_it_is_renewed(book):
     fill(book, texts(1))
     made = desk(book)
@@ -244,6 +315,54 @@ def test_a_sample_is_read_again_by_another_and_changes_no_mark(book):
     assert (row.sampled, row.twice) == (read, read)
     assert row.agreement == overall
     assert row.agreement.same == (read + 1) // 2
+
+
+def test_two_who_read_together_afterwards_agree_as_they_did_before(book):
+    fill(book, texts(2))
+    made = desk(book, one_in=1)
+    for _answer in range(2):
+        made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=3)
+    read = {}
+    for level in (3, 1):
+        (answer,) = made.next("Bea", WORDS, SECOND)
+        made.give("Bea", WORDS, picks([answer], SECOND), level=level, round=SECOND)
+        read[level] = answer.student
+    row = progress.rows(made)[0][0]
+    label = made.label(read[1], WORDS)
+    assert row.differ == [progress.Differ(key_of(read[1], WORDS), label, "Ann 3, Bea 1")]
+    before = row.agreement
+    assert (before.pairs, before.same) == (2, 1)
+    (now,) = [one for one in book.scores.answers([WORDS]) if one.student == read[1]]
+    made.give("Bea", WORDS, picks([now]), level=1)  # as they found together
+    row = progress.rows(made)[0][0]
+    assert (row.agreement, row.twice) == (before, 2)
+    assert [one.told for one in row.differ] == ["Ann 3, Bea 1; scored anew since"]
+
+
+def test_a_second_reading_without_a_first_before_it_is_none(book):
+    """The first took theirs back and scored again: nobody knows whether they have spoken, and another reads it."""
+    fill(book, texts(1))
+    made = desk(book, one_in=1)
+    made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=3)
+    made.give("Bea", WORDS, picks(made.next("Bea", WORDS, SECOND), SECOND), level=1, round=SECOND)
+    made.undo("Ann")
+    made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=1)
+    row = progress.rows(made)[0][0]
+    assert (row.sampled, row.twice, row.agreement.pairs, row.differ) == (1, 0, 0, [])
+    assert made.next("Ann", WORDS, SECOND) == []
+    book.scores.let_go("Bea")  # as her page does when it goes on
+    made.give("Cleo", WORDS, picks(made.next("Cleo", WORDS, SECOND), SECOND), level=2, round=SECOND)
+    row = progress.rows(made)[0][0]
+    assert (row.twice, [one.told for one in row.differ]) == (1, ["Ann 1, Cleo 2"])
+
+
+def test_whoever_reads_twice_agrees_with_nobody(book):
+    fill(book, texts(1))
+    made = desk(book, one_in=1)
+    shown = made.next("Ann", WORDS)
+    made.give("Ann", WORDS, picks(shown), level=3)
+    made.give("Ann", WORDS, picks(book.scores.answers([WORDS]), SECOND), level=3, round=SECOND)
+    assert progress.rows(made)[0][0].agreement.pairs == 0
 
 
 # --- how it is going --------------------------------------------------------------------------------------------------

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
+from itertools import count
 
 import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import WORDS, Client, clients, desk, fill, shown, texts
 
-from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.gradebook import Gradebook, rows
 from rotflex.instructor.scoring.guards import HEADER, MOST_BYTES, POLICY
 
 SENT = {"question": WORDS[0], "part": WORDS[1]}
@@ -239,6 +241,36 @@ def test_the_second_round_does_not_show_the_first(both, book):
     assert 'class="now"' not in reply.text
     refused = bea.act("ask", {**SENT, "round": 2, "answers": shown(reply)})
     assert (refused.status_code, "blind" in refused.json()["problem"]) == (400, True)
+
+
+def test_the_first_page_leads_to_what_two_readers_differ_on(book):
+    ann, bea = clients(desk(book, one_in=1), "Ann", "Bea")
+    while card := shown(ann.act("next", SENT)):
+        ann.act("give", {**SENT, "answers": card, "level": 1})
+    assert "differ on" not in bea.get("/").text
+    card = shown(bea.act("next", {**SENT, "round": 2}))
+    bea.act("give", {**SENT, "round": 2, "answers": card, "level": 1})
+    assert "differ on" not in bea.get("/").text
+    card = shown(bea.act("next", {**SENT, "round": 2}))
+    bea.act("give", {**SENT, "round": 2, "answers": card, "level": 3})
+    links = re.findall(r'<a href="(/score\?[^"]*key=\w+)">(Answer \d+)</a> \((.*?)\)', bea.get("/").text)
+    (link, _label, told), key = links[0], card[0]["key"]
+    assert len(links) == 1 and told == "Ann 1, Bea 3"
+    assert f'data-key="{key}"' in bea.get(link.replace("&amp;", "&")).text
+    assert "Ann gave it level 1" in bea.act("next", {**SENT, "key": key}).text
+
+
+def test_the_time_that_is_left_is_told_by_ones_own_times(tmp_path, monkeypatch):
+    with Gradebook(tmp_path / "class.sqlite") as book:
+        fill(book, texts(9))
+        ann, bea = clients(desk(book), "Ann", "Bea")
+        clock = count()
+        monkeypatch.setattr(rows, "now", lambda: datetime(2026, 3, 1, tzinfo=UTC) + timedelta(seconds=20 * next(clock)))
+        for _answer in range(6):
+            card = shown(ann.act("next", SENT))
+            told = ann.act("give", {**SENT, "answers": card, "level": 1}).json()["state"]
+        assert "min left" in told
+        assert "min left" not in bea.act("next", SENT).json()["state"]
 
 
 def test_of_two_at_once_the_later_is_told_and_writes_nothing(both, book):

@@ -5,17 +5,19 @@ from __future__ import annotations
 import csv
 import io
 import random
+import re
 import zipfile
 
 import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from openpyxl import Workbook, load_workbook
-from scoring_class import COMPARED, WORDS, desk, fill, texts
+from scoring_class import COMPARED, LEVELS, WORDS, desk, fill, texts
 
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.scoring import tables
 from rotflex.instructor.scoring.desk import Pick, key_of, seen
+from rotflex.instructor.settings import LevelSettings
 
 FORMULAS = [
     '=HYPERLINK("http://example.com";"x")',
@@ -191,7 +193,7 @@ def test_a_score_can_be_changed_and_a_remark_too(table, book):
     assert later.read().changed == 2
     assert given(book)[2:] == [
         ("student-000", WORDS, 2, 0.5, "Show it.", "Ann"),
-        ("student-001", WORDS, None, 0.33, "Which cause?", "Ann"),
+        ("student-001", WORDS, None, 1 / 3, "Which cause?", "Ann"),
     ]
 
 
@@ -210,6 +212,48 @@ def test_what_another_decided_in_between_is_a_conflict_and_is_not_replaced(table
     assert told.startswith(f"Row {row}: ")
     assert "Bea gave it level 1, 0.25 of 1 point at" in told
     assert [act[2] for act in given(book)] == [1]
+
+
+def test_points_are_taken_with_all_that_was_typed(table, book):
+    table.row("student-000").update(points="0,125")
+    table.row("student-001").update(points=0.3333)
+    table.row("student-002").update(level=3, points=0.751)
+    done = table.read(separator=";") if table.path.suffix == ".csv" else table.read()
+    assert sorted(act[3] for act in given(book)) == [0.125, 0.3333]
+    assert "level 3 is 0.75 points, and not 0.751" in done.problems[0]
+    later = Table(table.made, table.path)
+    later.row("student-001").update(points=0.334)  # as near to what was written as what was given
+    assert (later.read().changed, given(book)[-1][3]) == (1, 0.334)
+
+
+def test_a_levels_worth_may_be_typed_beside_it_in_full_or_as_it_is_shown(book, tmp_path):
+    fill(book, texts(2))
+    made = desk(book)
+    made.levels = LevelSettings({**LEVELS.shares, 3: 0.667})
+    table = Table(made, tmp_path / "scores.csv")
+    table.row("student-000", COMPARED).update(level=3, points="1.334")
+    table.row("student-001", COMPARED).update(level=3, points="1.33")
+    assert table.read().problems == []
+    assert [act[2:4] for act in given(book)] == [(3, 1.334)] * 2
+    later = Table(made, table.path)
+    later.row("student-000", COMPARED).update(remark="Well.")
+    assert later.read().changed == 1 and given(book)[-1][2:5] == (3, 1.334, "Well.")
+    assert str(later.read()) == "0 scored, 4 as they were, 0 not taken."
+
+
+def test_a_mark_by_hand_stands_in_the_table_as_it_is_and_not_as_the_level_before_it(table, book):
+    table.row("student-000").update(level=3)
+    table.read()
+    book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
+    later = Table(table.made, table.path)
+    row = later.row("student-000")
+    assert (row["level"] or "", float(row["points"]), row["remark"]) == ("", 0.2, "copied")
+    assert re.fullmatch(r"Prof gave it 0.2 of 1 point at \d\d:\d\d UTC: “copied”", row["state"])
+    row["remark"] = "copied, so it seems"
+    done = later.read()
+    assert done.changed == 1 and given(book)[-1] == ("student-000", WORDS, None, 0.2, "copied, so it seems", "Ann")
+    (told,) = done.replaced
+    assert "Prof gave it 0.2 of 1 point" in told and told.endswith("Now: 0.2 points.")
 
 
 @pytest.mark.parametrize(

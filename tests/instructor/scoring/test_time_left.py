@@ -34,8 +34,7 @@ def acts(*seconds, actor="Ann", where=WHERE, level=3, undoes=None):
     ],
 )
 def test_time_left(seconds, left, expected):
-    others = acts(*range(1, 30, 3), actor="Bea")
-    found = time_left([*acts(*seconds), *others], "Ann", WHERE, left)
+    found = time_left(acts(*seconds), WHERE, left)
     assert found == (expected if expected is None else pytest.approx(expected))
 
 
@@ -43,18 +42,18 @@ def test_unlike_acts_at_once_are_no_reading():
     """One key gives the same to all; two levels within a second came from a table."""
     both = [*acts(20), *acts(20.1, level=1)]
     calm = acts(100, 120, 140, 160, 180)
-    assert time_left([*acts(0), *both, *calm], "Ann", WHERE, 1) is None
-    assert time_left([*acts(0, 20, 20.1), *calm], "Ann", WHERE, 1) == pytest.approx(20 * 6 / 7)
+    assert time_left([*acts(0), *both, *calm], WHERE, 1) is None
+    assert time_left([*acts(0, 20, 20.1), *calm], WHERE, 1) == pytest.approx(20 * 6 / 7)
 
 
 def test_what_was_done_to_other_parts_is_no_reading_of_this_one():
     between = acts(30, 50, where=("8", "why"))
-    found = time_left([*acts(0, 10), *between, *acts(60, 70, 80, 90, 100)], "Ann", WHERE, 1)
+    found = time_left([*acts(0, 10), *between, *acts(60, 70, 80, 90, 100)], WHERE, 1)
     assert found == 10  # and not 50, from 10 to 60
 
 
 def test_taking_back_is_no_reading_and_what_follows_begins_with_it():
-    found = time_left([*acts(0, 20), *acts(25, undoes=1), *acts(35, 45, 55, 65, 75)], "Ann", WHERE, 1)
+    found = time_left([*acts(0, 20), *acts(25, undoes=1), *acts(35, 45, 55, 65, 75)], WHERE, 1)
     assert found == 10
 
 
