@@ -148,6 +148,23 @@ def test_marks_go_into_the_cells_and_who_and_what_is_left_out_is_told(theirs, ou
 
 
 @with_nbgrader
+def test_of_two_submissions_that_lead_to_one_student_neither_gets_their_marks(theirs, ours, tmp_path):
+    from nbgrader.api import Gradebook as Theirs
+
+    with Theirs(f"sqlite:///{theirs}", course_id="control") as book:
+        book.add_student("ada@x.org")
+        book.add_submission("lab", "ada@x.org")
+    roster = tmp_path / "roster.csv"
+    roster.write_text("Student ID,Email\nada,ada@x.org\n")
+    ours.import_roster(roster)
+    before = grades(theirs)
+    carried = nbgrader_book.carry(ours, OURS, theirs, "lab")
+    assert {student for (student, cell), found in grades(theirs).items() if found != before[student, cell]} == {"BOB"}
+    assert carried.without["ada"] == carried.without["ada@x.org"] == "several submissions lead to 'ada'."
+    assert carried.students == {"bob"}
+
+
+@with_nbgrader
 def test_the_same_again_changes_nothing_and_another_mark_is_told_with_both(theirs, ours):
     nbgrader_book.carry(ours, OURS, theirs, "lab")
     again = nbgrader_book.carry(ours, OURS, theirs, "lab")
