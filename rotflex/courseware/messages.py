@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 
 def _(text: str) -> str:
     """A message in the reader's language; today, as it is written.
@@ -16,3 +18,9 @@ def _(text: str) -> str:
 def plural(count: int, noun: str) -> str:
     """As in "1 curve", "2 curves"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def listed(texts: Sequence[str], most: int) -> str:
+    """Some texts in a row; of many, the first and how many more there are, as in "1.2, 1.3 and 12 more"."""
+    some, more = ", ".join(texts[:most]), len(texts) - most
+    return _("{some} and {count} more").format(some=some, count=more) if more > 0 else some

@@ -8,11 +8,16 @@ import sys
 import pytest
 from checkout import ROOT
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, listed
 
 
 def test_a_message_is_its_own_text_until_it_is_translated():
     assert _("{count} marks").format(count=3) == "3 marks"
+
+
+@pytest.mark.parametrize(("most", "text"), [(3, "a, b, c"), (4, "a, b, c"), (2, "a, b and 1 more")])
+def test_of_many_the_first_are_listed_and_the_others_counted(most, text):
+    assert listed(["a", "b", "c"], most) == text
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import _, listed, plural
 from rotflex.courseware.run.alignment import Change, Happened
 from rotflex.courseware.run.check import GOOD, Checked, Part, State
 
@@ -130,11 +130,7 @@ def _happened(changes: Sequence[Change]) -> Iterator[str]:
     for what in Happened:
         cells = [change.cell for change in changes if change.what is what]
         if cells:
-            more = len(cells) - _NAMED
-            named = ", ".join(cells[:_NAMED])
-            if more > 0:
-                named = _("{named} and {more} more").format(named=named, more=more)
-            yield _HAPPENED[what].format(cells=named)
+            yield _HAPPENED[what].format(cells=listed(cells, _NAMED))
 
 
 def _block(title: str, content: Iterator[str]) -> Iterator[str]:

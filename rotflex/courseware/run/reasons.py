@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, listed
 from rotflex.courseware.run.alignment import Role
 from rotflex.courseware.run.causes import Cause, Causes, Refused, RunCell, Unanswered, Where
 from rotflex.courseware.run.cell_reports import LEFT, CellError, Reports
@@ -176,10 +176,8 @@ class _Words:
 
 def _several(questions: Sequence[str], one: str, many: str) -> str:
     """As "1.2 builds", "1.2 and 1.3 build", "1.2, 1.3 and 12 more build"."""
-    rest = len(questions) - _NAMED
-    if rest > 1:
-        named = _("{named} and {count} more").format(named=", ".join(questions[:_NAMED]), count=rest)
-        return f"{named} {many}"
+    if len(questions) > _NAMED + 1:
+        return f"{listed(questions, _NAMED)} {many}"
     *most, last = questions
     if not most:
         return f"{last} {one}"

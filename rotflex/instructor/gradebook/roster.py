@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import student_id
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, listed
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook import storable
@@ -109,9 +109,7 @@ class Roster:
         """What is passed over without harm, in a line."""
         if not self.unread:
             return []
-        more = len(self.unread) - _MOST_TOLD
-        named = ", ".join(self.unread[:_MOST_TOLD]) + (_(" and {more} more").format(more=more) if more > 0 else "")
-        return [_("Columns that are not read: {names}.").format(names=named)]
+        return [_("Columns that are not read: {names}.").format(names=listed(self.unread, _MOST_TOLD))]
 
 
 def read(path: Path) -> Roster:

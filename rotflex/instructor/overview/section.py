@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -67,10 +66,3 @@ def named(about: StudentRecord) -> str:
 def share(part: int, of: int) -> str:
     """As "12 of 60 (20 %)"; nothing of nothing is no share."""
     return f"{part} of {of} ({100 * part / of:.0f} %)" if of else _("{part} of {of}").format(part=part, of=of)
-
-
-def listed(names: Collection[str], most: int) -> str:
-    """Names in a row; of many, the first and how many more there are."""
-    shown = list(names)[:most]
-    left = len(names) - len(shown)
-    return ", ".join(shown) + (_(" and {left} more").format(left=left) if left else "")

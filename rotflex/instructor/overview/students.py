@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from statistics import median
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import _, listed, plural
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Graded, MarkRecord, StudentRecord
 from rotflex.instructor.graded_run import facts_of, key_faults
-from rotflex.instructor.overview.section import Section, Table, listed, moment, named
+from rotflex.instructor.overview.section import Section, Table, moment, named
 from rotflex.instructor.reports.result import lapse, points, worth
 from rotflex.instructor.verdicts import UNDECIDED, Status
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, listed
 from rotflex.courseware.student_id import caseless
-from rotflex.instructor.accounts.account import Account, Line
+from rotflex.instructor.accounts.account import Account
+from rotflex.instructor.accounts.exact import exact
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, StudentRecord
 from rotflex.instructor.reports.result import result_in
@@ -52,17 +52,6 @@ def of_account(account: Account) -> Earned:
     if not account.out_of:
         return Earned(None, why_none=_("it is out of no points"))
     if account.final is None:
-        return Earned(account.earned / account.out_of, _listed(account.undecided))
-    return Earned(_exact(account.final) / _exact(account.final_out_of))
-
-
-def _listed(open_ones: Sequence[Line]) -> str:
-    """Question and part of what waits; of much, the first, and how many more there are."""
-    some = ", ".join(f"{mark.question} {mark.part}" for mark in open_ones[:_NAMED])
-    more = len(open_ones) - _NAMED
-    return _("{some} and {count} more").format(some=some, count=more) if more > 0 else some
-
-
-def _exact(number: float) -> Fraction:
-    """A number as it is written: 0.1 is a tenth."""
-    return Fraction(str(number))
+        waits = listed([f"{mark.question} {mark.part}" for mark in account.undecided], _NAMED)
+        return Earned(account.earned / account.out_of, waits)
+    return Earned(exact(account.final) / exact(account.final_out_of))

@@ -32,6 +32,7 @@ from rotflex.instructor.running.intake import labels, names
 from rotflex.instructor.running.intake.labels import BRIGHTSPACE, CANVAS
 
 _TIME = (1980, 1, 1, 0, 0, 0)  # of every file in a zip: the same pages make the same zip
+_NUMBERS = re.compile(r"\d+-\d+")  # at the beginning of Brightspace's folders; those of one student are the same
 _NOT_IN_A_NAME = re.compile(r'[\x00-\x1f/\\:*?"<>|_]')  # Moodle takes what is between two _ for the number
 
 
@@ -131,8 +132,13 @@ def _brightspace(export: Export, matches: Matches, submissions: Sequence[str]) -
             folders.setdefault(rows[0], []).append((label.time or datetime.min, folder))
     found = Places()
     for row, about in matches.found.items():
-        if row in folders:
-            found.paths[about.student] = f"{max(folders[row])[1]}/{FEEDBACK_FILE}"
+        there = folders.get(row, [])
+        numbers = sorted({_NUMBERS.findall(folder)[0] for _time, folder in there})
+        if len(numbers) > 1:
+            why = _("folders of several numbers bear the name {name!r}, and may be of several students: {numbers}.")
+            found.without[about.student] = why.format(name=export.name(row), numbers=", ".join(numbers))
+        elif there:
+            found.paths[about.student] = f"{max(there)[1]}/{FEEDBACK_FILE}"
         elif len(named[names.letters(export.name(row))]) > 1:
             found.without[about.student] = _("several in the file are called {name!r}.").format(name=export.name(row))
         else:

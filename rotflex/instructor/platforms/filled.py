@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
+from rotflex.instructor.accounts.exact import half_up
 from rotflex.instructor.platforms.earned import Earned
 from rotflex.instructor.platforms.matching import Matches
 from rotflex.instructor.platforms.recognised import Column, Export, number, plain
@@ -69,9 +70,8 @@ class Filled:
 
 
 def rounded(value: Fraction, decimals: int) -> Decimal:
-    """A number to so many decimals, half up, exactly."""
-    scaled = value * 10**decimals
-    return Decimal((2 * scaled.numerator + scaled.denominator) // (2 * scaled.denominator)).scaleb(-decimals)
+    """A number to so many decimals, half up, in the form in which files have it."""
+    return Decimal(int(half_up(value, decimals) * 10**decimals)).scaleb(-decimals)
 
 
 def fill(

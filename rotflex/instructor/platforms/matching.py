@@ -7,7 +7,7 @@ a word in common, it is another student's number by chance.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
@@ -46,12 +46,14 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     export : the platform's file
     students : the gradebook's
     """
-    known = known_by(students)
+    known, numbers = known_by(students), known_by(students, _number)
     records = {one.student: one for one in students}
     candidates: dict[int, str] = {}
     unknown, refused, seen = [], {}, set[str]()
     for row in export.students:
-        led = {key: known.get(caseless(value), set()) for key, value in _values(export, row)}
+        led = {
+            key: (numbers if key.internal else known).get(caseless(value), set()) for key, value in _values(export, row)
+        }
         own = set().union(*(found for key, found in led.items() if not key.internal))
         several = own or set().union(*led.values())
         seen |= several
@@ -76,14 +78,18 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     return Matches(found, tuple(unknown), dict(sorted(refused.items())), missing)
 
 
-def known_by(students: Sequence[StudentRecord]) -> dict[str, set[str]]:
+def known_by(students: Sequence[StudentRecord], form: Callable[[str], str] = str) -> dict[str, set[str]]:
     """IDs, e-mails and other names of students, in the form in which they are compared → whose, by ID."""
     known: dict[str, set[str]] = {}
     for one in students:
         for name in filter(None, (one.student, one.email, *one.aliases)):
-            for form in {name, _PARTICIPANT.sub("", name)}:
-                known.setdefault(caseless(form), set()).add(one.student)
+            known.setdefault(caseless(form(name)), set()).add(one.student)
     return known
+
+
+def _number(name: str) -> str:
+    """A platform's own number, of "Participant 1234567" as well. Elsewhere 1234567 may be another student's ID."""
+    return _PARTICIPANT.sub("", name)
 
 
 def _values(export: Export, row: int) -> Iterator[tuple[Key, str]]:
@@ -93,7 +99,7 @@ def _values(export: Export, row: int) -> Iterator[tuple[Key, str]]:
         if export.platform == BRIGHTSPACE:
             value = value.removeprefix("#")
         if value:
-            yield key, _PARTICIPANT.sub("", value) if key.internal else value
+            yield key, _number(value) if key.internal else value
 
 
 def _several(led: dict[Key, set[str]]) -> str:

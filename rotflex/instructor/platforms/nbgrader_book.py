@@ -9,7 +9,8 @@ over.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -124,10 +125,11 @@ def carry(book: Gradebook, course: Course, theirs: Path, assignment: str, dry: b
                 )
             )
         carried = Carried()
-        for submission in nbgrader.assignment_submissions(assignment):
-            _submission(book, submission, known, cells, carried)
-        collected = {caseless(str(one.student.id)) for one in nbgrader.assignment_submissions(assignment)}
-        _uncollected(book, known, collected, carried)
+        submissions = {str(one.student.id): one for one in nbgrader.assignment_submissions(assignment)}
+        led = {name: known.get(caseless(name), set()) for name in submissions}
+        for name, student in _whose(led, carried).items():
+            _submission(book, submissions[name], student, cells, carried)
+        _uncollected(book, set().union(*led.values()), carried)
         if dry:
             nbgrader.db.rollback()
         else:
@@ -135,17 +137,30 @@ def carry(book: Gradebook, course: Course, theirs: Path, assignment: str, dry: b
     return carried
 
 
-def _submission(
-    book: Gradebook, submission: Any, known: Mapping[str, set[str]], cells: Cells, carried: Carried
-) -> None:
+def _whose(led: Mapping[str, set[str]], carried: Carried) -> dict[str, str]:
+    """nbgrader's student → ours, where that is certain; of the others it is told why they get nothing.
+
+    Parameters
+    ----------
+    led : nbgrader's student → all of ours whom that may be
+    carried : where it is told
+    """
+    certain = {theirs: min(ours) for theirs, ours in led.items() if len(ours) == 1}
+    times = Counter(certain.values())
+    for theirs, ours in led.items():
+        if not ours:
+            carried.without[theirs] = _("the gradebook has no such student.")
+        elif theirs not in certain:
+            why = _("it may be any of {students}.").format(students=", ".join(sorted(ours)))
+            carried.without[theirs] = why
+        elif times[certain[theirs]] > 1:
+            why = _("several submissions lead to {student!r}.").format(student=certain[theirs])
+            carried.without[theirs] = why
+    return {theirs: student for theirs, student in certain.items() if times[student] == 1}
+
+
+def _submission(book: Gradebook, submission: Any, student: str, cells: Cells, carried: Carried) -> None:
     """The grades of one submission."""
-    theirs = str(submission.student.id)
-    students = known.get(caseless(theirs), set())
-    if len(students) != 1:
-        why = _("it may be any of {students}.").format(students=", ".join(sorted(students)))
-        carried.without[theirs] = why if students else _("the gradebook has no such student.")
-        return
-    (student,) = students
     graded = book.current(student)
     if graded is None:
         carried.without[student] = _("nothing of theirs is graded here.")
@@ -196,9 +211,8 @@ def _grade(grade: Any, name: str, parts: tuple[Where, ...], result: Result, carr
     carried.written += 1
 
 
-def _uncollected(book: Gradebook, known: Mapping[str, set[str]], collected: set[str], carried: Carried) -> None:
+def _uncollected(book: Gradebook, reached: Collection[str], carried: Carried) -> None:
     """Those who have marks here, and no submission there."""
-    reached = {student for name in collected for student in known.get(name, ())}
     for one in book.students():
         if one.student not in reached and book.current(one.student) is not None:
             carried.without[one.student] = _(

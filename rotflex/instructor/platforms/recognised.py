@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, listed
 from rotflex.errors import GradingError
 from rotflex.instructor.platforms.their_file import Table
 
@@ -153,9 +153,7 @@ def _same(one: str, other: str) -> bool:
 
 
 def _listed(columns: Sequence[Column]) -> str:
-    some = ", ".join(repr(one.heading) for one in columns[:_SHOWN])
-    more = len(columns) - _SHOWN
-    return _("{some} and {count} more").format(some=some, count=more) if more > 0 else some
+    return listed([repr(one.heading) for one in columns], _SHOWN)
 
 
 def number(text: str) -> Decimal | None:

@@ -99,6 +99,20 @@ def test_brightspace_gets_the_folders_of_its_own_download_by_names_that_are_one_
     assert found.without["s1001"] == "several in the file are called 'Ada Lovelace'." and "s1001" not in found.paths
 
 
+def test_a_name_in_brightspaces_folders_that_may_be_several_students_gets_no_page(book):
+    """As where one section was exported, and the download is of both."""
+    handed_in = [
+        "12345-777 - Ada Lovelace - Mar 3, 2026 905 AM/lab.zip",
+        "12345-601 - Ada Lovelace - Mar 2, 2026 105 PM/lab.zip",
+        "12345-602 - Bob O'Neil - Mar 2, 2026 105 PM/lab.zip",
+    ]
+    found = places(book, FILES["Brightspace"], handed_in)
+    assert list(found.paths) == ["s1002"]
+    assert found.without["s1001"] == (
+        "folders of several numbers bear the name 'Ada Lovelace', and may be of several students: 12345-601, 12345-777."
+    )
+
+
 @pytest.mark.parametrize(
     ("platform", "why"),
     [

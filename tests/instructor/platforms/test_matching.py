@@ -92,6 +92,13 @@ def test_a_number_of_canvass_own_that_is_by_chance_anothers_id_is_not_taken():
     assert by_line(found, matches) == {4: "71"}
 
 
+@pytest.mark.parametrize("platform", ["Moodle", "Brightspace"])
+def test_a_participants_number_hides_no_other_students_id(platform):
+    both = (StudentRecord("x", "Xenia Xu", aliases=("Participant 1001",)), StudentRecord("1001", "Ada Lovelace"))
+    found, matches = match(FILES[platform].replace(b"s1001", b"1001"), *both)
+    assert by_line(found, matches) == {2: "1001"} and not matches.refused
+
+
 def test_where_marking_is_blind_moodles_number_is_all_there_is():
     blind = "\n".join(
         ",".join(cell for place, cell in enumerate(line.split(",")) if place not in (1, 2))

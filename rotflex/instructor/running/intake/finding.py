@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, listed
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
@@ -228,8 +228,7 @@ class _Explorer:
         if latest.platform == labels.CANVAS:
             together |= labels.before_canvas(together)
         first = min(loose, key=lambda child: child.source)
-        more = _("{first} and {more} more").format(first=first.source, more=len(loose) - 1)
-        source = more if len(loose) > 1 else first.source
+        source = listed(sorted(child.source for child in loose), 1)
         changed = max(filter(None, (child.latest for child in loose)), default=None)
         place = Place(source, first.where, Listing(together), changed)
         self._raws += self._pieces(first.name, place, match, latest)

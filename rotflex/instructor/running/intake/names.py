@@ -11,7 +11,7 @@ import os
 import unicodedata
 from collections.abc import Collection, Iterator
 
-from rotflex.courseware.messages import _
+from rotflex.courseware import messages
 
 _READ_AS = ("cp437", "cp1252", "latin-1")  # in which code UTF-8 is read by mistake, or another one
 _WRITTEN_IN = ("utf-8", "cp850", "cp1252")
@@ -61,9 +61,7 @@ def shown(name: str) -> str:
 
 def listed(given: Collection[str]) -> str:
     """Some names for a message; of many, the first, and how many more there are."""
-    some = ", ".join(shown(name) for name in list(given)[:_MOST_SHOWN])
-    more = len(given) - _MOST_SHOWN
-    return _("{some} and {count} more").format(some=some, count=more) if more > 0 else some
+    return messages.listed(list(map(shown, given)), _MOST_SHOWN)
 
 
 def is_hidden(part: str) -> bool:
