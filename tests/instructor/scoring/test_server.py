@@ -94,6 +94,20 @@ def test_nobody_is_let_in_without_their_own(both):
     assert "Ann" not in bea.get("/").text
 
 
+@pytest.mark.parametrize(
+    "other",
+    ['x={"a": 1}', "foo", "a b=c", "prefs=[1,2]", "name=Zoë", '_xsrf="2|1:0"', "=", "rotflex-score-8766=" + "x" * 43],
+)
+def test_cookies_of_other_programs_lock_nobody_out(both, other):
+    """A browser sends them along, for it does not tell ports apart; in any order."""
+    ann, _bea = both
+    own = f"rotflex-score-8765={ann.scorer.session}"
+    for cookie in (f"{other}; {own}", f"{own}; {other}"):
+        assert "You are <strong>Ann</strong>" in ann.request("GET", "/", {"cookie": cookie.encode()}).text
+    stranger = f"{other}; rotflex-score-8765={'x' * 43}"
+    assert ann.request("GET", "/", {"cookie": stranger.encode()}).status_code == 403
+
+
 @pytest.mark.parametrize("host", ["example.com", "example.com:8765", "127.0.0.1", "127.0.0.1:80", "[::1]:8765", ""])
 def test_another_host_name_is_refused_also_with_the_right_cookie(both, host):
     ann, _bea = both
