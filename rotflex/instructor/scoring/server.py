@@ -136,7 +136,10 @@ class Pages:
             raise BadRequest(_("There is no level {level!r}.").format(level=level))
         if points is not None and not (type(points) in (int, float) and abs(points) <= _MOST_POINTS):
             raise BadRequest(_("Points are a number, and not as large."))
-        done = self.desk.give(scorer.name, where, picks, level=level, points=points, remark=_remark(sent), round=round)
+        remark = _remark(sent)
+        if round == SECOND and remark:
+            raise BadRequest(_("In the second, blind marking there are no remarks: no student would read them."))
+        done = self.desk.give(scorer.name, where, picks, level=level, points=points, remark=remark, round=round)
         return self._after(scorer, where, round, done)
 
     def ask(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:

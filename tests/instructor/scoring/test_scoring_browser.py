@@ -281,6 +281,25 @@ def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, chromium):
         seat.close()
 
 
+def test_keys_for_remarks_say_that_a_second_reader_has_none(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(1)), "Ann", "Bea", options=("--second", "1")) as (_process, addresses):
+        ann, bea = (Seat(chromium, address) for address in addresses)
+        ann.open()
+        ann.press("g")
+        assert "There is no remark g here" in ann.message
+        ann.press("4")
+        bea.open(f"{PART}&round=2")
+        for key in "rag":
+            bea.page.evaluate("() => say('')")
+            bea.press(key)
+            assert "there are no remarks" in bea.message, key
+        bea.press("2")
+        assert [(act.actor, act.level, act.round) for act in acts(tmp_path)] == [("Ann", 4, 1), ("Bea", 2, 2)]
+        for seat in (ann, bea):
+            assert seat.errors == []
+            seat.close()
+
+
 REASON = "The unit is right, and the value is not what your own recording of this question shows; look at its end."
 SHADOW = """() => {
   const one = document.querySelector(".rolling"), line = parseFloat(getComputedStyle(one).lineHeight);

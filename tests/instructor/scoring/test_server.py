@@ -248,11 +248,28 @@ def test_the_second_round_does_not_show_the_first(both, book):
         ann.act("give", {**SENT, "answers": card, "level": 1, "remark": "Only the first knows."})
     reply = bea.act("next", {**SENT, "round": 2})
     assert shown(reply)
+    assert "Only the first knows." not in reply.text
     assert "level 1" not in reply.text
     assert "<b>1</b>×" not in reply.json()["state"]
     assert 'class="now"' not in reply.text
     refused = bea.act("ask", {**SENT, "round": 2, "answers": shown(reply)})
     assert (refused.status_code, "blind" in refused.json()["problem"]) == (400, True)
+
+
+def test_the_second_reader_is_offered_no_remark_that_no_student_would_read(both, book):
+    ann, bea = both
+    while card := shown(first := ann.act("next", SENT)):
+        assert (first.text.count("<textarea"), first.text.count("data-use=")) == (1, 2)
+        ann.act("give", {**SENT, "answers": card, "level": 1})
+    blind = {**SENT, "round": 2}
+    reply = bea.act("next", blind)
+    assert (reply.text.count("<textarea"), reply.text.count("data-use=")) == (0, 0)
+    before = book.scores.acts()
+    refused = bea.act("give", {**blind, "answers": shown(reply), "level": 3, "remark": "Why?"})
+    assert (refused.status_code, "no student would read them" in refused.json()["problem"]) == (400, True)
+    assert book.scores.acts() == before
+    bea.act("give", {**blind, "answers": shown(reply), "level": 3, "remark": ""})
+    assert [(act.level, act.round) for act in book.scores.acts()[len(before) :]] == [(3, 2)]
 
 
 def test_of_two_at_once_the_later_is_told_and_writes_nothing(both, book):
