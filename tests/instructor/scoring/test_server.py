@@ -190,6 +190,8 @@ def test_each_answer_of_the_server_has_the_headers(both):
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "points": "1"}, "number"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "remark": "x" * 2001}, "2000"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}] * 51, "level": 3}, "Tick"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": [["a"]], "level": 3}, "list of keys"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": ["a"] * 51, "level": 3}, "list of keys"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "round": 3}, "rounds"),
         ({**SENT, "answers": "x" * MOST_BYTES, "level": 3}, "too long"),
     ],
@@ -315,6 +317,70 @@ def test_after_a_part_is_done_the_next_is_offered(both):
     assert "question=2.16&amp;part=comparison" in reply.json()["html"]
 
 
+def test_a_slip_in_the_points_leaves_the_answer_there_with_what_was_typed(both, book):
+    ann, _bea = both
+    (card,) = shown(ann.act("next", SENT))
+    ann.act("next", {**SENT, "skip": card["key"]})
+    ann.act("next", {**SENT, "key": card["key"]})  # by its link: in turn it is another's
+    typed = {**SENT, "answers": [card], "remark": "Which <way>?", "points": 10}
+    reply = ann.act("give", typed)
+    assert (reply.json()["trouble"], "give 0 to 1 points, not 10" in reply.json()["message"]) == (True, True)
+    assert "replaces" not in reply.json()["message"]
+    assert (shown(reply), remark(reply), points(reply)) == ([card], "Which &lt;way&gt;?", "10")
+    assert book.scores.acts() == []
+    reply = ann.act("give", {**typed, "points": 0.6})
+    assert [(act.points, act.remark) for act in book.scores.acts()] == [(0.6, "Which <way>?")]
+    assert card["key"] not in [one["key"] for one in shown(reply)]
+    assert (remark(reply), points(reply)) == ("", "")
+
+
+def test_who_comes_second_keeps_the_remark_sees_what_is_there_and_can_replace_it(both, book):
+    ann, bea = both
+    (card,) = shown(ann.act("next", SENT))
+    bea.act("next", {**SENT, "key": card["key"]})
+    ann.act("give", {**SENT, "answers": [card], "level": 4})
+    for act, more in (("give", {"level": 0}), ("ask", {})):
+        reply = bea.act(act, {**SENT, "answers": [card], "remark": "It bends.", **more})
+        message = reply.json()["message"]
+        assert "Ann gave it level 4" in message and message.endswith("what you give replaces that, s leaves it.")
+        (now,) = shown(reply)
+        assert (now["key"], now["seen"] != card["seen"], remark(reply)) == (card["key"], True, "It bends.")
+        assert '<p class="now">Ann gave it level 4' in reply.json()["html"]
+    assert len(book.scores.acts()) == 1
+    left = bea.act("next", {**SENT, "skip": card["key"]})
+    assert card["key"] not in [one["key"] for one in shown(left)]
+    bea.act("give", {**SENT, "answers": [now], "level": 1, "remark": "It bends."})
+    assert [(act.actor, act.level) for act in book.scores.acts()] == [("Ann", 4), ("Bea", 1)]
+
+
+def test_where_nothing_was_written_all_that_was_shown_comes_again_ticked_as_it_was(tmp_path):
+    with Gradebook(tmp_path / "alike.sqlite") as book:
+        fill(book, ALIKE)
+        (ann,) = clients(desk(book), "Ann")
+        first, second, third = shown(ann.act("next", SENT))
+        keys = [one["key"] for one in (first, second, third)]
+        reply = ann.act("give", {**SENT, "answers": [second, third], "shown": keys, "points": 7})
+        assert list(ticks(reply).items()) == [(keys[0], False), (keys[1], True), (keys[2], True)]
+        assert reply.json()["message"].count("give 0 to 1 points") == 1  # and not once for each
+        assert book.scores.acts() == []
+
+
+def test_a_second_reader_who_comes_second_is_given_the_next(book):
+    ann, bea, cid = clients(desk(book, one_in=1), "Ann", "Bea", "Cid")
+    while card := shown(ann.act("next", SENT)):
+        ann.act("give", {**SENT, "answers": card, "level": 1})
+    blind = {**SENT, "round": 2}
+    (card,) = shown(bea.act("next", blind))
+    cid.act("next", {**blind, "key": card["key"]})
+    slip = cid.act("give", {**blind, "answers": [card], "points": 10})
+    assert (shown(slip), points(slip)) == ([card], "10")
+    bea.act("give", {**blind, "answers": [card], "level": 3})
+    reply = cid.act("give", {**blind, "answers": [card], "level": 2})
+    assert "Nothing of yours was written" in reply.json()["message"]
+    assert card["key"] not in [one["key"] for one in shown(reply)]
+    assert [act.actor for act in book.scores.acts() if act.round == 2] == ["Bea"]
+
+
 ALIKE = [f"It bends{comma} for there is friction in the joint{end}" for comma, end in ((",", "."), ("", "."), ("", ""))]
 
 
@@ -328,6 +394,11 @@ def ticks(reply):
 
 def remark(reply):
     return re.search(r"<textarea[^>]*>(.*?)</textarea>", reply.json()["html"], re.S)[1]
+
+
+def points(reply):
+    """What stands in the box for points."""
+    return re.search(r'<input id="points"[^>]* value="([^"]*)">', reply.json()["html"])[1]
 
 
 def test_undo_brings_back_what_was_ticked_and_the_remark(tmp_path):

@@ -92,7 +92,8 @@ const decide = (name, more) => {
     return;
   }
   if (unreadAmong(chosen)) return;
-  act(name, { answers: picks(chosen), remark: field("remark")?.value ?? "", ...more });
+  const shown = answers().map((one) => one.dataset.key);
+  act(name, { answers: picks(chosen), shown, remark: field("remark")?.value ?? "", ...more });
 };
 
 // --- what is done ----------------------------------------------------------------------------------------------------
@@ -150,7 +151,10 @@ const back = () => card.querySelector("[data-first]")?.focus();
 
 const KEYS = {
   r: () => remark()?.focus(),
-  p: () => field("points")?.focus(),
+  p: () => {
+    field("points").focus();
+    field("points").select(); // what is there from before is typed over
+  },
   x: tickOthers,
   s: skip,
   u: () => act("undo"),
