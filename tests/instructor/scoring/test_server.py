@@ -468,5 +468,17 @@ def test_points_are_said_in_the_singular_where_there_is_one(both):
         assert told["message"].endswith(said)
 
 
+def test_each_page_says_whose_it_is_also_when_the_browser_became_anothers(both):
+    ann, bea = both
+    paths = ("/", "/score?question=2.11&part=explanation", "/score?question=2.11&part=explanation&round=2")
+    for scorer, other in ((ann, bea), (bea, ann)):
+        for path in paths:
+            header = re.search(r"<header>.*?</header>", scorer.get(path).text, re.S)[0]
+            assert re.search(rf"You are <strong[^>]*>{scorer.scorer.name}</strong>", header)
+            assert other.scorer.name not in header
+    ann.cookies = dict(bea.cookies)
+    assert re.search(r"You are <strong[^>]*>Bea</strong>", ann.get(paths[1]).text)
+
+
 def test_the_first_page_says_when_students_see_it(both):
     assert "until <code>rotflex report</code> writes them anew" in both[0].get("/").text
