@@ -8,6 +8,7 @@
 ``remarks``    remarks that are used again
 ``progress``   tallies, what is left and how long it takes
 ``cards``      what a scorer has before them, ready for a page
+``sent``       what a page sends, read or refused
 ``guards``     who is let in, and what a browser is told
 ``server``     the page as a server on the loopback interface; ``page/`` has its templates, script and style
 ``tables``     scores out and in as a table

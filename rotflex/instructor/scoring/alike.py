@@ -2,8 +2,8 @@
 
 Similarity alone puts opposites together: of two sentences that differ in "higher" and "lower", nine in ten letters are
 the same. So a group needs the same telling words, in the same order: numbers with what stands after them, signs,
-symbols, negations, and words that have an opposite. Each answer is held against the first of its group, never against
-one that came by way of others: else a row of small steps would lead from one answer to its contrary.
+symbols, brackets, negations, and words that have an opposite. Each answer is held against the first of its group, never
+against one that came by way of others: else a row of small steps would lead from one answer to its contrary.
 """
 
 from __future__ import annotations
@@ -56,12 +56,23 @@ _BEGINNINGS = (
 _ENDINGS = (("ful", "less"), ("er", "est"))
 
 _PLAIN = str.maketrans({"\u2212": "-", "\u2013": "-", "\u2014": "-", "\u2018": "'", "\u2019": "'", "\u00b7": "*"})
+
+
+def _set(how: str) -> re.Pattern[str]:
+    chars = (chr(code) for code in range(0x3000))
+    return re.compile("[" + "".join(one for one in chars if unicodedata.decomposition(one).startswith(how)) + "]+")
+
+
+_RAISED, _LOWERED = _set("<super>"), _set("<sub>")
 _TOKEN = re.compile(
     r"(?P<number>(?:\d+(?:[.,]\d+)*|\.\d+)(?:e[-+]?\d+)?(?P<unit>\s*(?:[%°‰]|\\?[^\W\d_]+(?:[/^]-?\w+)*))?)"
     r"|(?P<symbol>\\[a-z]+|[^\W\d_]+_\{?\w+\}?|[^\W\d_]\d+)"
     r"|(?P<word>[^\W\d_]+(?:'[^\W\d_]+)?)"
-    r"|(?P<sign>(?<![^\W\d_])-|-(?![^\W\d_])|[+±<>=≤≥≈≠~^/*|!])"
+    r"|(?P<sign>(?<![^\W\d_])-|-(?![^\W\d_])|(?<=\b[^\W\d_])'+|[^\w\s'-])"
 )
+#: Unicode's signs of mathematics and others, as arrows; brackets; and what stands above a letter, as a dot.
+_OF_SIGNS = frozenset(("Sm", "So", "Ps", "Pe", "Mn", "Me"))
+_SIGNS = "-^/*!‖′'"  # of other categories
 _PIECE = re.compile(r"\s+|\w+|[^\w\s]")
 
 
@@ -75,6 +86,7 @@ class Piece:
 
 def normal(text: str) -> str:
     """Text without what does not count when answers are compared: capitals, and how much white space there is."""
+    text = _LOWERED.sub(r"_\g<0>", _RAISED.sub(r"^\g<0>", text))  # else x² and x₂ were both x2
     return " ".join(unicodedata.normalize("NFKC", text).translate(_PLAIN).casefold().split())
 
 
@@ -168,8 +180,10 @@ def _tokens(text: str) -> Iterator[tuple[str, bool]]:
         token = match[0]
         if match["number"]:
             yield "".join(token.split()), True
-        elif match["symbol"] or match["sign"]:
+        elif match["symbol"]:
             yield token, True
+        elif match["sign"]:
+            yield token, token[0] in _SIGNS or unicodedata.category(token) in _OF_SIGNS
         else:
             yield _word(token)
 

@@ -67,7 +67,11 @@ class Level:
 
 @dataclass(frozen=True)
 class Card:
-    """All that changes when the next answer comes."""
+    """All that changes when the next answer comes.
+
+    In the second round it has no remarks: those that were written before are the first round's, and no student reads
+    what is written in the second.
+    """
 
     where: Where
     round: int
@@ -90,7 +94,8 @@ def card(desk: Desk, answers: Sequence[Answer], round: int = FIRST) -> Card:
         Level(level, desk.points(level, out_of), item.levels.get(level, "") if item else "")
         for level in sorted(desk.levels.shares, reverse=True)
     ]
-    typed = remarks.used(item.remarks if item else (), desk.book.scores.acts([where]), where)
+    acts = desk.book.scores.acts([where])
+    typed = remarks.used(item.remarks if item else (), acts, where) if round == FIRST else []
     first = answers[0].mark.given
     shown = [_shown(desk, one, first, round) for one in answers]
     return Card(where, round, out_of, shown, levels, typed)

@@ -11,7 +11,6 @@ import json
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from http.cookies import CookieError, SimpleCookie
 from typing import TYPE_CHECKING
 
 from rotflex.courseware.messages import _
@@ -121,11 +120,10 @@ class Guard:
         await send({"type": "http.response.body", "body": b""})
 
     def _who(self, headers: Mapping[str, str]) -> Scorer:
-        try:
-            cookies = SimpleCookie(headers.get("cookie", ""))
-        except CookieError:
-            cookies = SimpleCookie()
-        given = cookies[self._cookie].value if self._cookie in cookies else ""
+        from starlette.requests import cookie_parser
+
+        # As browsers write them: the cookies of whatever else is served on this computer come along.
+        given = cookie_parser(headers.get("cookie", "")).get(self._cookie, "")
         for one in self._scorers:
             if _same(one.session, given):
                 return one

@@ -15,16 +15,15 @@ from rotflex.instructor.reports.result import points as shown_points
 from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.reports.templating import templates
 from rotflex.instructor.scoring import cards, progress
-from rotflex.instructor.scoring.desk import Desk, Done, Pick, Where, key_of, state
+from rotflex.instructor.scoring.desk import Desk, Done, Where, key_of, seen, state
 from rotflex.instructor.scoring.guards import ACTOR, Guard, Scorer
+from rotflex.instructor.scoring.sent import BadRequest, Sheet, sent_round, sent_sheet, sent_text, sent_where
 
 if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
     from starlette.types import ASGIApp
 
-LONGEST_REMARK = 2000  #: characters
-MOST_ANSWERS = 50  #: in one act; a page shows fewer
 _MOST_POINTS = 1e6  # how many there are for an answer, the gradebook knows
 _PAGE, _REPORTS = "scoring/page", "reports/templates"  # in rotflex/instructor
 _ASSETS = {
@@ -34,16 +33,19 @@ _ASSETS = {
 }
 
 
-class BadRequest(Exception):
-    """An act that no page sends; says what is wrong with it."""
-
-
 @dataclass(frozen=True)
 class Again:
-    """What a scorer took back in one go, to be shown as it was: keys of what was ticked, and the remark."""
+    """What a scorer took back in one go, or could not give: to be shown as it was.
+
+    Attributes
+    ----------
+    ticked : keys of answers
+    remark, points : as they were typed
+    """
 
     ticked: frozenset[str]
     remark: str
+    points: str = ""
 
 
 class Pages:
@@ -86,7 +88,7 @@ class Pages:
 
     def scoring(self, scorer: Scorer, query: Mapping[str, str]) -> str:
         """The page on which one part is scored; what changes on it comes by acts."""
-        where, round = _where(query), _round(query)
+        where, round = sent_where(query), sent_round(query)
         question = self.desk.catalogue.marked.get(where[0])
         part = next((one for one in (question.parts if question else ()) if one.name == where[1]), None)
         item = self.desk.rubric.get(where)
@@ -115,10 +117,10 @@ class Pages:
 
     def next(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """The next answer; the one of a key if there is one."""
-        where, round = _where(sent), _round(sent)
-        key = _text(sent, "key")
-        if _text(sent, "skip"):
-            self.desk.put_off(scorer.name, where, round, _text(sent, "skip"))
+        where, round = sent_where(sent), sent_round(sent)
+        key = sent_text(sent, "key")
+        if sent_text(sent, "skip"):
+            self.desk.put_off(scorer.name, where, round, sent_text(sent, "skip"))
         if not key:
             return self._reply(scorer, where, round)
         answer = self.desk.find(where, key)
@@ -129,7 +131,7 @@ class Pages:
 
     def give(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Score what was shown and ticked."""
-        where, round, picks = _where(sent), _round(sent), _picks(sent)
+        where, round, sheet = sent_where(sent), sent_round(sent), sent_sheet(sent)
         level, points = sent.get("level"), sent.get("points")
         if (level is None) == (points is None):
             raise BadRequest(_("Give either a level or points."))
@@ -137,19 +139,23 @@ class Pages:
             raise BadRequest(_("There is no level {level!r}.").format(level=level))
         if points is not None and not (type(points) in (int, float) and abs(points) <= _MOST_POINTS):
             raise BadRequest(_("Points are a number, and not as large."))
-        done = self.desk.give(scorer.name, where, picks, level=level, points=points, remark=_remark(sent), round=round)
-        return self._after(scorer, where, round, done)
+        if round == SECOND and sheet.remark:
+            raise BadRequest(_("In the second, blind marking there are no remarks: no student would read them."))
+        picks, remark = sheet.picks, sheet.remark
+        done = self.desk.give(scorer.name, where, picks, level=level, points=points, remark=remark, round=round)
+        return self._after(scorer, where, round, sheet, done)
 
     def ask(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Leave what was shown and ticked to the instructor."""
-        where, picks, remark = _where(sent), _picks(sent), _remark(sent)
-        if _round(sent) == SECOND:
+        where, sheet = sent_where(sent), sent_sheet(sent)
+        if sent_round(sent) == SECOND:
             raise BadRequest(_("In the second, blind marking nobody is asked: give the level that you would give."))
-        return self._after(scorer, where, FIRST, self.desk.ask(scorer.name, where, picks, remark))
+        done = self.desk.ask(scorer.name, where, sheet.picks, sheet.remark)
+        return self._after(scorer, where, FIRST, sheet, done)
 
     def undo(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Take back what was done last, and show it again."""
-        where, round = _where(sent), _round(sent)
+        where, round = sent_where(sent), sent_round(sent)
         done = self.desk.undo(scorer.name)
         told = list(done.problems)
         again = None
@@ -174,22 +180,39 @@ class Pages:
 
     def renew(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Hold on to what is shown."""
-        return {"message": self.desk.renew(scorer.name, _where(sent), _round(sent), _text(sent, "key"))}
+        return {"message": self.desk.renew(scorer.name, sent_where(sent), sent_round(sent), sent_text(sent, "key"))}
 
     def leave(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Let others have what is shown."""
         self.desk.book.scores.let_go(scorer.name)
         return {}
 
-    def _after(self, scorer: Scorer, where: Where, round: int, done: Done) -> dict[str, Any]:
-        told = list(done.problems)
+    def _after(self, scorer: Scorer, where: Where, round: int, sheet: Sheet, done: Done) -> dict[str, Any]:
+        """What comes next; if nothing was written, the same answers as they are now, with all that was typed."""
+        told = list(dict.fromkeys(done.problems))
+        again = self._again.setdefault((scorer.name, where, round), {})
         for act in done.acts:
-            self._again.get((scorer.name, where, round), {}).pop(key_of(act.student, where), None)
+            again.pop(key_of(act.student, where), None)
+        there = self._there(scorer, where, round, sheet) if not done.acts else []
+        if there:
+            ticked = frozenset(pick.key for pick in sheet.picks)
+            again |= dict.fromkeys(ticked, Again(ticked, sheet.remark, sheet.points))
+            now = {key_of(one.student, where): seen(one, round) for one in there}
+            if round == FIRST and any(now.get(pick.key, pick.seen) != pick.seen for pick in sheet.picks):
+                told.append(_("Here it is as it is now: what you give replaces that, s leaves it."))
+            return self._reply(scorer, where, round, told, there, trouble=True)
         if len(done.acts) > 1:
             told.insert(0, _("{n} answers in one go; u takes them all back.").format(n=len(done.acts)))
         elif done.acts:
             told.insert(0, self._said(done.acts[0]))
         return self._reply(scorer, where, round, told, trouble=bool(done.problems))
+
+    def _there(self, scorer: Scorer, where: Where, round: int, sheet: Sheet) -> list[Answer]:
+        """What a page showed, if what was ticked is there still; in the second round only while it waits."""
+        answers = self.desk.book.scores.answers([where]) if round == FIRST else self.desk.due(scorer.name, where, round)
+        known = {key_of(one.student, where): one for one in answers}
+        ticked = any(pick.key in known for pick in sheet.picks)
+        return [known[key] for key in sheet.shown if key in known] if ticked else []
 
     def _said(self, act: Act) -> str:
         label = self.desk.label(act.student, act.where)
@@ -236,43 +259,6 @@ class Pages:
             .render(tally=tally, left=left, time=progress.in_words(time) if left else "", round=round)
         )
         return {"html": html, "state": state, "message": " ".join(told), "trouble": trouble}
-
-
-# --- what a page sends ------------------------------------------------------------------------------------------------
-
-
-def _text(sent: Mapping[str, Any], name: str) -> str:
-    value = sent.get(name, "")
-    if not isinstance(value, str) or len(value) > LONGEST_REMARK:
-        raise BadRequest(_("{name}: a text of at most {longest} characters.").format(name=name, longest=LONGEST_REMARK))
-    return value
-
-
-def _remark(sent: Mapping[str, Any]) -> str:
-    return _text(sent, "remark").strip()
-
-
-def _where(sent: Mapping[str, Any]) -> Where:
-    question, part = _text(sent, "question"), _text(sent, "part")
-    if not question or not part:
-        raise BadRequest(_("Say which question and part."))
-    return question, part
-
-
-def _round(sent: Mapping[str, Any]) -> int:
-    round = str(sent.get("round", FIRST))
-    if round not in (str(FIRST), str(SECOND)):
-        raise BadRequest(_("There are rounds 1 and 2."))
-    return int(round)
-
-
-def _picks(sent: Mapping[str, Any]) -> list[Pick]:
-    picks = sent.get("answers")
-    if not isinstance(picks, list) or not 1 <= len(picks) <= MOST_ANSWERS:
-        raise BadRequest(_("Tick at least one answer."))
-    if not all(isinstance(one, dict) for one in picks):
-        raise BadRequest(_("An answer is a key and what was seen."))
-    return [Pick(_text(one, "key"), _text(one, "seen")) for one in picks]
 
 
 # --- the server -------------------------------------------------------------------------------------------------------

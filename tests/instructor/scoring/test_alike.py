@@ -50,6 +50,37 @@ TRAPS = [
         "There are three peaks in the spectrum that we recorded.",
     ),
     ("So y = a + b for all of the samples that were taken.", "So y = a - b for all of the samples that were taken."),
+    *(
+        (
+            f"The natural frequency is then {one}, as I measured it.",
+            f"The natural frequency is then {other}, as I measured it.",
+        )
+        for one, other in (
+            ("K × J", "K ÷ J"),
+            ("√K", "K"),
+            ("√J/K", "J/K"),
+            ("(K + m)/J", "K + m/J"),
+            ("[K + m]/J", "K + m/J"),
+            ("m ≪ M", "m ≫ M"),
+            ("K ∝ J", "K J"),
+            ("ω²", "ω₂"),
+            ("10⁻³", "10 - 3"),
+            ("∫ ω dt", "ω dt"),
+            ("‖K‖", "K"),
+            ("\u03b8\u0307 / K", "\u03b8\u0308 / K"),
+            ("\u03b8\u0307 / K", "\u03b8 / K"),
+            ("y' / K", "y'' / K"),
+            ("y\u2032 / K", "y / K"),
+        )
+    ),
+    (
+        "When the mass is moved out, the peak goes ↑ in what I saw.",
+        "When the mass is moved out, the peak goes ↓ in what I saw.",
+    ),
+    (
+        "The peak moves → when the mass is moved outwards there.",
+        "The peak moves ← when the mass is moved outwards there.",
+    ),
     ("It can be neglected without a visible loss of accuracy.", "It can be neglected with a visible loss of accuracy."),
 ]
 
@@ -67,7 +98,10 @@ def test_what_says_something_else_is_not_put_together_however_similar(one, other
         ("Friction is not in the model, so it is lower.", "friction  is not\nin the model so it is lower"),
         ("The arm bends, so energy is stored in it.", "The arms bend, so energy is stored in it."),
         ("The pole is at -3.2.", "The pole is at −3.2."),
+        ("The frequency is ω₁² in the model, so 3 m/s².", "The frequency is ω_1^2 in the model, so 3 m/s^2."),
         ("FRICTION IS NOT IN THE MODEL", "Friction is not in the model"),
+        ("It bends, so “energy” is stored; see below…", "It bends so energy is stored, see below."),
+        ("The students' model: it has no friction, I think.", "The students model it has no friction I think"),
         ("It doesn't reach 5 V at the end of the run.", "It doesn’t reach 5V at the end of the run"),
     ],
 )
@@ -112,6 +146,7 @@ CHANGES = st.one_of(
     st.floats(0.01, 99.0).map(lambda x: (f"{x:.2f}", f"{x + 0.01:.2f}")),
     st.integers(1, 99).map(lambda n: (f"{n}", f"-{n}")),
     st.sampled_from([("is", "isn't"), ("", "not"), ("", "never"), ("with", "without"), ("", "no"), ("", "hardly")]),
+    st.sampled_from([*"×÷√∫∝≪≫∂∇→←↑↓°()[⟨‖⇒∈"]).map(lambda sign: ("", sign)),
     st.sampled_from(OPPOSITES.split()).map(lambda pair: tuple(pair.split("/"))),
 )
 

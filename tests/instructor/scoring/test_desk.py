@@ -390,6 +390,16 @@ def test_remarks_are_the_rubrics_first_and_then_those_that_are_written_most(book
     assert remarks.used((), book.scores.acts(), COMPARED) == []
 
 
+def test_remarks_that_were_taken_back_are_not_used_again(book):
+    made = desk(book)
+    fill(book, texts(1))
+    for remark in ("With a slpi.", "Without."):
+        made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=2, remark=remark)
+        assert remarks.used((), book.scores.acts(), WORDS) == [("a", remark)]
+        made.undo("Ann")
+        assert remarks.used((), book.scores.acts(), WORDS) == []
+
+
 def test_points_without_a_level_count_as_the_level_that_the_course_has_for_them(tmp_path):
     """0.88 is nearer to the points of level 4 than to those of level 3, and by the thresholds it is a 3."""
     with Gradebook(tmp_path / "class.sqlite") as book:

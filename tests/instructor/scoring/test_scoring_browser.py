@@ -137,6 +137,29 @@ def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium)
     assert first != skipped
 
 
+def test_a_slip_in_the_points_is_mended_by_typing_over_it(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(3)), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        page, keys = seat.page, seat.keys
+        seat.press("r")
+        page.keyboard.type("Which way?")
+        page.keyboard.press("Escape")
+        seat.press("p")
+        page.keyboard.type("10")
+        seat.press("Enter")
+        assert "give 0 to 1 points, not 10" in seat.message
+        assert seat.keys == keys
+        assert (page.input_value("#remark"), page.input_value("#points")) == ("Which way?", "10")
+        assert acts(tmp_path) == []
+        seat.press("p")
+        page.keyboard.type("1")
+        seat.press("Enter")
+        assert (page.input_value("#remark"), page.input_value("#points")) == ("", "")
+        assert seat.errors == []
+        seat.close()
+    assert [(act.points, act.remark) for act in acts(tmp_path)] == [(1.0, "Which way?")]
+
+
 def test_a_key_that_comes_too_soon_scores_nothing_that_was_not_seen(tmp_path, chromium):
     with serving(new_class(tmp_path, texts(3)), "Ann") as (_process, (address,)):
         seat = Seat(chromium, address).open()
@@ -220,6 +243,7 @@ def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, 
         bea.press("0")
         assert "Ann gave it level 4" in bea.message
         assert "Nothing of yours was written" in bea.message
+        assert bea.keys == [key]
         # In one browser, another's address makes the page that is open the other's: it may not act.
         ann.context.new_page().goto(addresses[1])
         before = len(acts(tmp_path))
@@ -279,6 +303,25 @@ def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, chromium):
         assert len(seat.keys) == 1
         assert seat.errors == []
         seat.close()
+
+
+def test_keys_for_remarks_say_that_a_second_reader_has_none(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(1)), "Ann", "Bea", options=("--second", "1")) as (_process, addresses):
+        ann, bea = (Seat(chromium, address) for address in addresses)
+        ann.open()
+        ann.press("g")
+        assert "There is no remark g here" in ann.message
+        ann.press("4")
+        bea.open(f"{PART}&round=2")
+        for key in "rag":
+            bea.page.evaluate("() => say('')")
+            bea.press(key)
+            assert "there are no remarks" in bea.message, key
+        bea.press("2")
+        assert [(act.actor, act.level, act.round) for act in acts(tmp_path)] == [("Ann", 4, 1), ("Bea", 2, 2)]
+        for seat in (ann, bea):
+            assert seat.errors == []
+            seat.close()
 
 
 REASON = "The unit is right, and the value is not what your own recording of this question shows; look at its end."

@@ -96,6 +96,20 @@ def test_nobody_is_let_in_without_their_own(both):
     assert "Ann" not in bea.get("/").text
 
 
+@pytest.mark.parametrize(
+    "other",
+    ['x={"a": 1}', "foo", "a b=c", "prefs=[1,2]", "name=Zoë", '_xsrf="2|1:0"', "=", "rotflex-score-8766=" + "x" * 43],
+)
+def test_cookies_of_other_programs_lock_nobody_out(both, other):
+    """A browser sends them along, for it does not tell ports apart; in any order."""
+    ann, _bea = both
+    own = f"rotflex-score-8765={ann.scorer.session}"
+    for cookie in (f"{other}; {own}", f"{own}; {other}"):
+        assert "You are <strong>Ann</strong>" in ann.request("GET", "/", {"cookie": cookie.encode()}).text
+    stranger = f"{other}; rotflex-score-8765={'x' * 43}"
+    assert ann.request("GET", "/", {"cookie": stranger.encode()}).status_code == 403
+
+
 @pytest.mark.parametrize("host", ["example.com", "example.com:8765", "127.0.0.1", "127.0.0.1:80", "[::1]:8765", ""])
 def test_another_host_name_is_refused_also_with_the_right_cookie(both, host):
     ann, _bea = both
@@ -178,6 +192,8 @@ def test_each_answer_of_the_server_has_the_headers(both):
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "points": "1"}, "number"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "remark": "x" * 2001}, "2000"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}] * 51, "level": 3}, "Tick"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": [["a"]], "level": 3}, "list of keys"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": ["a"] * 51, "level": 3}, "list of keys"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "round": 3}, "rounds"),
         ({**SENT, "answers": "x" * MOST_BYTES, "level": 3}, "too long"),
     ],
@@ -236,6 +252,7 @@ def test_the_second_round_does_not_show_the_first(both, book):
         ann.act("give", {**SENT, "answers": card, "level": 1, "remark": "Only the first knows."})
     reply = bea.act("next", {**SENT, "round": 2})
     assert shown(reply)
+    assert "Only the first knows." not in reply.text
     assert "level 1" not in reply.text
     assert "<b>1</b>×" not in reply.json()["state"]
     assert 'class="now"' not in reply.text
@@ -271,6 +288,22 @@ def test_the_time_that_is_left_is_told_by_ones_own_times(tmp_path, monkeypatch):
             told = ann.act("give", {**SENT, "answers": card, "level": 1}).json()["state"]
         assert "min left" in told
         assert "min left" not in bea.act("next", SENT).json()["state"]
+
+
+def test_the_second_reader_is_offered_no_remark_that_no_student_would_read(both, book):
+    ann, bea = both
+    while card := shown(first := ann.act("next", SENT)):
+        assert (first.text.count("<textarea"), first.text.count("data-use=")) == (1, 2)
+        ann.act("give", {**SENT, "answers": card, "level": 1})
+    blind = {**SENT, "round": 2}
+    reply = bea.act("next", blind)
+    assert (reply.text.count("<textarea"), reply.text.count("data-use=")) == (0, 0)
+    before = book.scores.acts()
+    refused = bea.act("give", {**blind, "answers": shown(reply), "level": 3, "remark": "Why?"})
+    assert (refused.status_code, "no student would read them" in refused.json()["problem"]) == (400, True)
+    assert book.scores.acts() == before
+    bea.act("give", {**blind, "answers": shown(reply), "level": 3, "remark": ""})
+    assert [(act.level, act.round) for act in book.scores.acts()[len(before) :]] == [(3, 2)]
 
 
 def test_of_two_at_once_the_later_is_told_and_writes_nothing(both, book):
@@ -316,6 +349,70 @@ def test_after_a_part_is_done_the_next_is_offered(both):
     assert "question=2.16&amp;part=comparison" in reply.json()["html"]
 
 
+def test_a_slip_in_the_points_leaves_the_answer_there_with_what_was_typed(both, book):
+    ann, _bea = both
+    (card,) = shown(ann.act("next", SENT))
+    ann.act("next", {**SENT, "skip": card["key"]})
+    ann.act("next", {**SENT, "key": card["key"]})  # by its link: in turn it is another's
+    typed = {**SENT, "answers": [card], "remark": "Which <way>?", "points": 10}
+    reply = ann.act("give", typed)
+    assert (reply.json()["trouble"], "give 0 to 1 points, not 10" in reply.json()["message"]) == (True, True)
+    assert "replaces" not in reply.json()["message"]
+    assert (shown(reply), remark(reply), points(reply)) == ([card], "Which &lt;way&gt;?", "10")
+    assert book.scores.acts() == []
+    reply = ann.act("give", {**typed, "points": 0.6})
+    assert [(act.points, act.remark) for act in book.scores.acts()] == [(0.6, "Which <way>?")]
+    assert card["key"] not in [one["key"] for one in shown(reply)]
+    assert (remark(reply), points(reply)) == ("", "")
+
+
+def test_who_comes_second_keeps_the_remark_sees_what_is_there_and_can_replace_it(both, book):
+    ann, bea = both
+    (card,) = shown(ann.act("next", SENT))
+    bea.act("next", {**SENT, "key": card["key"]})
+    ann.act("give", {**SENT, "answers": [card], "level": 4})
+    for act, more in (("give", {"level": 0}), ("ask", {})):
+        reply = bea.act(act, {**SENT, "answers": [card], "remark": "It bends.", **more})
+        message = reply.json()["message"]
+        assert "Ann gave it level 4" in message and message.endswith("what you give replaces that, s leaves it.")
+        (now,) = shown(reply)
+        assert (now["key"], now["seen"] != card["seen"], remark(reply)) == (card["key"], True, "It bends.")
+        assert '<p class="now">Ann gave it level 4' in reply.json()["html"]
+    assert len(book.scores.acts()) == 1
+    left = bea.act("next", {**SENT, "skip": card["key"]})
+    assert card["key"] not in [one["key"] for one in shown(left)]
+    bea.act("give", {**SENT, "answers": [now], "level": 1, "remark": "It bends."})
+    assert [(act.actor, act.level) for act in book.scores.acts()] == [("Ann", 4), ("Bea", 1)]
+
+
+def test_where_nothing_was_written_all_that_was_shown_comes_again_ticked_as_it_was(tmp_path):
+    with Gradebook(tmp_path / "alike.sqlite") as book:
+        fill(book, ALIKE)
+        (ann,) = clients(desk(book), "Ann")
+        first, second, third = shown(ann.act("next", SENT))
+        keys = [one["key"] for one in (first, second, third)]
+        reply = ann.act("give", {**SENT, "answers": [second, third], "shown": keys, "points": 7})
+        assert list(ticks(reply).items()) == [(keys[0], False), (keys[1], True), (keys[2], True)]
+        assert reply.json()["message"].count("give 0 to 1 points") == 1  # and not once for each
+        assert book.scores.acts() == []
+
+
+def test_a_second_reader_who_comes_second_is_given_the_next(book):
+    ann, bea, cid = clients(desk(book, one_in=1), "Ann", "Bea", "Cid")
+    while card := shown(ann.act("next", SENT)):
+        ann.act("give", {**SENT, "answers": card, "level": 1})
+    blind = {**SENT, "round": 2}
+    (card,) = shown(bea.act("next", blind))
+    cid.act("next", {**blind, "key": card["key"]})
+    slip = cid.act("give", {**blind, "answers": [card], "points": 10})
+    assert (shown(slip), points(slip)) == ([card], "10")
+    bea.act("give", {**blind, "answers": [card], "level": 3})
+    reply = cid.act("give", {**blind, "answers": [card], "level": 2})
+    assert "Nothing of yours was written" in reply.json()["message"]
+    assert card["key"] not in [one["key"] for one in shown(reply)]
+    assert [act.actor for act in book.scores.acts() if act.round == 2] == ["Bea"]
+
+
 ALIKE = [f"It bends{comma} for there is friction in the joint{end}" for comma, end in ((",", "."), ("", "."), ("", ""))]
 
 
@@ -329,6 +426,11 @@ def ticks(reply):
 
 def remark(reply):
     return re.search(r"<textarea[^>]*>(.*?)</textarea>", reply.json()["html"], re.S)[1]
+
+
+def points(reply):
+    """What stands in the box for points."""
+    return re.search(r'<input id="points"[^>]* value="([^"]*)">', reply.json()["html"])[1]
 
 
 def test_undo_brings_back_what_was_ticked_and_the_remark(tmp_path):
@@ -396,6 +498,18 @@ def test_points_are_said_in_the_singular_where_there_is_one(both):
     for level, said in ((4, "level 4, 1 point."), (3, "level 3, 0.75 points.")):
         told = ann.act("give", {**SENT, "answers": shown(ann.act("next", SENT)), "level": level}).json()
         assert told["message"].endswith(said)
+
+
+def test_each_page_says_whose_it_is_also_when_the_browser_became_anothers(both):
+    ann, bea = both
+    paths = ("/", "/score?question=2.11&part=explanation", "/score?question=2.11&part=explanation&round=2")
+    for scorer, other in ((ann, bea), (bea, ann)):
+        for path in paths:
+            header = re.search(r"<header>.*?</header>", scorer.get(path).text, re.S)[0]
+            assert re.search(rf"You are <strong[^>]*>{scorer.scorer.name}</strong>", header)
+            assert other.scorer.name not in header
+    ann.cookies = dict(bea.cookies)
+    assert re.search(r"You are <strong[^>]*>Bea</strong>", ann.get(paths[1]).text)
 
 
 def test_the_first_page_says_when_students_see_it(both):

@@ -92,7 +92,8 @@ const decide = (name, more) => {
     return;
   }
   if (unreadAmong(chosen)) return;
-  act(name, { answers: picks(chosen), remark: field("remark").value, ...more });
+  const shown = answers().map((one) => one.dataset.key);
+  act(name, { answers: picks(chosen), shown, remark: field("remark")?.value ?? "", ...more });
 };
 
 // --- what is done ----------------------------------------------------------------------------------------------------
@@ -117,9 +118,18 @@ const ask = () => {
   decide("ask", {});
 };
 
+const remark = () => {
+  if (!field("remark")) say("In the second, blind marking there are no remarks: no student would read them.", true);
+  return field("remark");
+};
+
 const use = (key) => {
+  if (!remark()) return;
   const chosen = card.querySelector(`[data-use="${key}"] span`);
-  if (!chosen) return;
+  if (!chosen) {
+    say(`There is no remark ${key} here.`, true);
+    return;
+  }
   const lines = field("remark").value.split("\n").filter(Boolean);
   const at = lines.indexOf(chosen.textContent);
   if (at < 0) lines.push(chosen.textContent);
@@ -140,8 +150,11 @@ const skip = () => act("next", { skip: answers()[0].dataset.key });
 const back = () => card.querySelector("[data-first]")?.focus();
 
 const KEYS = {
-  r: () => field("remark")?.focus(),
-  p: () => field("points")?.focus(),
+  r: () => remark()?.focus(),
+  p: () => {
+    field("points").focus();
+    field("points").select(); // what is there from before is typed over
+  },
   x: tickOthers,
   s: skip,
   u: () => act("undo"),
