@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 from rotflex.instructor.settings.decided import (
+    SHARE_DIGITS,
     CourseSettings,
     Deadline,
     Extension,
@@ -25,6 +26,7 @@ from rotflex.instructor.settings.reading import SETTINGS_FILE, read
 
 __all__ = [
     "SETTINGS_FILE",
+    "SHARE_DIGITS",
     "CourseSettings",
     "Deadline",
     "Extension",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Collection, Mapping
 from datetime import date, datetime, time
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,9 +105,9 @@ def _marks(given: Mapping[str, Any]) -> MarkSettings:
 
 
 def _levels(given: Mapping[str, Any], usual: LevelSettings) -> LevelSettings:
-    """Levels of which nothing is said are as usual."""
+    """Levels of which nothing is said are as usual. 70.7 % is 0.707, and not what lies next to it."""
     shares, thresholds = (
-        {int(level): percent / 100 for level, percent in given.get(name, {}).items()}
+        {int(level): float(Decimal(str(percent)) / 100) for level, percent in given.get(name, {}).items()}
         for name in ("shares", "thresholds")
     )
     return LevelSettings({**usual.shares, **shares}, {**usual.thresholds, **thresholds})
