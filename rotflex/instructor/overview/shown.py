@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from rotflex.courseware.messages import _
 from rotflex.instructor.overview.glance import Glance
 from rotflex.instructor.overview.section import Section, Table
 from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.reports.templating import templates
-
-if TYPE_CHECKING:
-    pass
 
 CLASS_FILE = "class.html"  #: in the folder of results
 _WIDTH = 100  # columns of a terminal
