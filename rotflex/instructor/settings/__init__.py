@@ -5,6 +5,7 @@
 ``entries``         what may stand in the file: sections, entries, what each has to be, and an example
 ``contradictions``  what does not go with each other, or with the course
 ``reading``         the file → :class:`CourseSettings`, or all that is not understood of it
+``toml_file``       any file of a course's folder that is TOML: read, or refused
 ==================  ==================================================================================================
 """
 
