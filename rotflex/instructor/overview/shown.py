@@ -25,6 +25,8 @@ def page(glance: Glance) -> str:
 def lines(glance: Glance) -> Iterator[str]:
     """The same for a terminal, without what would steer it."""
     yield no_escapes(glance.about)
+    if glance.left_out:
+        yield from textwrap.wrap(no_escapes(glance.left_out), _WIDTH)
     for section in glance.sections:
         yield ""
         yield from map(no_escapes, _section(section))
