@@ -265,7 +265,7 @@ NO_BOUNDS = {
     "instructor.release.dates:_FIRST": "what a zip can hold; tests/instructor/release/test_dates.py",
     "instructor.release.dates:_LAST": "as above",
     "instructor.release.student_notebooks:_WIDTH": "characters of a comment",
-    "instructor.outcomes.levels:_DIGITS": "of a share; tests/instructor/outcomes/test_levels.py",
+    "instructor.settings.decided:SHARE_DIGITS": "of a share; tests/instructor/outcomes/test_levels.py",
     "instructor.outcomes.plots": "measures of a drawing; tests/instructor/outcomes/test_pages.py",
     "instructor.reports.drawn_figure": "measures of a drawing; tests/instructor/reports/test_drawn_figure.py",
     "instructor.overview.shown": "columns of a terminal; tests/instructor/overview/test_glance.py",

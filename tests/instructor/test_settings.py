@@ -235,6 +235,11 @@ def test_what_marks_come_to_is_read(tmp_path):
     assert found.late == LateSettings(10, 50.5, 2) and found.outcomes == OutcomeSettings(2, 60, 8)
 
 
+def test_per_cents_with_decimals_are_the_shares_that_they_say(tmp_path):
+    found = read(tmp_path, "[levels]\nshares = {3 = 70.7}\nthresholds = {3 = 70.7, 1 = 1e-5}\n").levels
+    assert (found.shares[3], found.thresholds[3], found.thresholds[1]) == (0.707, 0.707, 1e-7)  # 70.7 / 100 is not
+
+
 def test_the_points_of_a_level_are_that_level_again():
     levels = CourseSettings().levels
     assert {level: levels.level_of(worth) for level, worth in levels.shares.items()} == {n: n for n in range(5)}

@@ -83,7 +83,7 @@ def publish(
         before = book.requests.publications()
         changed = published.changed_since(book.audit(), before[-1].when) if before else []
         count = Reports(folder, found, book).write_all()
-        untold = published.not_ready(book, found.settings.feedback, begun)
+        untold = published.not_ready(book, found.settings, begun)
         is_open = found.settings.feedback.is_open(begun)
         done = book.requests.publish(by, note, begun) if is_open else None
     typer.echo(_("Pages of {students}: {folder}").format(students=plural(count, _("student")), folder=folder))

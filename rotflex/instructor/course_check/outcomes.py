@@ -24,13 +24,11 @@ def check(course: Course) -> Iterator[Finding]:
     except GradingError as error:
         yield Finding(SHEETS_FILE, str(error))
         return
-    placed = {where for layout in layouts for where in layout.parts}
-    for number, question in course.catalogue.marked.items():
-        for part in question.parts:
-            if part.points and part.outcome and (number, part.name) not in placed:
-                yield Finding(
-                    SHEETS_FILE,
-                    _("{question}, {part}: it carries {code}, and is on no sheet.").format(
-                        question=number, part=part.name, code=part.outcome
-                    ),
-                )
+    for number, part in sheet_layout.on_no_sheet(layouts, course.catalogue):
+        if part.outcome:
+            yield Finding(
+                SHEETS_FILE,
+                _("{question}, {part}: it carries {code}, and is on no sheet.").format(
+                    question=number, part=part.name, code=part.outcome
+                ),
+            )

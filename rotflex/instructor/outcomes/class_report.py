@@ -75,7 +75,7 @@ def write(out: Path, course: Course, book: Gradebook, by_section: bool = True) -
     catalogue, goal, level_of = course.catalogue, course.settings.outcomes, course.settings.levels.level_of
     mapped = outcome_map.find(course.folder, catalogue)
     everybody = list(standings(book, catalogue, course.settings.marks))
-    group_of = _section_of if by_section else None
+    group_of = _sections(everybody) if by_section else None
     kinds = [_kind("code", _("Criteria"), catalogue.outcomes, codes_of(catalogue), everybody, level_of, goal, group_of)]
     if mapped is not None:
         criteria = mapped.criteria()
@@ -98,8 +98,12 @@ def write(out: Path, course: Course, book: Gradebook, by_section: bool = True) -
     return Written(len(everybody), tuple(notes))
 
 
-def _section_of(one: Standing) -> str:
-    return one.about.section or _("no section")
+def _sections(everybody: Iterable[Standing]) -> Callable[[Standing], str]:
+    """The section that a student is in, as the first of its students has it: "a" and "A" are one, as in deadlines."""
+    spelt = {caseless(""): _("no section")}
+    for one in everybody:
+        spelt.setdefault(caseless(one.about.section), one.about.section)
+    return lambda one: spelt[caseless(one.about.section)]
 
 
 def _kind(

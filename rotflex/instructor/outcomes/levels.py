@@ -17,14 +17,11 @@ from dataclasses import dataclass
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord, StudentRecord
-from rotflex.instructor.settings import MarkSettings
-from rotflex.instructor.verdicts import Status
+from rotflex.instructor.settings import SHARE_DIGITS, MarkSettings
+from rotflex.instructor.verdicts import UNDECIDED
 
 ALL = MarkSettings()  #: nothing is dropped
 LevelOf = Callable[[float], int]  #: of a share of points, 0 to 1
-
-_UNDECIDED = (Status.FOR_A_PERSON.value, Status.NOT_MARKED.value)
-_DIGITS = 9  # of a share: sums of points are off in the last digit of a float, and a threshold is to be reached
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,7 @@ class Judged:
     @property
     def decided(self) -> bool:
         """Whether its points are known."""
-        return self.mark.status not in _UNDECIDED
+        return self.mark.status not in UNDECIDED
 
     @property
     def by_a_person(self) -> bool:
@@ -70,7 +67,7 @@ class Evidence:
     @property
     def share(self) -> float | None:
         """Points earned of points possible, 0 to 1; None where nothing is decided."""
-        return round(self.earned / self.decided, _DIGITS) if self.decided else None
+        return round(self.earned / self.decided, SHARE_DIGITS) if self.decided else None
 
 
 def evidence(parts: Iterable[Judged]) -> Evidence:

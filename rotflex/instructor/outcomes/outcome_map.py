@@ -6,7 +6,6 @@ and from year to year. A course need not have one.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -15,8 +14,8 @@ from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue, enumeration
 from rotflex.courseware.messages import _
-from rotflex.errors import GradingError
 from rotflex.instructor.course import OUTCOMES_FILE
+from rotflex.instructor.settings import toml_file
 
 _SECTIONS = ("scheme", "outcomes", "codes")
 
@@ -67,13 +66,23 @@ class OutcomeMap:
 def find(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
     """The map of the course in a folder; None if it has none.
 
+    Its file is TOML: ``scheme``, a section ``[outcomes]`` (key = "short name"), and a section ``[codes]``
+    (code = ["key", …]).
+
     Raises
     ------
     GradingError
         If there is one that cannot be used; the message tells each fault, and what to do.
     """
     file = folder / OUTCOMES_FILE
-    return read(file, catalogue) if file.exists() else None
+    try:
+        found = toml_file.read(file)
+    except FileNotFoundError:
+        return None
+    toml_file.refuse(file, _misfits(found))
+    toml_file.refuse(file, _strangers(found, catalogue))
+    codes = {code: tuple(dict.fromkeys(goes_to)) for code, goes_to in found["codes"].items()}
+    return OutcomeMap(found["scheme"], dict(found["outcomes"]), codes)
 
 
 def no_map(folder: Path) -> str:
@@ -81,32 +90,6 @@ def no_map(folder: Path) -> str:
     return _(
         "This course has no {file} in {folder}: its codes have levels, and outcomes of an accreditation have none."
     ).format(file=OUTCOMES_FILE, folder=folder)
-
-
-def read(file: Path, catalogue: Catalogue) -> OutcomeMap:
-    """A map from its file.
-
-    Parameters
-    ----------
-    file : TOML: ``scheme``, a section ``[outcomes]`` (key = "short name"), a section ``[codes]`` (code = ["key", …])
-    catalogue : which codes there are
-
-    Raises
-    ------
-    GradingError
-        If it cannot be used; the message tells each fault, and what to do.
-    """
-    try:
-        found = tomllib.loads(file.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
-    except (OSError, ValueError) as error:
-        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
-    faults = [*_misfits(found)] or [*_strangers(found, catalogue)]
-    if faults:
-        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
-    codes = {code: tuple(dict.fromkeys(goes_to)) for code, goes_to in found["codes"].items()}
-    return OutcomeMap(found["scheme"], dict(found["outcomes"]), codes)
 
 
 def listed(names: Collection[str]) -> str:
@@ -125,16 +108,12 @@ def _misfits(found: Mapping[str, Any]) -> Iterator[str]:
     if not isinstance(outcomes, Mapping) or not outcomes or not all(map(_is_line, outcomes.values())):
         yield _('[outcomes]: it should have a line for each outcome, its key and a short name, as in: 1 = "problems"')
     codes = found.get("codes")
-    if not isinstance(codes, Mapping) or not all(map(_is_keys, codes.values())):
+    if not isinstance(codes, Mapping) or not all(map(toml_file.are_texts, codes.values())):
         yield _('[codes]: it should have a line for each code, with the keys of its outcomes, as in: A-1 = ["1"]')
 
 
 def _is_line(value: object) -> bool:
     return isinstance(value, str) and bool(value.strip()) and value.isprintable()
-
-
-def _is_keys(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(one, str) for one in value)
 
 
 def _strangers(found: Mapping[str, Any], catalogue: Catalogue) -> Iterator[str]:

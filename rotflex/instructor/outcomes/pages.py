@@ -6,13 +6,10 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rotflex.instructor.reports.safe_text import spreadsheet_cell
 from rotflex.instructor.reports.templating import templates
-
-if TYPE_CHECKING:
-    pass
 
 _ROOM = "rotflex.instructor.outcomes"
 

@@ -107,11 +107,12 @@ def groups(found: Sequence[Attainment], target: float, salt: str) -> Markup:
         for number, name in enumerate(names):
             cells = [(row, one.groups[name].figures) for row, one in enumerate(rows) if name in one.groups]
             at = [(row, figures.attainment) for row, figures in cells if figures is not None]
+            mark, colour = _look(number)
             marks += axes.plot(
                 [share for _row, share in at],
                 [row + 0.5 * ((number + 0.5) / len(names) - 0.5) for row, _share in at],
-                _MARKS[number % len(_MARKS)],
-                color=_GROUPS[number % len(_GROUPS)],
+                mark,
+                color=colour,
                 markersize=8,
                 clip_on=False,
             )
@@ -131,6 +132,12 @@ def groups(found: Sequence[Attainment], target: float, salt: str) -> Markup:
         groups=no_escapes(", ".join(names))
     )
     return _svg(draw, len(rows), alt, salt)
+
+
+def _look(number: int) -> tuple[str, str]:
+    """A group's mark and colour: no two groups have both in common, for as many as there are pairs of them."""
+    turn, place = divmod(number, len(_GROUPS))
+    return _MARKS[(place + turn) % len(_MARKS)], _GROUPS[place]
 
 
 def _svg(draw: Any, rows: int, alt: str, salt: str) -> Markup:

@@ -81,7 +81,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
 
 
 def _notes(layouts: Sequence[sheet_layout.Layout], course: Course, absent: Sequence[str]) -> Iterator[str]:
-    left_out = sheet_layout.on_no_sheet(layouts, course.catalogue)
+    left_out = [f"{number} {part.name}" for number, part in sheet_layout.on_no_sheet(layouts, course.catalogue)]
     if left_out:
         yield _("On no sheet, as no row and code has it: {parts}.").format(parts=", ".join(left_out))
     if dropped := course.settings.marks.drop:

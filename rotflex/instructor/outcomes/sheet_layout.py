@@ -7,7 +7,6 @@ are scored in a cell follows from the catalogue: those of the row that carry the
 from __future__ import annotations
 
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -16,10 +15,11 @@ from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
-from rotflex.courseware.parts import Question, ReportItem
+from rotflex.courseware.parts import Part, Question, ReportItem
 from rotflex.errors import GradingError
 from rotflex.instructor.course import SHEETS_FILE
 from rotflex.instructor.outcomes.outcome_map import listed
+from rotflex.instructor.settings import toml_file
 
 Where = tuple[str, str]  #: question and part
 
@@ -82,35 +82,28 @@ def read(folder: Path, catalogue: Catalogue) -> list[Layout]:
     """
     file = folder / SHEETS_FILE
     try:
-        found = tomllib.loads(file.read_text(encoding="utf-8"))
+        found = toml_file.read(file)
     except FileNotFoundError:
         raise GradingError(
             _("This course has no scoring sheets: there is no {file}. (docs/outcomes.md says what it holds.)").format(
                 file=file
             )
         ) from None
-    except tomllib.TOMLDecodeError as error:
-        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
-    except (OSError, ValueError) as error:
-        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
-    faults = [fault for name, given in found.items() for fault in _faults(name, given, catalogue)]
-    layouts = [] if faults else [_layout(name, given, catalogue) for name, given in found.items()]
+    toml_file.refuse(file, (fault for name, given in found.items() for fault in _faults(name, given, catalogue)))
+    layouts = [_layout(name, given, catalogue) for name, given in found.items()]
     twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
-    faults += [_("{question}, {part}: it is scored in two places.").format(question=q, part=p) for q, p in twice]
-    if faults:
-        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
+    told = _("{question}, {part}: it is scored in two places.")
+    toml_file.refuse(file, (told.format(question=question, part=part) for question, part in twice))
     return layouts
 
 
-def on_no_sheet(layouts: Collection[Layout], catalogue: Catalogue) -> list[str]:
-    """What is worth points and is on no sheet, as "1.2 reason": parts without a code, and what a layout left out."""
+def on_no_sheet(layouts: Collection[Layout], catalogue: Catalogue) -> Iterator[tuple[str, Part]]:
+    """What is worth points and is on no sheet: parts without a code, and what a layout left out, by their question."""
     placed = {where for one in layouts for where in one.parts}
-    return [
-        f"{number} {part.name}"
-        for number, question in catalogue.marked.items()
-        for part in question.parts
-        if part.points and (number, part.name) not in placed
-    ]
+    for number, question in catalogue.marked.items():
+        for part in question.parts:
+            if part.points and (number, part.name) not in placed:
+                yield number, part
 
 
 # --- faults -----------------------------------------------------------------------------------------------------------
@@ -140,7 +133,7 @@ def _faults(name: str, given: Any, catalogue: Catalogue) -> Iterator[str]:
         )
     for entry in ("codes", "format"):
         codes = given.get(entry, [] if entry == "format" else None)
-        if not _are_names(codes) or not set(codes) <= set(catalogue.outcomes):
+        if not toml_file.are_texts(codes) or not set(codes) <= set(catalogue.outcomes):
             yield _("{name}.{entry}: it should be a list of codes, of {known}.").format(
                 name=name, entry=entry, known=listed(catalogue.outcomes)
             )
@@ -150,7 +143,7 @@ def _faults(name: str, given: Any, catalogue: Catalogue) -> Iterator[str]:
 def _misplaced(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Iterator[str]:
     """What is wrong with what else is scored in a row."""
     also = given.get("also", {})
-    if not isinstance(also, Mapping) or not all(map(_are_names, also.values())):
+    if not isinstance(also, Mapping) or not all(map(toml_file.are_texts, also.values())):
         yield _('{name}.also: it should have a line for a row, as in: "II.1" = ["1.2"]').format(name=name)
         return
     rows = {item.number for item in catalogue.items(str(given.get("report", "")))}
@@ -160,10 +153,6 @@ def _misplaced(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Ite
         for number in numbers:
             if number not in catalogue.marked:
                 yield _("{name}.also: there is no question {number!r}.").format(name=name, number=number)
-
-
-def _are_names(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(one, str) for one in value)
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------

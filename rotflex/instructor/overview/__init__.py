@@ -2,6 +2,7 @@
 
 =================  =================================================================================================
 ``section``        what is told, in the form that both ways of showing it take
+``counted``        what counts: what ``course.toml`` drops is left out before anything is told
 ``students``       who handed in what; who is in trouble, and why
 ``waiting``        what waits for whom; faults of the key
 ``slips``          which questions went wrong for many, and the commonest reasons

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from rotflex.courseware.messages import _, plural
-from rotflex.courseware.student_id import caseless
 from rotflex.instructor.accounts.lateness import timing
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Gradebook, Graded, StudentRecord
-from rotflex.instructor.graded_run import facts_of
-from rotflex.instructor.overview import published, slips, students, times, waiting
+from rotflex.instructor.gradebook import Gradebook, StudentRecord
+from rotflex.instructor.overview import counted, published, slips, students, times, waiting
 from rotflex.instructor.overview.section import Section, Table, moment
 from rotflex.instructor.overview.students import Student
 from rotflex.instructor.reports import same_work
-from rotflex.instructor.reports.result import result_in
+from rotflex.instructor.reports.result import received, result_in
 from rotflex.instructor.running.intake import is_unread
 
 
@@ -29,12 +26,14 @@ class Glance:
     title, term : of the course
     when : it was looked at
     sections : what there is to tell
+    left_out : what does not count, and so is not told, in a line; "" where nothing is
     """
 
     title: str
     term: str
     when: datetime
     sections: tuple[Section, ...]
+    left_out: str = ""
 
     @property
     def about(self) -> str:
@@ -51,16 +50,11 @@ def at(book: Gradebook, course: Course) -> Glance:
     course : whose questions these are
     """
     titles = {number: question.title for number, question in course.catalogue.marked.items()}
-    notebooks = [path.name for path in course.notebooks]
-    compared = same_work.Compared(course)
-    everybody, now = [], datetime.now(UTC)
-    for about in book.students():
-        graded = book.current(about.student)
-        everybody.append(_student(book, course, about, graded, now))
-        if graded is not None:
-            compared.add(graded, book.delivered(about.student))
+    notebooks, counts = [path.name for path in course.notebooks], course.settings.marks
+    now = datetime.now(UTC)
+    everybody = [_student(book, course, about, now) for about in book.students()]
     runs = [one.graded for one in everybody if one.graded is not None]
-    answers, trail = book.scores.answers(), book.audit()
+    answers, trail = counted.of_answers(book.scores.answers(), counts), book.audit()
     sections = (
         students.handed_in(everybody, notebooks),
         students.in_trouble(everybody),
@@ -69,47 +63,46 @@ def at(book: Gradebook, course: Course) -> Glance:
         waiting.requests(book.requests.all()),
         waiting.faults(runs),
         slips.section(runs, titles),
-        _same_work(compared.hints()),
+        _same_work(same_work.of_class(book, course)),
         times.section(len(runs), trail, book.scores.acts(), answers),
         published.section(book.requests.publications(), trail),
     )
-    return Glance(course.title, course.settings.term, now, sections)
+    return Glance(course.title, course.settings.term, now, sections, counted.left_out(counts))
 
 
-def _student(book: Gradebook, course: Course, about: StudentRecord, graded: Graded | None, now: datetime) -> Student:
-    """What there is of a student, and what came late or is missing after it was due."""
-    notebooks = [path.name for path in course.notebooks]
-    received = _received(book, about.student, graded, notebooks)
+def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetime) -> Student:
+    """What there is of a student, and what came late or is missing after it was due; all of it as far as it counts."""
+    graded, counts = book.current(about.student), course.settings.marks
+    names = [path.name for path in course.notebooks]
+    came = {name: when for name, when in received(book, about.student, graded).items() if name in names}
     problems = () if graded is None else graded.run.problems
-    unread = tuple(name for name in notebooks if name not in received and is_unread(name, problems))
+    unread = tuple(name for name in names if name not in came and is_unread(name, problems))
     account = None if graded is None else result_in(book, course, graded, about).account
     late = {} if account is None else {one.notebook: one.days for one in account.timings if one.days}
-    if graded is not None and not received and not unread:
-        return Student(about, graded)  # nobody knows when anything came
-    missing = [name for name in course.catalogue.notebooks if f"{name}.ipynb" not in (*received, *unread)]
+    counting = None if graded is None else counted.of_run(graded, counts)
+    if graded is not None and not came and not unread:
+        return Student(about, counting)  # nobody knows when anything came
+    due = counted.notebooks(course.catalogue, counts)
+    missing = [name for name in due if f"{name}.ipynb" not in (*came, *unread)]
     # What is not there is overdue if it would be late now.
     would = ((name, timing(course.settings, about, name, now)) for name in missing)
-    return Student(about, graded, received, unread, late, tuple(name for name, one in would if one and one.days))
+    return Student(about, counting, came, unread, late, tuple(name for name, one in would if one and one.days))
 
 
-def _received(book: Gradebook, student: str, graded: Graded | None, wanted: Sequence[str]) -> Mapping[str, datetime]:
-    """When each notebook came. What is a student's by a partner's word alone is kept as the partner's."""
-    partner = "" if graded is None else facts_of(graded.run).bench_of
-    theirs = book.received(partner) if partner and caseless(partner) != caseless(student) else {}
-    return {name: when for name, when in {**theirs, **book.received(student)}.items() if name in wanted}
-
-
-def _same_work(found: Sequence[same_work.Hint]) -> Section:
+def _same_work(found: same_work.Found) -> Section:
     """What class-mates have in common."""
-    groups = same_work.by_students(found)
+    groups = same_work.by_students(found.hints)
     first = (
         _(
             "{groups} of students with something in common that hardly anybody else has. A hint, never a verdict."
         ).format(groups=plural(len(groups), _("group")))
         if groups
+        else _("Nobody has anything in common that hardly anybody else has, as far as it was compared.")
+        if found.left_out
         else _("Nobody has anything in common that hardly anybody else has.")
     )
-    more = (_("It may be chance, or help that you allow. No mark depends on it. Ask before you conclude anything."),)
+    never = _("It may be chance, or help that you allow. No mark depends on it. Ask before you conclude anything.")
+    more = (never if groups else "", found.left_out)
     rows = tuple((", ".join(who), "\n".join(one.evidence for one in those)) for who, those in groups.items())
     table = Table((_("Students"), _("What they have in common")), rows)
-    return Section(_("Hints of the same work"), first, more if groups else (), (table,))
+    return Section(_("Hints of the same work"), first, tuple(filter(None, more)), (table,), urgent=bool(found.left_out))

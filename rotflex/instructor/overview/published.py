@@ -8,9 +8,10 @@ from datetime import datetime
 
 from rotflex.courseware.messages import _, plural
 from rotflex.instructor.gradebook import AuditRecord, Gradebook, MarkState, Publication
+from rotflex.instructor.overview import counted
 from rotflex.instructor.overview.section import Section, Table, moment
 from rotflex.instructor.reports.result import points
-from rotflex.instructor.settings import FeedbackSettings
+from rotflex.instructor.settings import CourseSettings
 from rotflex.instructor.verdicts import UNDECIDED
 
 
@@ -89,9 +90,10 @@ def _of(mark: MarkState | None) -> str:
     return _("{points} of {out_of}").format(points=points(mark.points), out_of=points(mark.out_of))
 
 
-def not_ready(book: Gradebook, seen: FeedbackSettings, now: datetime) -> list[str]:
+def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> list[str]:
     """What whoever gives feedback back should know: what waits, what is asked, and whether pages are closed now."""
-    waiting = [one for one in book.scores.answers() if one.waiting]
+    everything = [one for one in book.scores.answers() if one.waiting]
+    waiting = counted.of_answers(everything, settings.marks)
     students = len({one.student for one in waiting})
     open_ones = len(book.requests.all(open_only=True))
     found = []
@@ -101,10 +103,13 @@ def not_ready(book: Gradebook, seen: FeedbackSettings, now: datetime) -> list[st
                 answers=plural(len(waiting), _("answer")), students=plural(students, _("student"))
             )
         )
+    if len(waiting) < len(everything):
+        found.append(counted.left_out(settings.marks))
     if open_ones:
         found.append(
             _("{requests} not answered yet (rotflex requests).").format(requests=plural(open_ones, _("request")))
         )
+    seen = settings.feedback
     if seen.opens is not None and not seen.is_open(now):
         found.append(
             _(

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from rotflex.courseware.messages import _
 from rotflex.instructor.overview.glance import Glance
 from rotflex.instructor.overview.section import Section, Table
 from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.reports.templating import templates
-
-if TYPE_CHECKING:
-    pass
 
 CLASS_FILE = "class.html"  #: in the folder of results
 _WIDTH = 100  # columns of a terminal
@@ -29,6 +25,8 @@ def page(glance: Glance) -> str:
 def lines(glance: Glance) -> Iterator[str]:
     """The same for a terminal, without what would steer it."""
     yield no_escapes(glance.about)
+    if glance.left_out:
+        yield from textwrap.wrap(no_escapes(glance.left_out), _WIDTH)
     for section in glance.sections:
         yield ""
         yield from map(no_escapes, _section(section))

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
@@ -33,9 +33,6 @@ from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.reports.templating import templates
 from rotflex.instructor.settings import FeedbackSettings
 from rotflex.instructor.verdicts import UNDECIDED, Status
-
-if TYPE_CHECKING:
-    pass
 
 #: Style and sign; the words are there as well, for who cannot see colours or signs.
 _LOOK = {

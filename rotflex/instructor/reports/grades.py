@@ -77,7 +77,7 @@ class Reports:
         make_folder(out)
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, str] = {}
-        self._hints: list[same_work.Hint] = []
+        self._hints = same_work.Found(())
 
     def __enter__(self) -> Reports:
         return self
@@ -122,9 +122,10 @@ class Reports:
     def hints(self) -> str:
         """What class-mates have in common, in a line or two; "" where it is nothing. After :meth:`write_all`."""
         line = _("{what}, as a hint and never a verdict: {count}, listed in {file}.")
-        counts = Counter(one.about for one in self._hints)
+        counts = Counter(one.about for one in self._hints.hints)
         file = self._out / HINTS_FILE
-        return "\n".join(line.format(what=about, count=count, file=file) for about, count in counts.items())
+        told = [line.format(what=about, count=count, file=file) for about, count in counts.items()]
+        return "\n".join([*told, *filter(None, [self._hints.left_out])])
 
     def write_all(self) -> int:
         """Write everybody's pages, ``grades.csv``, and ``hints.md``.
@@ -143,26 +144,24 @@ class Reports:
         waiting = {caseless(one): StudentRecord(one) for one in (*self._handed_in, *self._book.handed_in())}
         everybody = waiting | {caseless(one.student): one for one in self._book.students()}
         rows: list[Result | Unmarked] = []
-        compared = same_work.Compared(self._course)
         for known_as, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
                 rows.append(Unmarked(about, NOT_GRADED_YET if known_as in waiting else NOTHING_HANDED_IN))
             else:
                 rows.append(self._pages(graded, about))
-                compared.add(graded, self._book.delivered(about.student))
-        self._write_hints(compared.hints())
+        self._write_hints(same_work.of_class(self._book, self._course))
         if rows:
             self._write(self._out / GRADES_FILE, grades_table.text(rows, self._course.key))
         if self._failures:
             raise _not_written(self._failures)
         return len(rows)
 
-    def _write_hints(self, found: list[same_work.Hint]) -> None:
-        """The file of hints; none where there are none, nor one of before."""
+    def _write_hints(self, found: same_work.Found) -> None:
+        """The file of hints, and of what could not be compared; none where there is neither, nor one of before."""
         self._hints = found
         path = self._out / HINTS_FILE
-        if found:
+        if found.hints or found.left_out:
             self._write(path, no_escapes(same_work.text(found)))
             return
         try:

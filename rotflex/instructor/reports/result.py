@@ -153,19 +153,23 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     student = graded.run.student
     requests = [one for one in book.requests.all() if caseless(one.student) == caseless(student)]
     found = result_of(graded, about, book.comments(student), requests)
-    account = account_of(
-        found.marks, course, about or StudentRecord(student), _received(book, course, graded), graded.run
-    )
+    came = received(book, student, graded) if course.settings.deadlines else {}
+    account = account_of(found.marks, course, about or StudentRecord(student), came, graded.run)
     return replace(found, account=account)
 
 
-def _received(book: Gradebook, course: Course, graded: Graded) -> dict[str, datetime]:
-    """When each notebook came. What is a student's by a partner's word alone is kept as the partner's."""
-    if not course.settings.deadlines:
-        return {}
-    partner = facts_of(graded.run).bench_of
-    theirs = book.received(partner) if partner and caseless(partner) != caseless(graded.run.student) else {}
-    return {**theirs, **book.received(graded.run.student)}
+def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, datetime]:
+    """When each notebook of a student came. What is theirs by a partner's word alone is kept as the partner's.
+
+    Parameters
+    ----------
+    book : that knows it
+    student : whose
+    graded : their run that counts, which says whose partner they are; None without
+    """
+    partner = "" if graded is None else facts_of(graded.run).bench_of
+    theirs = book.received(partner) if partner and caseless(partner) != caseless(student) else {}
+    return {**theirs, **book.received(student)}
 
 
 def lapse(given: GivenMark) -> str:

@@ -12,7 +12,7 @@ Each pair or group of students has one entry. Whoever hands in together is left 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -21,7 +21,7 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import RotflexError
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Delivery, Gradebook, Graded
+from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.graded_run import facts_of, words_of
 from rotflex.instructor.release import student_course
 from rotflex.instructor.reports import same_code, same_recordings, shared_files, similar
@@ -53,62 +53,62 @@ class Hint:
     evidence: str
 
 
-class Compared:
-    """A class's work, as it is compared. Add everybody, then ask for the :meth:`hints`.
+@dataclass(frozen=True)
+class Found:
+    """What a class has in common.
 
-    Parameters
+    Attributes
     ----------
-    course : whose questions these are
+    hints : in the order of what is the same
+    left_out : what was not compared, and why; "" where all was
     """
 
-    def __init__(self, course: Course) -> None:
-        self._course = course
-        self._given = _handed_out(course)
-        self._data = _data(course)
-        self._answered: list[similar.Student] = []
-        self._files: list[shared_files.Measured] = []
-        self._recorded: list[same_recordings.Recorded] = []
-        self._coders: list[Author] = []
-        self._writers: list[Author] = []
-
-    def add(self, graded: Graded, delivered: Iterable[Delivery]) -> None:
-        """A student's run that counts, and what they handed in last."""
-        student, content = graded.run.student, {one.name: one.content for one in delivered}
-        group = caseless(facts_of(graded.run).bench_of or student)
-        self._answered += filter(None, [similar.student(graded, self._course)])
-        self._files.append(shared_files.measured(graded, content, self._data))
-        self._recorded.append(same_recordings.recorded(graded, group, content.get(ANSWERS_FILE)))
-        self._coders.append(same_code.coder(student, group, content, self._given))
-        self._writers.append(same_code.writer(student, group, words_of(graded.run)))
-
-    def hints(self) -> list[Hint]:
-        """What they have in common."""
-        numbers = similar.hints(self._answered, similar.measured_parts(self._course.key))
-        same = [*same_recordings.hints(self._recorded), *shared_files.hints(self._files)]
-        code = same_code.in_code(self._coders, self._given)
-        words = same_code.in_words(self._writers, self._given)
-        return [
-            *(Hint(one.students, About.NUMBERS, str(one)) for one in numbers),
-            *(Hint(students, About.MEASURED, line) for students, line in same),
-            *(Hint(one.students, About.CODE, same_code.told(one, of_code=True)) for one in code),
-            *(Hint(one.students, About.WORDS, same_code.told(one, of_code=False)) for one in words),
-        ]
+    hints: tuple[Hint, ...]
+    left_out: str = ""
 
 
-def of_class(book: Gradebook, course: Course) -> list[Hint]:
-    """What the students in a gradebook have in common."""
-    compared = Compared(course)
+def of_class(book: Gradebook, course: Course) -> Found:
+    """What the students in a gradebook have in common, by their runs that count and what they handed in last."""
+    given, left_out = _handed_out(course)
+    data = _data(course)
+    answered: list[similar.Student] = []
+    measured: list[shared_files.Measured] = []
+    recorded: list[same_recordings.Recorded] = []
+    coders: list[Author] = []
+    writers: list[Author] = []
     for graded in book.all_current():
-        compared.add(graded, book.delivered(graded.run.student))
-    return compared.hints()
+        student = graded.run.student
+        content = {one.name: one.content for one in book.delivered(student)}
+        group = caseless(facts_of(graded.run).bench_of or student)
+        answered += filter(None, [similar.student(graded, course)])
+        measured.append(shared_files.measured(graded, content, data))
+        recorded.append(same_recordings.recorded(graded, group, content.get(ANSWERS_FILE)))
+        if given is not None:
+            coders.append(same_code.coder(student, group, content, given))
+            writers.append(same_code.writer(student, group, words_of(graded.run)))
+    numbers = similar.hints(answered, similar.measured_parts(course.key))
+    same = [*same_recordings.hints(recorded), *shared_files.hints(measured)]
+    code, words = ([], []) if given is None else (same_code.in_code(coders, given), same_code.in_words(writers, given))
+    hints = (
+        *(Hint(one.students, About.NUMBERS, str(one)) for one in numbers),
+        *(Hint(students, About.MEASURED, line) for students, line in same),
+        *(Hint(one.students, About.CODE, same_code.told(one, of_code=True)) for one in code),
+        *(Hint(one.students, About.WORDS, same_code.told(one, of_code=False)) for one in words),
+    )
+    return Found(hints, left_out)
 
 
-def _handed_out(course: Course) -> same_code.HandedOut:
+def _handed_out(course: Course) -> tuple[same_code.HandedOut | None, str]:
+    """What students were given; or None, and in words what that costs: all that was given would be in common."""
     try:
         solutions = [path.read_bytes() for path in course.notebooks]
-        return same_code.HandedOut([text.encode() for text in student_course.derived(course).values()], solutions)
-    except (RotflexError, OSError):  # a fault of the course is told where it is released, and is not worth a report
-        return same_code.HandedOut([])
+        notebooks = [text.encode() for text in student_course.derived(course).values()]
+    except (RotflexError, OSError) as error:
+        return None, _(
+            "Code and words were not compared, as it is not known what was handed out, which all have in common: {why} "
+            "Mend that, and say rotflex report."
+        ).format(why=error)
+    return same_code.HandedOut(notebooks, solutions), ""
 
 
 def _data(course: Course) -> Collection[str]:
@@ -126,7 +126,7 @@ def by_students(found: Iterable[Hint]) -> dict[tuple[str, ...], list[Hint]]:
     return dict(sorted(groups.items(), key=lambda item: (-sorts[item[0]], item[0])))
 
 
-def text(found: Sequence[Hint]) -> str:
+def text(found: Found) -> str:
     """The file for instructors."""
     head = _(
         "# What class-mates have in common\n\n"
@@ -135,7 +135,7 @@ def text(found: Sequence[Hint]) -> str:
         "worked at one bench together have the same files; so has whoever took them from somebody. Code and words may "
         "come from one book, or from working together. No mark depends on it. Ask before you conclude anything.\n"
     )
-    lines = [head]
-    for students, those in by_students(found).items():
+    lines = [head, *([f"{found.left_out}\n"] if found.left_out else [])]
+    for students, those in by_students(found.hints).items():
         lines += [f"## {', '.join(students)}", "", *(f"* {one.evidence}" for one in those), ""]
     return "\n".join(lines)

@@ -5,12 +5,14 @@
 ``entries``         what may stand in the file: sections, entries, what each has to be, and an example
 ``contradictions``  what does not go with each other, or with the course
 ``reading``         the file → :class:`CourseSettings`, or all that is not understood of it
+``toml_file``       any file of a course's folder that is TOML: read, or refused
 ==================  ==================================================================================================
 """
 
 from __future__ import annotations
 
 from rotflex.instructor.settings.decided import (
+    SHARE_DIGITS,
     CourseSettings,
     Deadline,
     Extension,
@@ -25,6 +27,7 @@ from rotflex.instructor.settings.reading import SETTINGS_FILE, read
 
 __all__ = [
     "SETTINGS_FILE",
+    "SHARE_DIGITS",
     "CourseSettings",
     "Deadline",
     "Extension",

@@ -9,6 +9,9 @@ from datetime import datetime
 from rotflex.courseware import course_file
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
 
+#: Digits of a share of points: sums of points are off in the last digit of a float, and a threshold is to be reached.
+SHARE_DIGITS = 9
+
 
 @dataclass(frozen=True)
 class FeedbackSettings:
@@ -105,7 +108,9 @@ class LevelSettings:
 
     def level_of(self, share: float) -> int:
         """The level of a share (0 to 1) of the points: the highest whose threshold it reaches; 0 for nothing."""
-        return max((level for level, least in self.thresholds.items() if share >= least and share > 0), default=0)
+        earned = round(share, SHARE_DIGITS)
+        reached = (level for level, least in self.thresholds.items() if earned >= round(least, SHARE_DIGITS))
+        return max(reached, default=0) if earned > 0 else 0
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection, Mapping
 from datetime import date, datetime, time
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
-from rotflex.courseware.messages import _
-from rotflex.errors import GradingError
+from rotflex.instructor.settings import toml_file
 from rotflex.instructor.settings.contradictions import Known, contradictions
 from rotflex.instructor.settings.decided import (
     CourseSettings,
@@ -55,21 +54,12 @@ def read(
     """
     file = folder / SETTINGS_FILE
     try:
-        content = file.read_text(encoding="utf-8")
+        found = toml_file.read(file)
     except FileNotFoundError:
-        content = ""
-    except (OSError, ValueError) as error:
-        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
-    try:
-        found = tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
-    faults = [*misfits(found)]
-    decided = CourseSettings() if faults else _settings(found, draw)
-    if not faults:
-        faults = [*contradictions(found, decided, Known(presets, benches or {}, catalogue))]
-    if faults:
-        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
+        found = {}
+    toml_file.refuse(file, misfits(found))
+    decided = _settings(found, draw)
+    toml_file.refuse(file, contradictions(found, decided, Known(presets, benches or {}, catalogue)))
     return decided
 
 
@@ -104,9 +94,9 @@ def _marks(given: Mapping[str, Any]) -> MarkSettings:
 
 
 def _levels(given: Mapping[str, Any], usual: LevelSettings) -> LevelSettings:
-    """Levels of which nothing is said are as usual."""
+    """Levels of which nothing is said are as usual. 70.7 % is 0.707, and not what lies next to it."""
     shares, thresholds = (
-        {int(level): percent / 100 for level, percent in given.get(name, {}).items()}
+        {int(level): float(Decimal(str(percent)) / 100) for level, percent in given.get(name, {}).items()}
         for name in ("shares", "thresholds")
     )
     return LevelSettings({**usual.shares, **shares}, {**usual.thresholds, **thresholds})

@@ -17,7 +17,7 @@ from made_courses import OURS
 from marked_class import by_definition
 
 from rotflex.instructor.gradebook import Gradebook, StudentRecord
-from rotflex.instructor.outcomes import attainment, class_report, levels
+from rotflex.instructor.outcomes import attainment, class_report, levels, plots
 from rotflex.instructor.outcomes.small_groups import withheld
 from rotflex.instructor.settings import LevelSettings, MarkSettings, OutcomeSettings
 
@@ -238,6 +238,23 @@ def test_a_report_in_which_nothing_is_shown_says_so_and_one_that_shows_all_says_
     assert "fewer than 17 students" in first and not any(row["students"] for row in rows)
     notes = class_report.write(tmp_path, course(fewest=1), book).notes
     assert not any("withheld" in one.casefold() for one in notes)
+
+
+def test_a_section_is_one_however_its_letters_are_written(tmp_path):
+    with Gradebook(marked_class.gradebook(tmp_path, {"lab a": 6, "Lab A": 6, "B": 7})) as book:
+        class_report.write(tmp_path, course(), book)
+    rows = [row for row in table(tmp_path / "attainment.csv") if row["criterion"] == "A-1"]
+    assert {row["group"]: row["students"] for row in rows} == {"everybody": "19", "B": "7", "lab a": "12"}
+
+
+def test_no_two_of_many_sections_have_mark_and_colour_in_common():
+    names = [f"Section {number}" for number in range(14)]
+    figures = attainment.Figures(6, 0, {4: 6}, 6, 1.0)
+    cells = {name: attainment.Cell(figures) for name in names}
+    found = [attainment.Attainment(code, attainment.Cell(figures), cells) for code in OURS.catalogue.outcomes]
+    drawn = str(plots.groups(found, 70, "one"))
+    shown = re.findall(r'xlink:href="#(\w+)"[^>]*style="fill: (var\(--look\d\))', drawn[drawn.index('id="legend') :])
+    assert len(shown) == len(set(shown)) == len(names)
 
 
 def test_with_none_in_place_of_sections_there_are_no_sections(book, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+from fractions import Fraction
 
 import marked_class
 import pytest
@@ -15,7 +16,7 @@ from marked_class import by_definition
 
 from rotflex.instructor.gradebook import Gradebook, MarkRecord, StudentRecord
 from rotflex.instructor.outcomes import levels, outcome_map
-from rotflex.instructor.settings import LevelSettings, MarkSettings
+from rotflex.instructor.settings import LevelSettings, MarkSettings, read
 
 MAP = outcome_map.find(OURS.folder, OURS.catalogue)
 SOMEBODY = StudentRecord("ada")
@@ -53,6 +54,25 @@ def test_a_share_that_is_a_threshold_reaches_it_whatever_floats_make_of_it():
     assert standing(marks).by_criterion({"A-2": {"A-2"}})["A-2"].share == 0.75
     thirds = [MarkRecord("2.1", "V", "right", 1.1 * 3, 4.4, "")]
     assert LEVEL_OF(standing(thirds).by_criterion({"A-2": {"A-2"}})["A-2"].share) == 3
+
+
+@pytest.mark.parametrize("possible", [1.0, 2.0, 4.4, 7.0])
+def test_work_exactly_at_a_threshold_of_one_decimal_reaches_it(tmp_path, possible):
+    for tenths in range(500, 901):
+        three = f"3 = {tenths // 10}.{tenths % 10}"
+        given = f"[levels]\nshares = {{4 = 95, {three}, 2 = 40}}\nthresholds = {{4 = 95, {three}, 2 = 40}}\n"
+        (tmp_path / "course.toml").write_text(given, encoding="utf-8")
+        settings = read(tmp_path).levels
+        by_machine = float(Fraction(tenths, 1000) * Fraction(str(possible)))
+        for points in (by_machine, settings.shares[3] * possible):
+            mark = MarkRecord("2.2", "T", "partly right", points, possible, "")
+            share = standing([mark]).by_criterion({"A-2": {"A-2"}})["A-2"].share
+            assert settings.level_of(share) == settings.level_of(points / possible) == 3, three
+
+
+def test_a_threshold_of_many_digits_is_reached_by_the_share_that_it_stands_for():
+    assert LevelSettings(thresholds={3: 0.6666666667, 2: 0.3333333333, 1: 0.0}).level_of(2 / 3) == 3
+    assert LevelSettings(thresholds={3: 0.9, 2: 0.3333333333, 1: 0.0}).level_of(round(1 / 3, 9)) == 2
 
 
 def test_what_could_not_be_marked_waits_and_what_was_supplied_earned_nothing():

@@ -10,14 +10,14 @@ from html.parser import HTMLParser
 import pytest
 from contrast import contrast
 from day_class import HANDED_IN, deliver, fill, notebook, score
-from gradebooks import enrol, graded, mark, prose, record
+from gradebooks import enrol, graded, mark, prose, record, report_text
 from made_courses import OURS
 
 from rotflex.instructor.gradebook import Gradebook, StudentRecord
 from rotflex.instructor.graded_run import Facts
 from rotflex.instructor.overview import glance, shown, slips, students
 from rotflex.instructor.running import intake
-from rotflex.instructor.settings import Deadline, Extension, LateSettings
+from rotflex.instructor.settings import Deadline, Extension, LateSettings, MarkSettings
 
 COPY = "\n".join(f"value_{n} = np.sum([{n}, {n * n}, {7 * n}]) + np.pi ** {n}" for n in range(10))
 
@@ -147,6 +147,63 @@ def test_what_cannot_be_read_was_handed_in_all_the_same(book, tmp_path):
     assert [row[2] for row in rows(section, 2)] == ["", "03", "03"]  # the second of ada is there
     deliver(book, "ada", {SECOND: notebook("a = 2")}, HANDED_IN + timedelta(days=1))
     assert rows(told(book)["Handed in"], 1)[0][:3] == ("ada", "02, 03", "")
+
+
+# --- what does not count ----------------------------------------------------------------------------------------------
+
+
+def dropping(*names, course=OURS):
+    return replace(course, settings=replace(course.settings, marks=MarkSettings(drop=names)))
+
+
+def test_what_is_dropped_is_in_nothing_that_is_told_and_the_page_says_so_once(book, tmp_path):
+    enrol(book, tmp_path, *((student, "", "", "") for student in "abcdef"))
+    fault = "2.16, comparison is not marked: key.py, line 3"
+    for student in "abcdef":
+        words = report_text("missing", given="") if student in "abc" else report_text()
+        words = report_text("not marked: key fault") if student == "d" else words
+        record(book, graded(student, mark(), prose(), words, problems=(fault,) if student == "d" else ()))
+        book.set_mark(student, "2.11", "explanation", 1.0, "ok", "tia")
+    book.scores.ask("f", ("2.16", "comparison"), "tia", remark="What now?")
+    before = told(book)
+    assert before["In trouble"].first.startswith("3 students") and before["Waiting for a person"].urgent
+    course = dropping("2.16")
+    seen = told(book, course)
+    assert seen["In trouble"].first == "Nobody is in trouble, as far as marks and runs tell."
+    assert seen["Waiting for a person"].first == "No answer waits for a person."
+    assert seen["Asked of the instructor"].first == "No scorer asks you."
+    assert seen["Faults of the key"].first == "The key had no fault." and seen["Faults of the key"].more == ()
+    assert "Left to score" not in seen["Time"].first
+    line = "Left out, as course.toml drops it: 2.16. Requests and changed marks are told all the same."
+    whole = glance.at(book, course)
+    assert shown.page(whole).count(line) == 1 and list(shown.lines(whole)).count(line) == 1
+    assert "Left out" not in shown.page(glance.at(book, OURS)) + "".join(shown.lines(glance.at(book, OURS)))
+
+
+def test_slips_medians_and_lapsed_marks_are_of_what_counts(book):
+    for student in "abcdef":
+        wrong = mark("wrong", 0.0, "Too high.") if student == "a" else mark()
+        record(book, graded(student, wrong, prose("wrong", 0.0), report_text()))
+    book.set_mark("a", "2.16", "comparison", 1.0, "good", "tia")
+    record(book, graded("a", mark("wrong", 0.0), prose("wrong", 0.0), report_text(given="Other."), submission="next"))
+    assert "for another answer" in told(book)["In trouble"].tables[0].rows[0][1]
+    assert told(book)["Went wrong for many"].first.startswith("1 part went wrong")
+    seen = told(book, dropping("2.16", "2.11 explanation"))
+    ((who, why),) = rows(seen["In trouble"])
+    assert who == "a" and why.startswith("Far below the class: 0 %") and "another answer" not in why
+    assert seen["Went wrong for many"].first == "No part went wrong for many."
+    assert told(book, dropping("2.16", "2.11"))["In trouble"].first.startswith("Nobody")
+
+
+def test_a_notebook_in_which_nothing_counts_is_missed_by_nobody(book):
+    deliver(book, "ada", {FIRST: notebook("a = 1")})
+    record(book, graded("ada"))
+    names = [number for number, one in OURS.catalogue.marked.items() if f"{one.notebook}.ipynb" == SECOND]
+    assert rows(told(book, due(late=LateSettings()))["Handed in"])[0][2] == "03"
+    first = told(book, dropping(*names, course=due()))["Handed in"].first
+    assert "Late: 1 student; something is missing after its deadline: 0 students." in first
+    (some,) = rows(told(book, dropping(*names[1:], course=due()))["Handed in"])
+    assert some[2] == "03"
 
 
 # --- who is in trouble ------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from gradebooks import graded, mark, prose, record, report_text
 
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.overview import published
-from rotflex.instructor.settings import FeedbackSettings
+from rotflex.instructor.settings import CourseSettings, FeedbackSettings, MarkSettings
 
 
 @pytest.fixture
@@ -61,21 +61,34 @@ def test_who_was_graded_since_has_marks_that_nobody_was_told_of(book):
 def test_what_waits_is_asked_or_is_closed_is_told_before(book):
     record(book, graded("ada"), graded("bob", mark(), prose(), replace(report_text(), status="missing")))
     book.requests.make("ada", ("2.11", "omega_n"), "Please.")
-    waits, asks = published.not_ready(book, FeedbackSettings(), datetime.now(UTC))
+    waits, asks = published.not_ready(book, CourseSettings(), datetime.now(UTC))
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
     assert asks == "1 request not answered yet (rotflex requests)."
     later = FeedbackSettings(opens=datetime.now(UTC) + timedelta(days=1))
-    assert published.not_ready(book, later, datetime.now(UTC))[-1].startswith(
+    assert published.not_ready(book, CourseSettings(feedback=later), datetime.now(UTC))[-1].startswith(
         f"Feedback opens on {later.opens:%Y-%m-%d}"
     )
     book.requests.answer(1, "tia", "Yes.")
     for student, part in (("ada", "explanation"), ("bob", "explanation")):
         book.set_mark(student, "2.11", part, 1.0, "good", "tia")
-    assert published.not_ready(book, FeedbackSettings(), datetime.now(UTC)) == [
+    assert published.not_ready(book, CourseSettings(), datetime.now(UTC)) == [
         "Still to be read by a person: 1 answer of 1 student; their pages say so."
     ]
     book.set_mark("ada", "2.16", "comparison", 1.0, "good", "tia")
-    assert published.not_ready(book, FeedbackSettings(opens=datetime(2020, 1, 1, tzinfo=UTC)), datetime.now(UTC)) == []
+    opened = FeedbackSettings(opens=datetime(2020, 1, 1, tzinfo=UTC))
+    assert published.not_ready(book, CourseSettings(feedback=opened), datetime.now(UTC)) == []
+
+
+def test_what_is_dropped_need_not_be_read_before(book):
+    record(book, graded("ada"))
+    dropped = CourseSettings(marks=MarkSettings(drop=("2.16", "2.12")))
+    assert published.not_ready(book, dropped, datetime.now(UTC)) == [
+        "Still to be read by a person: 1 answer of 1 student; their pages say so.",
+        "Left out, as course.toml drops it: 2.16, 2.12. Requests and changed marks are told all the same.",
+    ]
+    book.set_mark("ada", "2.11", "explanation", 1.0, "good", "tia")
+    book.set_mark("ada", "2.16", "comparison", 1.0, "good", "tia")
+    assert published.not_ready(book, dropped, datetime.now(UTC)) == []  # nothing is left out either
 
 
 def test_before_the_first_time_it_says_so(book):

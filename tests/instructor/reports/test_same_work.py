@@ -12,14 +12,16 @@ import pytest
 from checkout import ROOT
 from gradebooks import graded, mark, record
 from honest_hand_in import solved_notebooks, written
-from made_courses import OURS
+from made_courses import OURS, copied
 
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.instructor.gradebook import Delivery, Gradebook
 from rotflex.instructor.graded_run import Facts
+from rotflex.instructor.overview import glance
+from rotflex.instructor.release import student_course
 from rotflex.instructor.reports import same_work
 from rotflex.instructor.reports.grades import Reports
-from rotflex.instructor.reports.same_work import About, Hint
+from rotflex.instructor.reports.same_work import About, Found, Hint
 
 WHEN = datetime(2026, 3, 2, 12, tzinfo=UTC)
 WORDS = "The peak lies a little low since the damping of the joint pulls it down, and the sweep passes it so quickly "
@@ -50,8 +52,8 @@ def test_numbers_recordings_code_and_words_of_a_pair_are_one_entry(book, tmp_pat
     hand_in(book, "bob", {**alike_class.copied("bob", ada, bob, rename=1.0), **own}, words=WORDS.upper())
     hand_in(book, "eve", eve, words="Because it is damped.")
     found = same_work.of_class(book, OURS)
-    assert [hint.about for hint in found] == [About.MEASURED, About.CODE, About.WORDS]
-    assert list(same_work.by_students(found)) == [("ada", "bob")]
+    assert [hint.about for hint in found.hints] == [About.MEASURED, About.CODE, About.WORDS]
+    assert list(same_work.by_students(found.hints)) == [("ada", "bob")]
     text = same_work.text(found)
     assert "**A hint, never a verdict.**" in text and text.count("## ") == 1 and "## ada, bob\n" in text
     assert "* ada, bob handed in the same 1 file: scan.png." in text
@@ -71,7 +73,7 @@ def test_who_hands_in_together_is_left_out_however_much_is_the_same(book):
     files = {**ada, "scan.png": b"\x89PNG\x00\xff"}
     hand_in(book, "ada", files, words=WORDS)
     hand_in(book, "bob", files, bench_of="Ada", words=WORDS)
-    assert same_work.of_class(book, OURS) == []
+    assert same_work.of_class(book, OURS) == Found(())
 
 
 def test_the_newest_of_what_was_handed_in_counts(book):
@@ -80,24 +82,47 @@ def test_the_newest_of_what_was_handed_in_counts(book):
     hand_in(book, "bob", ada)
     later = [Delivery(n, sha256(c).hexdigest(), c, WHEN.replace(day=3), "again") for n, c in bob.items()]
     book.deliver("bob", later)
-    assert same_work.of_class(book, OURS) == []
+    assert same_work.of_class(book, OURS) == Found(())
 
 
 def test_two_who_write_as_the_solution_does_have_nothing_in_common(book):
     for student in ("ada", "bob"):
         hand_in(book, student, {name: written(notebook) for name, notebook in solved_notebooks(ROOT).items()})
-    assert same_work.of_class(book, OURS) == []
+    assert same_work.of_class(book, OURS) == Found(())
 
 
 def test_a_class_of_eighty_who_did_it_themselves_gets_no_list(book):
     for student, files in alike_class.honest_class(80, seed=21).items():
         hand_in(book, student, files)
-    assert same_work.by_students(same_work.of_class(book, OURS)) == {}
+    assert same_work.of_class(book, OURS) == Found(())
 
 
-def test_a_course_whose_notebooks_cannot_be_derived_costs_no_list(book, tmp_path):
+def test_a_fault_in_a_notebook_of_the_course_accuses_nobody_and_is_told_where_hints_are(book, tmp_path):
+    given = {name: text.encode() for name, text in student_course.derived(OURS).items()}
+    for student in ("ada", "bob"):
+        hand_in(book, student, {**given, "scan.png": b"\x89PNG\x00\xff"}, words=WORDS)
+    faulty = replace(OURS, folder=copied(tmp_path, [path.name for path in OURS.notebooks]))
+    path = faulty.folder / "03_model_validation.ipynb"
+    path.write_text(path.read_text(encoding="utf-8").replace("### END SOLUTION", "", 1), encoding="utf-8")
+    found = same_work.of_class(book, faulty)
+    assert [hint.about for hint in found.hints] == [About.MEASURED]
+    assert found.left_out.startswith("Code and words were not compared") and "03_model_validation" in found.left_out
+    reports = Reports(tmp_path / "out", faulty, book)
+    reports.write_all()
+    text = (tmp_path / "out" / "hints.md").read_text(encoding="utf-8")
+    assert found.left_out in text and "scan.png" in text and found.left_out in reports.hints
+    (hints,) = (one for one in glance.at(book, faulty).sections if one.title == "Hints of the same work")
+    assert found.left_out in hints.more and hints.urgent
+    assert [hint.about for hint in same_work.of_class(book, OURS).hints] == [About.MEASURED, About.WORDS]
+
+
+def test_what_was_not_compared_is_told_where_there_is_no_hint_at_all(book, tmp_path):
     hand_in(book, "ada", {"own.py": b"x = 1"})
-    assert same_work.of_class(book, replace(OURS, folder=tmp_path / "nowhere")) == []
+    nowhere = replace(OURS, folder=tmp_path / "nowhere")
+    (hints,) = (one for one in glance.at(book, nowhere).sections if one.title == "Hints of the same work")
+    assert hints.first == "Nobody has anything in common that hardly anybody else has, as far as it was compared."
+    Reports(tmp_path / "out", nowhere, book).write_all()
+    assert "There are no notebooks in" in (tmp_path / "out" / "hints.md").read_text(encoding="utf-8")
 
 
 def test_those_who_have_more_sorts_in_common_come_first():
