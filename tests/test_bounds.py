@@ -185,7 +185,6 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "instructor.running.intake.notebook_names:_FEWEST_CELLS": (3, "two may be the same by chance"),
     "instructor.platforms.earned:_NAMED": (6, "parts that wait, in a line"),
     "instructor.platforms.recognised:_SHOWN": (12, "headings in a message: three lines"),
-    "instructor.commands.export:_USUAL_DECIMALS": (2, "as many as Canvas shows"),
     "instructor.running.intake.people:MOST_TOGETHER": (4, "as many as stand around a bench"),
     "instructor.running.intake.stores:_PIECE": (1 * MB, "read at a time"),
     "instructor.running.intake.times:_MAX_BYTES": (10 * MB, "100 000 lines"),
