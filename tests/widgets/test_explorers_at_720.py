@@ -5,7 +5,7 @@ from __future__ import annotations
 import browser
 import explorer_notebooks
 import pytest
-from explorer_notebooks import middle, settled
+from explorer_notebooks import middle, run_to_the_end, settled
 
 pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
 
@@ -58,8 +58,7 @@ def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):
         button = page.locator(".rotflex-explorer").get_by_role
         button("button", name="Connect", exact=True).click()
         page.wait_for_function("() => document.querySelector('.readouts').textContent.includes('watchdog')")
-        button("button", name="Start", exact=True).click()
-        page.wait_for_function("() => document.querySelector('.readouts').textContent.includes('finished')")
+        run_to_the_end(page)
         settled(page)
         page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
     if name == "poles":

@@ -8,7 +8,7 @@ import browser
 import explorer_notebooks
 import pytest
 from checkout import ROOT
-from explorer_notebooks import middle, settled
+from explorer_notebooks import middle, run_to_the_end, settled
 
 from rotflex.widgets.placement import design
 
@@ -225,8 +225,7 @@ def test_a_run_is_recorded_and_played(opened, served):
     page = opened
     button(page, "Connect").click()
     wait_for_text(page, ".readouts", "watchdog")
-    button(page, "Start").click()
-    wait_for_text(page, ".readouts", "finished")
+    run_to_the_end(page)
     picture = painted(page)
     page.locator(".player button").click()
     page.wait_for_function("parseFloat(document.querySelector('.player output').textContent) > 0.2")
