@@ -1,25 +1,26 @@
 """The instructor's commands. ``rotflex.cli`` adds them where this package is.
 
-============  ==========================================================================
-``course``    release, notebooks, check-course
-``grade``     grade; doctor, which ``rotflex.cli`` has, for it looks at benches as well
-``marks``     regrade, report, mark, comment, history, roster
-``score``     score: the page on which persons score, and scores by a table
-``day``       class, publish, request, answer, requests
-``outcomes``  outcomes, sheets
-``export``    export: marks into other platforms' files
-``options``   what several of them take, their exit codes, and how a gradebook is opened
-============  ==========================================================================
+=============  ==========================================================================
+``course``     release, notebooks, check-course
+``translate``  translate: a course's notebooks in another language
+``grade``      grade; doctor, which ``rotflex.cli`` has, for it looks at benches as well
+``marks``      regrade, report, mark, comment, history, roster
+``score``      score: the page on which persons score, and scores by a table
+``day``        class, publish, request, answer, requests
+``outcomes``   outcomes, sheets
+``export``     export: marks into other platforms' files
+``options``    what several of them take, their exit codes, and how a gradebook is opened
+=============  ==========================================================================
 """
 
 from __future__ import annotations
 
 import typer
 
-from rotflex.instructor.commands import course, day, export, grade, marks, outcomes, score
+from rotflex.instructor.commands import course, day, export, grade, marks, outcomes, score, translate
 
 _COMMANDS = (
-    *(course.release, course.notebooks, course.check_course),
+    *(course.release, course.notebooks, course.check_course, translate.translate),
     grade.grade,
     *(marks.regrade, marks.report, marks.mark, marks.comment, marks.history, marks.roster),
     score.score,

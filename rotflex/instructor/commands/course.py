@@ -27,6 +27,7 @@ def release(
 
     found = courses.find(course)
     made = make(found, out, with_data, replace)
+    _tell_translations(found)
     typer.echo(
         _("{count} notebooks: {notebooks}").format(count=len(made.notebooks), notebooks=", ".join(made.notebooks))
     )
@@ -43,8 +44,31 @@ def notebooks(course: CourseFolder = None) -> None:
     """Derive the student notebooks in notebooks/ from the course's anew."""
     from rotflex.instructor.release.student_course import write_notebooks
 
-    for path in write_notebooks(courses.find(course)):
+    found = courses.find(course)
+    for path in write_notebooks(found):
         typer.echo(str(path))
+    _tell_translations(found)
+
+
+def _tell_translations(course: courses.Course) -> None:
+    """How far the notebooks are in the course's language, where it has translations."""
+    from rotflex.instructor.translation import po_files, translated
+
+    language = course.settings.language
+    if not po_files.folder(course.folder, language).is_dir():
+        return
+    there = translated.of_course(course.notebooks, course.folder, language)
+    done, cells = sum(one.done for one in there), sum(one.cells for one in there)
+    typer.echo(
+        _("Language {language}: {done} of {cells} text cells are translated; the others are as in the source.").format(
+            language=language, done=done, cells=cells
+        )
+    )
+    for one in there:
+        if one.done < one.cells:
+            typer.echo(f"    {one}")
+        for fault in one.refused:
+            typer.echo(f"        {fault}", err=True)
 
 
 def check_course(

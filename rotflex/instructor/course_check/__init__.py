@@ -2,15 +2,16 @@
 
 What is found is told in words that name the place; nothing is changed.
 
-============  ===========================================================================
-``key``       questions without an entry in the key, and entries that are not complete
-``rubric``    what a person looks for: parts that it lacks, and those that there are not
-``outcomes``  a map to outcomes, or scoring sheets, that cannot be used; what is on no sheet
-``cells``     notebooks that do not record what the catalogue asks, or not as they should
-``texts``     numbers of the course that a text has otherwise
-``times``     how long a notebook takes, where it says so otherwise than one formula for all has it
-``solved``    what the key makes of the solutions, and of wrong answers made of them
-============  ===========================================================================
+================  =====================================================================================
+``key``           questions without an entry in the key, and entries that are not complete
+``rubric``        what a person looks for: parts that it lacks, and those that there are not
+``outcomes``      a map to outcomes, or scoring sheets, that cannot be used; what is on no sheet
+``cells``         notebooks that do not record what the catalogue asks, or not as they should
+``texts``         numbers of the course that a text has otherwise
+``times``         how long a notebook takes, where it says so otherwise than one formula for all has it
+``translations``  of the notebooks: not of what they are now, or refused
+``solved``        what the key makes of the solutions, and of wrong answers made of them
+================  =====================================================================================
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rotflex.instructor.course import Course
-from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, texts, times
+from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, texts, times, translations
 from rotflex.instructor.course_check.finding import Finding
 
 __all__ = ["Finding", "check"]
@@ -39,5 +40,6 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     yield from cells.check_derived(course)
     yield from texts.check(course)
     yield from times.check(course)
+    yield from translations.check(course)
     if run:
         yield from solved.check(course)

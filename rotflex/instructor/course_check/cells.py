@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import builtins
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from nbformat import NotebookNode
 
@@ -23,13 +24,13 @@ def check(course: Course) -> Iterator[Finding]:
     for name, path in by_name.items():
         notebook = student_notebooks.read(path)
         yield from _form(course, path.name, notebook)
-        yield from _in_words(path.name, notebook)
+        yield from in_words(path.name, notebook.cells)
         ids = [cell.id for cell in notebook.cells]
-        in_words = {cell.id for cell in notebook.cells if words.where_of(cell)}
+        worded = {cell.id for cell in notebook.cells if words.where_of(cell)}
         recording = set()
         for one in student_notebooks.recorded(notebook):
             where = in_cell(path.name, one.cell)
-            recording.add(ids.index(one.cell) - (one.cell not in in_words))
+            recording.add(ids.index(one.cell) - (one.cell not in worded))
             try:
                 question = course.catalogue.find(one.question)
                 parts = [question.part(part) for part in one.of(question)]
@@ -37,7 +38,7 @@ def check(course: Course) -> Iterator[Finding]:
                 yield Finding(where, str(error))
                 continue
             for part in parts:
-                if one.cell in in_words and part.kind != "prose":
+                if one.cell in worded and part.kind != "prose":
                     yield Finding(
                         where,
                         _("{name} is no answer in words, but of kind {kind}.").format(name=part.name, kind=part.kind),
@@ -74,19 +75,19 @@ def check(course: Course) -> Iterator[Finding]:
                 )
 
 
-def _in_words(name: str, notebook: NotebookNode) -> Iterator[Finding]:
+def in_words(name: str, cells: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
     """Text cells for answers that do not say, or not plainly, what is to be written in them."""
     seen: dict[str, str] = {}
-    for cell in notebook.cells:
-        if cell.cell_type != "markdown" or not student_notebooks.is_answer(cell):
+    for cell in cells:
+        if cell["cell_type"] != "markdown" or not student_notebooks.is_answer(cell):
             continue
-        where = in_cell(name, cell.id)
+        where = in_cell(name, cell["id"])
         if words.where_of(cell) is None:
             yield Finding(
                 where,
                 _('its metadata should have "{key}": {{"question": ..., "part": ...}}.').format(key=words.KEY),
             )
-        found = words.headings(cell.source.partition(words.BEGIN)[0])
+        found = words.headings(words.source_of(cell).partition(words.BEGIN)[0])
         if len(found) != 1:
             yield Finding(
                 where,
@@ -97,7 +98,7 @@ def _in_words(name: str, notebook: NotebookNode) -> Iterator[Finding]:
         for heading in found:
             if heading in seen:
                 yield Finding(where, _("it has the heading of cell {other!r}, too.").format(other=seen[heading]))
-            seen[heading] = cell.id
+            seen[heading] = cell["id"]
 
 
 def _form(course: Course, name: str, notebook: NotebookNode) -> Iterator[Finding]:

@@ -14,7 +14,7 @@ import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import course_file, files
 from rotflex.courseware.benches import OWN, PRESET, REAL, SAME
@@ -25,6 +25,10 @@ from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
 from rotflex.instructor.release import dates, identity, student_notebooks
 from rotflex.instructor.release.dates import ZipTime
 from rotflex.instructor.release.identity import DATA, NOTEBOOKS
+from rotflex.instructor.translation import translated
+
+if TYPE_CHECKING:
+    from nbformat import NotebookNode
 
 DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
 _COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
@@ -100,7 +104,7 @@ class Release:
 
 
 def derived(course: Course) -> dict[str, str]:
-    """The student notebooks of a course: file name → text, in order.
+    """The student notebooks of a course, in its language: file name → text, in order.
 
     Raises
     ------
@@ -111,11 +115,23 @@ def derived(course: Course) -> dict[str, str]:
         raise GradingError(_("There are no notebooks in {folder}.").format(folder=course.folder))
     found = {}
     for path in course.notebooks:
-        notebook = student_notebooks.read(path)
+        notebook = in_its_language(course, path)
         found[path.name] = student_notebooks.text(
             student_notebooks.student_version(notebook, path.name, course.catalogue)
         )
     return found
+
+
+def in_its_language(course: Course, path: Path) -> NotebookNode:
+    """A course's notebook with its text cells in the course's language, as far as they are translated into it.
+
+    Raises
+    ------
+    GradingError
+        If the notebook, or the file of its translation, cannot be read.
+    """
+    notebook = student_notebooks.read(path)
+    return translated.translated(notebook, path.name, course.folder, course.settings.language)[0]
 
 
 def write_notebooks(course: Course) -> list[Path]:

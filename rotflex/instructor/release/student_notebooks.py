@@ -10,8 +10,9 @@ So is what students may change: answers, the parameters, and cells tagged ``open
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from rotflex.courseware import words
@@ -166,9 +167,9 @@ def text(notebook: NotebookNode) -> str:
     return str(nbformat.writes(notebook, version=nbformat.NO_CONVERT)).rstrip("\n") + "\n"
 
 
-def is_answer(cell: NotebookNode) -> bool:
+def is_answer(cell: Mapping[str, Any]) -> bool:
     """Whether a cell of a course notebook is one that students fill in."""
-    return bool(cell.metadata.get("nbgrader", {}).get("solution", False))
+    return bool(cell["metadata"].get("nbgrader", {}).get("solution", False))
 
 
 def answer_cells(notebook: NotebookNode) -> list[str]:
