@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+
+ENGLISH = "en"  #: the language of the source
 
 
 def _(text: str) -> str:
@@ -12,6 +15,16 @@ def _(text: str) -> str:
     may names be put in before: a translation is looked up by the text as it stands in the source, and a text that has
     a number or a name in it already stands in no list of translations.
     """
+    return text
+
+
+def is_language(name: str) -> bool:
+    """Whether a language can have this name: "de", "pt_BR"."""
+    return re.fullmatch(r"[a-z]{2,3}(_[A-Z]{2})?", name) is not None
+
+
+def N_(text: str) -> str:
+    """Marks a text for translation where no language is known yet, as in a table of a module; ``_`` says it."""
     return text
 
 
