@@ -19,13 +19,13 @@ from rotflex.courseware import attached_pictures
 from rotflex.courseware.attached_pictures import Budget, Pictures
 from rotflex.courseware.json_values import clean
 from rotflex.courseware.kinds.values import LONGEST_PROSE, STUBS, of_few_words
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run.handed_in import CODE, TEXT, Cell
 
 KEY = "rotflex"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
 MARK = "✎"  #: what a place to write begins with, in every notebook
-STUB = (
+STUB = N_(
     "*Double-click here, and write in place of this line. Formulas between `$` signs and pasted pictures are welcome.*"
 )
 #: Lines of the instructor's notebooks between which a model answer stands; they are not seen when it is rendered.
@@ -33,6 +33,7 @@ BEGIN, END = "<!-- BEGIN SOLUTION -->", "<!-- END SOLUTION -->"
 
 Where = tuple[str, str]  # question, part
 
+_IN_ITALICS = re.compile(r"\*[^*\n]+\*")
 _HEADING = re.compile(rf'(?:<div class="[\w -]{{1,60}}"><b>|\*\*){MARK}[^*<>\n]{{1,200}}(?:</b></div>|\*\*)')
 #: How text begins that somebody wrote into a code cell: some words in a row, and no keyword of Python first.
 _PROSE = re.compile(r"\s*(?!(?:from|for|if|while|with|not|lambda|assert|del|import)\b)\w+(?:,? [^\W\d_]{1,40}){3}")
@@ -156,14 +157,22 @@ def written(
 
 def without_stub(source: str, master: Mapping[str, Any]) -> str:
     """What a student wrote in a cell, without what the course had put there."""
-    given = {line.strip() for line in [*source_of(master).split("\n"), STUB, BEGIN, END]}
+    stubs = stubs_of(master)
+    given = {line.strip() for line in [*source_of(master).split("\n"), *stubs, BEGIN, END]}
     lines = []
     for line in source.replace("\r\n", "\n").split("\n"):
         rest = _HEADING.sub("", line, count=1) if _HEADING.match(line.lstrip()) else line
-        rest = rest.replace(STUB, "")
+        for stub in stubs:
+            rest = rest.replace(stub, "")
         lines.append("" if rest.strip() in given or (rest != line and not rest.strip()) else rest)
     text = "\n".join(lines).strip()
     return "" if text.casefold().rstrip(".") in STUBS else text
+
+
+def stubs_of(master: Mapping[str, Any]) -> list[str]:
+    """The lines to be written over that a cell of the course may have, in whichever language it was made or is read."""
+    given = [line.strip() for line in source_of(master).split("\n")]
+    return list(dict.fromkeys([STUB, _(STUB), *(line for line in given if _IN_ITALICS.fullmatch(line))]))
 
 
 def source_of(cell: Mapping[str, Any]) -> str:

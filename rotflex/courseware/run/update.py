@@ -272,8 +272,10 @@ class _Preparing:
                 self.calculated.append(" ".join(where))
             else:
                 self.words.append(" ".join(where))
-                kept = alignment.source_of(cell).replace(words.STUB, "").rstrip()
-                new["source"] = f"{kept}\n\n{text}"
+                kept = alignment.source_of(cell)
+                for stub in words.stubs_of(cell):
+                    kept = kept.replace(stub, "")
+                new["source"] = f"{kept.rstrip()}\n\n{text}"
         return new
 
 

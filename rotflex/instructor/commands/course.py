@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import ENGLISH, _
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder
 
@@ -56,6 +56,8 @@ def _tell_translations(course: courses.Course) -> None:
 
     language = course.settings.language
     if not po_files.folder(course.folder, language).is_dir():
+        if language != ENGLISH:
+            typer.echo(_("There are no notebooks in the language {language}.").format(language=language))
         return
     there = translated.of_course(course.notebooks, course.folder, language)
     done, cells = sum(one.done for one in there), sum(one.cells for one in there)

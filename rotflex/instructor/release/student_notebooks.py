@@ -119,7 +119,7 @@ def _released_source(cell: NotebookNode, where: str) -> str:
                 where=where, key=words.KEY
             )
         )
-    begin, end, stub = (words.BEGIN, words.END, words.STUB) if in_words else (BEGIN, END, STUB)
+    begin, end, stub = (words.BEGIN, words.END, _(words.STUB)) if in_words else (BEGIN, END, STUB)
     source = _without_solutions(cell.source, where, begin, end, stub)
     if is_answer(cell) and source == cell.source:
         raise GradingError(

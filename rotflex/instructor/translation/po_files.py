@@ -7,13 +7,12 @@ differently. Where the source was changed, the earlier translation is a proposal
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import files, words
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, is_language
 from rotflex.errors import GradingError
 from rotflex.instructor.translation import paragraphs
 
@@ -39,7 +38,7 @@ def file_of(course: Path, language: str, notebook: str) -> Path:
 
 def check_language(language: str) -> None:
     """Raise GradingError unless a language is named as files are: "de", "pt_BR"."""
-    if not re.fullmatch(r"[a-z]{2,3}(_[A-Z]{2})?", language):
+    if not is_language(language):
         raise GradingError(_("{language!a} names no language: it should be as de, or pt_BR.").format(language=language))
 
 
@@ -112,7 +111,7 @@ def updated(notebook: Mapping[str, Any], name: str, language: str, before: POFil
     """
     import polib
 
-    made = polib.POFile(wrapwidth=100)
+    made = polib.POFile()
     made.header = before.header or _HEADER.format(name=name)
     made.metadata = {
         **before.metadata,
