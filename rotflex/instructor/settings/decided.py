@@ -8,6 +8,7 @@ from datetime import datetime
 
 from rotflex.courseware import course_file
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
+from rotflex.courseware.messages import ENGLISH
 
 #: Digits of a share of points: sums of points are off in the last digit of a float, and a threshold is to be reached.
 SHARE_DIGITS = 9
@@ -187,6 +188,7 @@ class CourseSettings:
     ----------
     title : of the course, for people; "" leaves it to ``course.py``
     term : as "2026 autumn"
+    language : in which students read messages and feedback, as "de"
     bench : which bench each student has
     feedback : what students see of their marks, and when
     reflect : whether and when their own answers are held against each other for them
@@ -200,6 +202,7 @@ class CourseSettings:
 
     title: str = ""
     term: str = ""
+    language: str = ENGLISH
     bench: BenchPolicy = THEIR_OWN
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)
     reflect: ReflectSettings = field(default_factory=ReflectSettings)

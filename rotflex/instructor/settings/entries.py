@@ -8,7 +8,7 @@ from datetime import date
 from typing import Any
 
 from rotflex.courseware.benches import MOST_SEED, WHICH, is_names, is_seed
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, languages
 
 _LONGEST = 120  # characters of a title
 _FACTORS = (0.001, 1000)  # the smallest and the largest number that points are multiplied by
@@ -49,6 +49,10 @@ def _is_line(value: object) -> bool:
 
 def _is_name(value: object) -> bool:
     return _is_line(value) and bool(value)
+
+
+def _is_language(value: object) -> bool:
+    return value in languages()
 
 
 def _is_bool(value: object) -> bool:
@@ -124,6 +128,7 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
     "course": {
         "title": _line('title = "Control laboratory"', _is_name),
         "term": _line('term = "2026 autumn"', _is_line),
+        "language": Entry(_("a language that there are messages in"), 'language = "de"', _is_language),
     },
     "bench": {
         "which": Entry('"own", "same", "preset" or "real"', 'which = "own"', lambda value: value in WHICH),

@@ -69,6 +69,7 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
     return CourseSettings(
         title=about.get("title", usual.title),
         term=about.get("term", usual.term),
+        language=about.get("language", usual.language),
         bench=BenchPolicy(**bench, draw=draw),
         feedback=FeedbackSettings(
             points=seen.get("points", usual.feedback.points),
