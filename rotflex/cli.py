@@ -238,7 +238,7 @@ def _copied(folder: Path, course: Path) -> list[str]:
     if copied and len(copied) == len(wanted):
         from rotflex.courseware.messages import plural
 
-        notebooks = plural(sum(name.endswith(".ipynb") for name in copied), _("notebook"))
+        notebooks = plural(sum(name.endswith(".ipynb") for name in copied), "{count} notebook", "{count} notebooks")
         return [_("The course was copied to {folder}: {notebooks}.").format(folder=folder, notebooks=notebooks)]
     return [_("Copied to {folder}: {copied}").format(folder=folder, copied=", ".join(copied))] if copied else []
 

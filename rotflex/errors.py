@@ -11,6 +11,7 @@ RotflexError
 ├── CheckError           work that cannot be checked, packed or restored as asked
 ├── BenchError           anything between us and the bench
 │   ├── HILError         the board refused or failed a call
+│   │   └── WatchdogExpired  the program was not quick enough; the motor is at 0 V
 │   ├── NotRecorded      an experiment of which there is no recording
 │   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
 │   └── RunStopped       somebody stopped the experiment; the motor is at 0 V
@@ -42,6 +43,8 @@ class RotflexError(Exception):
 
 def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
     """The lines of a notebook's cells that were being run, the outermost first."""
+    from rotflex.courseware.messages import _  # which stands above, and needs none of this
+
     this = ""
     while trace is not None:
         frame, number = trace.tb_frame, trace.tb_lineno
@@ -50,7 +53,8 @@ def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
             continue
         name = frame.f_code.co_filename
         this = this or name
-        where = f"line {number}" if name == this else f"line {number} of a cell that was run before"
+        line = _("line {number}") if name == this else _("line {number} of a cell that was run before")
+        where = line.format(number=number)
         yield f"  {where}:  {linecache.getline(name, number, frame.f_globals).strip()}".rstrip(" :")
 
 
@@ -96,6 +100,10 @@ class HILError(BenchError):
     def get_error_message(self) -> str:
         """The message, under the name that the maker's error uses."""
         return str(self)
+
+
+class WatchdogExpired(HILError):
+    """The program did not show in time that it was alive, so that the board's watchdog has set the motor to 0 V."""
 
 
 class NotRecorded(BenchError):

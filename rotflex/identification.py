@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
@@ -94,7 +95,7 @@ def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tup
     """
     from scipy.signal import welch
 
-    signal = _signal("The signal", x)
+    signal = _signal(_("The signal"), x)
     return welch(signal, **_segments(signal.size, dt, segment))
 
 
@@ -127,9 +128,13 @@ def frequency_response(
     if isinstance(data, Recording):
         x, y, dt = channel(data, input), channel(data, output), data.sample_time
     else:
-        x, y, dt = _signal("The input", data[0]), _signal("The output", data[1]), float(data[2])
+        x, y, dt = _signal(_("The input"), data[0]), _signal(_("The output"), data[1]), float(data[2])
     if x.size != y.size:
-        raise IdentificationError(f"The input has {x.size} samples, the output {y.size}; record them together.")
+        raise IdentificationError(
+            _("The input has {x_size} samples, the output {y_size}; record them together.").format(
+                x_size=x.size, y_size=y.size
+            )
+        )
     options = _segments(x.size, dt, segment)
     f, power_x = welch(x, **options)
     power_y = welch(y, **options)[1]
@@ -170,17 +175,21 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
     f, low, high = response.f_hz, *band
     if response.resolution > (high - low) / 4:
         raise IdentificationError(
-            f"The response resolves {response.resolution:.2g} Hz: too coarse to find a peak between {low:g} and "
-            f"{high:g} Hz. Record for longer, or use longer segments."
+            _(
+                "The response resolves {resolution:.2g} Hz: too coarse to find a peak between {low:g} and {high:g} Hz. "
+                "Record for longer, or use longer segments."
+            ).format(resolution=response.resolution, low=low, high=high)
         )
     usable = (f >= low) & (f <= high) & (f > 0) & (response.coherence >= _COHERENT)
     gain = np.where(usable, np.abs(response.ratio), 0.0)
     peak = float(f[np.argmax(gain)])
-    nothing = f"There is no resonance between {low:g} and {high:g} Hz"
-    advice = "Check that the sweep went through it, and that alpha and theta are what they are called."
+    nothing = _("There is no resonance between {low:g} and {high:g} Hz").format(low=low, high=high)
+    advice = _("Check that the sweep went through it, and that alpha and theta are what they are called.")
     near = usable & (np.abs(f - peak) <= _AROUND_PEAK * peak)
     if not near.sum() > 2 or peak - low < response.resolution / 2 or high - peak < response.resolution / 2:
-        raise IdentificationError(f"{nothing}: the response has no peak inside the band. {advice}")
+        raise IdentificationError(
+            _("{nothing}: the response has no peak inside the band. {advice}").format(nothing=nothing, advice=advice)
+        )
     omega, ratio, coherence = f[near] * HZ, response.ratio[near], response.coherence[near]
     # The relative variance of an H1 estimate goes with (1 − coherence)/coherence.
     weight = np.sqrt(coherence / np.maximum(1 - coherence, 0.01)) / np.abs(ratio)
@@ -195,7 +204,11 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
     unexplained = 2 * found.cost / np.sum((weight * np.abs(ratio)) ** 2)
     at_peak = abs(omega_n - peak * HZ) < _AROUND_PEAK / 2 * peak * HZ
     if not (at_peak and zeta < _LARGEST_DAMPING and unexplained < _LARGEST_MISFIT):
-        raise IdentificationError(f"{nothing}: the response around {peak:.2f} Hz does not look like one. {advice}")
+        raise IdentificationError(
+            _("{nothing}: the response around {peak:.2f} Hz does not look like one. {advice}").format(
+                nothing=nothing, peak=peak, advice=advice
+            )
+        )
     repeats = max(1.0, response.resolution / float(f[1] - f[0]))  # neighbouring frequencies say the same
     jacobian = np.asarray(found.jac)
     covariance = 2 * found.cost / (jacobian.shape[0] - 2) * repeats * np.linalg.inv(jacobian.T @ jacobian)
@@ -259,13 +272,13 @@ def logarithmic_decrement(
     else:
         x, theta, start = _signal("alpha", data), np.zeros(np.size(data)), 0
     if dt is None or not dt > 0:
-        raise IdentificationError(f"The sample time is {dt!r}; give dt, in s, with an array.")
+        raise IdentificationError(_("The sample time is {dt!r}; give dt, in s, with an array.").format(dt=dt))
     times, peaks = _turning_points(x[start:], dt, floor)
     ratio = _ratio_of_swings(peaks)
     decrement = -math.log(ratio.value)  # of half a period
     zeta = decrement / math.hypot(math.pi, decrement)
     # Wide swings count more, as they do where the servo's part is found: in small ones the servo sticks.
-    (half_period, _), spread = np.polyfit(np.arange(times.size), times, 1, w=np.abs(peaks), cov=True)
+    (half_period, _first), spread = np.polyfit(np.arange(times.size), times, 1, w=np.abs(peaks), cov=True)
     omega_d = math.pi / half_period
     own = omega_d * math.sqrt(spread[0, 0]) / half_period, ratio.uncertainty / (math.pi * ratio.value)
     held = omega_d / math.sqrt(1 - zeta**2), zeta
@@ -294,7 +307,7 @@ def _ratio_of_swings(peaks: Vector) -> Estimate:
     found = least_squares(misfit, [0.95, 0.0, 0.0, peaks[0]], x_scale="jac")
     ratio, jacobian = float(found.x[0]), np.asarray(found.jac)
     if not 0 < ratio < 1:
-        raise IdentificationError("The swings do not become smaller: this is no free decay.")
+        raise IdentificationError(_("The swings do not become smaller: this is no free decay."))
     covariance = 2 * found.cost / (peaks.size - found.x.size) * np.linalg.inv(jacobian.T @ jacobian)
     return Estimate(ratio, math.sqrt(covariance[0, 0]))
 
@@ -320,10 +333,12 @@ def _turning_points(x: Vector, dt: float, floor: float | None) -> tuple[Vector, 
                 points.append((top * dt - b / (2 * a), c - b**2 / (4 * a)))
     if len(points) < _FEWEST_PEAKS:
         raise IdentificationError(
-            f"Only {len(points)} turning points beyond {floor / DEG:.2g} deg; {_FEWEST_PEAKS} are needed. Let the link "
-            "swing wider, or for longer, with the servo held."
+            _(
+                "Only {count} turning points beyond {floor_deg:.2g} deg; {fewest_peaks} are needed. Let the link swing "
+                "wider, or for longer, with the servo held."
+            ).format(count=len(points), floor_deg=floor / DEG, fewest_peaks=_FEWEST_PEAKS)
         )
-    return np.array([time for time, _ in points]), np.array([value for _, value in points])
+    return np.array([time for time, _value in points]), np.array([value for _time, value in points])
 
 
 def _with_servo_clamped(s: complex, alpha: Vector, theta: Vector, dt: float) -> tuple[float, float]:
@@ -333,7 +348,7 @@ def _with_servo_clamped(s: complex, alpha: Vector, theta: Vector, dt: float) -> 
     """
     t = np.arange(alpha.size) * dt
     basis = np.column_stack([np.cos(s.imag * t), np.sin(s.imag * t), np.ones(t.size)])
-    (cosine, sine, _) = np.linalg.lstsq(basis, np.column_stack([alpha, theta]), rcond=None)[0]
+    (cosine, sine, _offset) = np.linalg.lstsq(basis, np.column_stack([alpha, theta]), rcond=None)[0]
     phasors = cosine - 1j * sine
     inertia = s**2 * (1 + phasors[1] / phasors[0])
     damping = -inertia.imag / s.imag  # 2ζω_n
@@ -354,31 +369,45 @@ def channel(recording: Recording, name: str, may_be_constant: bool = False) -> V
     """
     if name not in recording:
         raise IdentificationError(
-            f"This needs the channel {name!r}; the recording has {', '.join(recording.channels)}."
+            _("This needs the channel {name!r}; the recording has {names}.").format(
+                name=name, names=", ".join(recording.channels)
+            )
         )
-    return _signal(f"The channel {name!r}", recording[name], may_be_constant)
+    return _signal(_("The channel {name!r}").format(name=name), recording[name], may_be_constant)
 
 
 def _signal(what: str, values: ArrayLike, may_be_constant: bool = False) -> Vector:
     signal = np.asarray(values, dtype=float)
     if signal.ndim != 1 or not np.isfinite(signal).all():
-        raise IdentificationError(f"{what} must be a vector of finite numbers; its shape is {signal.shape}.")
+        raise IdentificationError(
+            _("{what} must be a vector of finite numbers; its shape is {signal_shape}.").format(
+                what=what, signal_shape=signal.shape
+            )
+        )
     if signal.size < _FEWEST_SAMPLES:
-        raise IdentificationError(f"{what} has {signal.size} samples; at least {_FEWEST_SAMPLES} are needed.")
+        raise IdentificationError(
+            _("{what} has {signal_size} samples; at least {fewest_samples} are needed.").format(
+                what=what, signal_size=signal.size, fewest_samples=_FEWEST_SAMPLES
+            )
+        )
     if not may_be_constant and np.ptp(signal) == 0:
-        raise IdentificationError(f"{what} is constant, {signal[0]:g}: nothing moved, or a cable is loose.")
+        raise IdentificationError(
+            _("{what} is constant, {signal:g}: nothing moved, or a cable is loose.").format(what=what, signal=signal[0])
+        )
     return signal
 
 
 def _segments(samples: int, dt: float, segment: float | None) -> dict[str, Any]:
     """How scipy.signal should cut ``samples`` into segments."""
     if not (math.isfinite(dt) and dt > 0):
-        raise IdentificationError(f"The sample time is {dt!r}; it must be a positive number, in s.")
+        raise IdentificationError(_("The sample time is {dt!r}; it must be a positive number, in s.").format(dt=dt))
     length = round(samples * _SEGMENT if segment is None else segment / dt)
     if not _FEWEST_SAMPLES // 2 <= length <= samples:
         raise IdentificationError(
-            f"Segments of {length * dt:g} s do not fit a signal of {samples * dt:g} s; "
-            f"choose between {_FEWEST_SAMPLES // 2 * dt:g} s and its length."
+            _(
+                "Segments of {length:g} s do not fit a signal of {samples:g} s; choose between {fewest_samples:g} "
+                "s and its length."
+            ).format(length=length * dt, samples=samples * dt, fewest_samples=_FEWEST_SAMPLES // 2 * dt)
         )
     return {
         "fs": 1 / dt,

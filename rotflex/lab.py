@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
+from rotflex.courseware import course_file, messages
 from rotflex.courseware.benches import PRESET, REAL, SAME
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.messages import _
@@ -50,6 +51,7 @@ def start(
         If the bench's address is not understood.
     """
     place = Path(folder) if folder is not None else Path.cwd()
+    messages.speak_to_reader(course_file.language(place))
     return Lab(student_of(student, place), bench, place, quiet)
 
 
@@ -85,11 +87,13 @@ class Lab(Session):
         return f"<Lab: student {self.student}, bench {self.address}>"
 
     def _welcome(self) -> None:
-        note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
-        print(f"Student   {self.student}{note}")
-        parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
-        print(f"Bench     {self.address}: {parts}")
-        print(f"Answers   {self.book.path.name}")
+        note = _(' (nobody in particular: write your id in student = "...")') if self.student == DEMO else ""
+        print(_("Student   {student}{note}").format(student=self.student, note=note))
+        parts = _("arm in position {arm_position}, encoders of type {encoder}").format(
+            arm_position=self.joint.arm_position, encoder=self.servo.encoder
+        )
+        print(_("Bench     {address}: {parts}").format(address=self.address, parts=parts))
+        print(_("Answers   {book_path}").format(book_path=self.book.path.name))
         if self.policy.which in (SAME, PRESET):
             print(_("          Everybody in your course has this same bench."))
         if self.policy.which == REAL:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.errors import RecordingError
 
 COLUMNS = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}  #: of an array, its time among them
@@ -28,9 +28,9 @@ METADATA = "rotflex_metadata"  #: name of the text that says where a recording c
 _DEEPEST = 5  # structures within structures
 #: How files begin that are saved otherwise, and what they are.
 _OTHERWISE = {
-    b"# Created by Octave": _("is in Octave's own text format"),
-    b"\x89HDF": _("is in the format HDF5"),
-    b"MATLAB 7.3 MAT-file": _("is in MATLAB's format 7.3"),
+    b"# Created by Octave": N_("is in Octave's own text format"),
+    b"\x89HDF": N_("is in the format HDF5"),
+    b"MATLAB 7.3 MAT-file": N_("is in MATLAB's format 7.3"),
 }
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _unreadable(path: Path, error: Exception) -> str:
     for beginning, what in _OTHERWISE.items():
         if begins.startswith(beginning):
             return _("{file} {what}, which is not read here. Save it with the option -v7.").format(
-                file=path.name, what=what
+                file=path.name, what=_(what)
             )
     return _("{file} cannot be read as a .mat file up to version 7: {error}").format(file=path.name, error=error)
 

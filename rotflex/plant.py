@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from rotflex.config import Joint, Servo
+from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 SUBSTEP = 2e-3  #: s; the longest substep
@@ -94,16 +95,30 @@ class PlantParameters:
     def __post_init__(self) -> None:
         for name in ("J_eq", "J_l", "K_s", "resistance"):
             if not 0 < getattr(self, name) < math.inf:
-                raise ConfigurationError(f"{name} must be positive and finite; it is {getattr(self, name)!r}.")
+                raise ConfigurationError(
+                    _("{name} must be positive and finite; it is {value!r}.").format(
+                        name=name, value=getattr(self, name)
+                    )
+                )
         for name in ("B_eq", "B_l", "K_3", "torque_per_volt", "back_emf"):
             if not 0 <= getattr(self, name) < math.inf:
-                raise ConfigurationError(f"{name} must be finite and not negative; it is {getattr(self, name)!r}.")
+                raise ConfigurationError(
+                    _("{name} must be finite and not negative; it is {value!r}.").format(
+                        name=name, value=getattr(self, name)
+                    )
+                )
         for name in ("V_max", "I_max"):
             if not getattr(self, name) >= 0:
-                raise ConfigurationError(f"{name} must not be negative; it is {getattr(self, name)!r}.")
+                raise ConfigurationError(
+                    _("{name} must not be negative; it is {value!r}.").format(name=name, value=getattr(self, name))
+                )
         for name in ("servo_friction", "link_friction"):
             if len(getattr(self, name)) != 2 or not all(0 <= bound < math.inf for bound in getattr(self, name)):
-                raise ConfigurationError(f"{name} must be two torques, none negative; it is {getattr(self, name)!r}.")
+                raise ConfigurationError(
+                    _("{name} must be two torques, none negative; it is {value!r}.").format(
+                        name=name, value=getattr(self, name)
+                    )
+                )
 
     @classmethod
     def of(cls, servo: Servo, joint: Joint, K_s: float) -> PlantParameters:
@@ -123,7 +138,7 @@ class PlantParameters:
 
     def energy(self, state: ArrayLike) -> NDArray[np.float64]:
         """Kinetic and elastic energy (J) of states (..., 4)."""
-        _, alpha, theta_dot, alpha_dot = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
+        _theta, alpha, theta_dot, alpha_dot = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
         kinetic = self.J_eq * theta_dot**2 / 2 + self.J_l * (theta_dot + alpha_dot) ** 2 / 2
         energy: NDArray[np.float64] = kinetic + self.K_s * alpha**2 / 2 + self.K_3 * alpha**4 / 4
         return energy
@@ -189,7 +204,7 @@ class Plant:
         """
         count, h = self._spans.get(duration) or self._divide(duration)
         voltage = min(max(float(voltage), -self._V_max), self._V_max)
-        for _ in range(count):
+        for _step in range(count):
             self._substep(voltage, h, HALVINGS)
         return self.state
 
@@ -202,7 +217,7 @@ class Plant:
     def _divide(self, duration: float) -> tuple[int, float]:
         """How many substeps there are in a duration, and how long each is (s)."""
         if not 0 <= duration < math.inf:
-            raise ConfigurationError(f"The plant cannot be advanced by {duration!r} s.")
+            raise ConfigurationError(_("The plant cannot be advanced by {duration!r} s.").format(duration=duration))
         count = math.ceil(duration / (CUBIC_SUBSTEP if self._K_3 else SUBSTEP) - 1e-9)
         if duration:
             count = max(1, count)
@@ -301,7 +316,9 @@ class Plant:
             if servo_agrees and link_agrees:
                 return case, servo, link
         raise ConfigurationError(
-            f"The plant's motion is not a number any more after {self.state}: look at its parameters and its voltage."
+            _(
+                "The plant's motion is not a number any more after {state}: look at its parameters and its voltage."
+            ).format(state=self.state)
         )
 
     def _prepare(self, limited: bool, h: float) -> _Step:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from rotflex import __version__
 from rotflex.config import DAC_LIMIT, Servo, one_of
+from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.recording import Recording
 from rotflex.units import HZ
@@ -83,14 +84,20 @@ def closed_loop(
     one_of("fidelity", fidelity, ("exact", "workbook"))
     limit = np.inf if saturation is None else float(saturation)
     if not 0 < sample_time < np.inf:
-        raise ConfigurationError(f"sample_time is {sample_time!r}; it must be a positive number of seconds.")
+        raise ConfigurationError(
+            _("sample_time is {sample_time!r}; it must be a positive number of seconds.").format(
+                sample_time=sample_time
+            )
+        )
     if not limit > 0:
-        raise ConfigurationError(f"saturation is {saturation!r}; it must be a positive voltage, or None.")
+        raise ConfigurationError(
+            _("saturation is {saturation!r}; it must be a positive voltage, or None.").format(saturation=saturation)
+        )
     if feedback == "partial":
         K = K * [1.0, 0.0, 1.0, 0.0]
 
     gain_d = float(K[0])  # of theta_d, since x_d = [theta_d, 0, 0, 0]
-    theta, alpha, vm = (np.empty(theta_ref.size) for _ in range(3))
+    theta, alpha, vm = (np.empty(theta_ref.size) for _signal in range(3))
     with np.errstate(over="ignore", invalid="ignore"):  # a loop that runs away is reported below
         if fidelity == "exact":
             advance = _exact(A, B, K, sample_time, limit)
@@ -203,7 +210,7 @@ def _strides(A: Vector, B: Vector, sample_time: float) -> list[tuple[Vector, Vec
     tiny = M * (sample_time / 2**doublings)  # of a norm of 2**-16 at most: four terms are exact
     X = tiny @ (I + tiny / 2 @ (I + tiny / 3 @ (I + tiny / 4)))
     exponentials = [I + X]
-    for _ in range(doublings):
+    for _time in range(doublings):
         X = 2 * X + X @ X
         exponentials.append(I + X)
     return [(E[:4, :4], E[:4, 4]) for E in reversed(exponentials[-_FINEST - 1 :])]
@@ -245,13 +252,25 @@ def _matrix(name: str, value: Any, shapes: list[tuple[int, ...]]) -> Vector:
         matrix = np.real_if_close(np.array(value))  # pole placement may leave imaginary parts of 1e-17
         matrix = matrix if np.iscomplexobj(matrix) else matrix.astype(np.float64)
     except (TypeError, ValueError):
-        raise DesignError(f"{name} must be an array of numbers of shape {wanted}; it is {value!r}.") from None
+        raise DesignError(
+            _("{name} must be an array of numbers of shape {wanted}; it is {value!r}.").format(
+                name=name, wanted=wanted, value=value
+            )
+        ) from None
     if np.iscomplexobj(matrix):
-        raise DesignError(f"{name} is complex: {value!r}. Poles that are complex must come in conjugate pairs.")
+        raise DesignError(
+            _("{name} is complex: {value!r}. Poles that are complex must come in conjugate pairs.").format(
+                name=name, value=value
+            )
+        )
     if matrix.shape not in shapes:
-        raise DesignError(f"{name} must have the shape {wanted}; its shape is {matrix.shape}. States: {STATES}.")
+        raise DesignError(
+            _("{name} must have the shape {wanted}; its shape is {matrix_shape}. States: {states}.").format(
+                name=name, wanted=wanted, matrix_shape=matrix.shape, states=STATES
+            )
+        )
     if not np.isfinite(matrix).all():
-        raise DesignError(f"{name} has a value that is not finite: {matrix.tolist()}.")
+        raise DesignError(_("{name} has a value that is not finite: {value}.").format(name=name, value=matrix.tolist()))
     return matrix
 
 
@@ -259,11 +278,13 @@ def _reference(value: Any) -> Vector:
     try:
         reference = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise RecordingError("The reference must be an array of numbers: angles in rad, one per sample.") from None
+        raise RecordingError(_("The reference must be an array of numbers: angles in rad, one per sample.")) from None
     if reference.ndim != 1 or reference.size < 2 or not np.isfinite(reference).all():
         raise RecordingError(
-            "The reference must be a vector of two or more finite angles in rad, one per sample; "
-            f"its shape is {reference.shape}."
+            _(
+                "The reference must be a vector of two or more finite angles in rad, one per sample; its shape is "
+                "{reference_shape}."
+            ).format(reference_shape=reference.shape)
         )
     return reference
 
@@ -271,13 +292,19 @@ def _reference(value: Any) -> Vector:
 def _why_it_ran_away(A: Vector, B: Vector, K: Vector, sample_time: float, fidelity: str, sample: int) -> str:
     poles = np.linalg.eigvals(A - np.outer(B, K))
     worst = poles[np.argmax(poles.real)]
-    text = f"The simulation ran away: at t = {sample * sample_time:.3g} s an angle had left ±{_RUNAWAY:g} rad. "
+    text = _("The simulation ran away: at t = {sample:.3g} s an angle had left ±{runaway:g} rad. ").format(
+        sample=sample * sample_time, runaway=_RUNAWAY
+    )
     if worst.real > 0:
-        loop = "closed loop" if fidelity == "exact" else "closed loop with its derivative filters"
-        text += f"The {loop} has an unstable pole at {worst:.3g} rad/s"
-        return text + ": look at the signs and the size of K, and at A and B."
+        loop = _("closed loop") if fidelity == "exact" else _("closed loop with its derivative filters")
+        text += _("The {loop} has an unstable pole at {worst:.3g} rad/s").format(loop=loop, worst=worst)
+        return text + _(": look at the signs and the size of K, and at A and B.")
     if fidelity == "workbook" and np.abs(1 + sample_time * poles).max() > 1:
         fastest = poles[np.argmax(np.abs(1 + sample_time * poles))]
-        text += f"The closed loop is stable, but its pole at {fastest:.3g} rad/s is too fast for Euler steps "
-        return text + f"of {sample_time:g} s: use a shorter sample_time or fidelity='exact'."
-    return text + "Its poles are stable: look at the reference (is it in rad?) and at x0."
+        text += _("The closed loop is stable, but its pole at {fastest:.3g} rad/s is too fast for Euler steps ").format(
+            fastest=fastest
+        )
+        return text + _("of {sample_time:g} s: use a shorter sample_time or fidelity='exact'.").format(
+            sample_time=sample_time
+        )
+    return text + _("Its poles are stable: look at the reference (is it in rad?) and at x0.")

@@ -125,7 +125,9 @@ def _take(name: str, content: bytes, bench: KnownBench, found: Evidence) -> None
 def _marked_with(bench: KnownBench, counted: Sequence[str]) -> str:
     """A line on which bench it was, and which of its recordings count."""
     return _("Marked with the bench {name} and {count} of it: {listed}.").format(
-        name=bench.name, count=plural(len(counted), _("recording")), listed=", ".join(counted) or _("none counts")
+        name=bench.name,
+        count=plural(len(counted), "{count} recording", "{count} recordings"),
+        listed=", ".join(counted) or _("none counts"),
     )
 
 
@@ -137,5 +139,5 @@ def _say_whose(student: str, statements: Sequence[Statement], found: Evidence) -
             _(
                 "{count} signed in the name of {other}: right where the two worked at the bench "
                 "together, and else not {student}'s own."
-            ).format(count=plural(count, _("recording")), other=other, student=student)
+            ).format(count=plural(count, "{count} recording", "{count} recordings"), other=other, student=student)
         )

@@ -309,7 +309,7 @@ def unfinished(
         typer.echo(_("No recording waits: every run ended as it should, or was written out."))
     elif out is None:
         said = _("{recordings} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list.")
-        typer.echo(said.format(recordings=plural(len(found), _("recording")), folder=folder))
+        typer.echo(said.format(recordings=plural(len(found), "{count} recording", "{count} recordings"), folder=folder))
 
 
 @app.command()

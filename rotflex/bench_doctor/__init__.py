@@ -146,6 +146,6 @@ def _unfinished() -> Finding:
     if not waits:
         return Finding(what, Level.OK, _("None."))
     said = _("{recordings} of runs that did not end as they should, the last on {when:%Y-%m-%d %H:%M}.").format(
-        recordings=plural(len(waits), _("recording")), when=waits[-1].begun
+        recordings=plural(len(waits), "{count} recording", "{count} recordings"), when=waits[-1].begun
     )
     return Finding(what, Level.WARN, said, "rotflex bench unfinished --out FOLDER")

@@ -199,7 +199,7 @@ class AnswerBook:
         replies = []
         for part in parts:
             stored = self.get(question.number, part.name)
-            kept = " (the earlier answer is kept)" if stored else ""
+            kept = _(" (the earlier answer is kept)") if stored else ""
             try:
                 encoded = forms.encode(part, values[part.name], self.probe_seed)
                 self._record(question.number, part.name, encoded.content, cell)

@@ -76,7 +76,7 @@ def bring_over(folder: Path, was: str, student: str) -> list[str]:
 def _told(was: str, student: str, count: int, left: list[str]) -> list[str]:
     lines = [
         _("Brought over to {student!r}: {answers} that {was!r} had given.").format(
-            answers=plural(count, _("answer")), was=was, student=student
+            answers=plural(count, "{count} answer", "{count} answers"), was=was, student=student
         )
     ]
     if left:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import Question, ReportItem, prose, whole
 from rotflex.courseware.predictions import Foretold
 from rotflex.errors import AnswerError
@@ -65,14 +65,21 @@ class Catalogue:
     def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
         """The report's text: a prose part for each item that is written rather than shown."""
         items = self.items(number)
-        written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
+        written = [
+            prose(item.part, item.outcomes[0], N_("{heading}. {prompt}", heading=item.heading, prompt=item.prompt))
+            for item in items
+            if item.part
+        ]
         outcomes = dict.fromkeys(part.outcome for part in written)
         return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
 
     def _as_a_whole(self, report: Question) -> Question:
         """What is judged of a report as a whole: a part for each row that says so."""
         items = [item for item in self.items(report.number) if item.judged]
-        parts = [whole(item.judged, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items]
+        parts = [
+            whole(item.judged, item.outcomes[0], N_("{heading}. {prompt}", heading=item.heading, prompt=item.prompt))
+            for item in items
+        ]
         outcomes = dict.fromkeys(part.outcome for part in parts)
         number = f"{report.number}, as a whole"
         return Question(number, report.section, report.notebook, report.title, tuple(outcomes), tuple(parts))

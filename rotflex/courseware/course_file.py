@@ -1,7 +1,7 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "bench", "reflect"}``. The one that a release brings names no
-student; old ones name nothing else. What a later release may add is kept.
+It is ``{"student", "release", "draw", "title", "term", "language", "bench", "reflect"}``. The one that a release brings
+names no student; old ones name nothing else. What a later release may add is kept.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
-STUDENT, RELEASE = "student", "release"
+STUDENT, RELEASE, LANGUAGE = "student", "release", "language"
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
 NOBODY = "demo"  #: the student of whoever gives no name
 #: In the students' package, where an installed one has the notebooks and the course file as they were released.
@@ -83,6 +83,15 @@ def of(folder: Path) -> dict[str, Any] | None:
     """
     course = read(folder)
     return read(Path(rotflex.__file__).parent / RELEASED) if course is None else course
+
+
+def language(folder: Path) -> str:
+    """The language of the course that a student works in, as "de"; "" where nothing says so."""
+    try:
+        named = (of(folder) or {}).get(LANGUAGE)
+    except ConfigurationError:  # whoever needs more of the file says so
+        named = None
+    return named if isinstance(named, str) else ""
 
 
 def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:

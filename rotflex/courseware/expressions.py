@@ -14,7 +14,7 @@ import sys
 from typing import Any
 
 from rotflex.courseware.json_values import FormError, NotAnswered, read_number
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.symbols import Names, listed, plain, without_time
 from rotflex.errors import AnswerError
 
@@ -27,7 +27,7 @@ _FUNCTIONS = ("sqrt", "sin", "cos", "exp")
 _ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1), "pi": (0, 0), "pow": (2, 2)}
 _ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(_FUNCTIONS, (1, 1))
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_TOO_LARGE = "it is too large to be kept: simplify it first"
+_TOO_LARGE = N_("it is too large to be kept: simplify it first")
 
 
 def is_symbolic(value: Any) -> bool:
@@ -60,7 +60,7 @@ def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     except FormError:
         raise
     except AnswerError:
-        raise FormError(_TOO_LARGE) from None
+        raise FormError(_(_TOO_LARGE)) from None
     return tree
 
 
@@ -103,7 +103,7 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
 def _one_expression(value: Any, name: str, names: Names) -> Any:
     """The sympy expression meant by a value: wrappers that a student's code may leave around it are taken off."""
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     import sympy
 
     if isinstance(value, str):
@@ -193,7 +193,7 @@ def _leaf(expression: Any, names: Names) -> list[Any]:
 
 
 def _foreign(what: str) -> FormError:
-    allowed = "sums, products, powers, sqrt, sin, cos and exp"
+    allowed = _("sums, products, powers, sqrt, sin, cos and exp")
     return FormError(
         _("it contains {what}, which does not belong here: use {allowed}").format(what=what[:40], allowed=allowed)
     )
@@ -287,7 +287,7 @@ class _Check:
                         )
                     )
             case "float":
-                read_number("A float", arguments[0])
+                read_number(_("A float"), arguments[0])
             case "pow":
                 self.node(arguments[0], depth - 1, power / self._exponent(arguments[1], power), steep)
             case _:

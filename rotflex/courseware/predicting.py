@@ -60,7 +60,7 @@ def _taken(
     except NotAnswered:
         kept = "" if before is None else _(" (you said {before})").format(before=forms.show(one.part, before))
         return None, start + _("{name}  not predicted yet{kept}: {prompt}").format(
-            name=one.part.name, kept=kept, prompt=one.part.prompt
+            name=one.part.name, kept=kept, prompt=_(one.part.prompt)
         )
     except FormError as error:
         return None, start + _("{name}  not kept: {error}").format(name=one.part.name, error=error)
@@ -81,7 +81,7 @@ def _overview(book: AnswerBook, question: str, known: Mapping[str, Foretold]) ->
         + (
             _("predicted: {words}.").format(words=said[name])
             if name in said
-            else _("{name}: {prompt}").format(name=_named(one), prompt=one.part.prompt)
+            else _("{name}: {prompt}").format(name=_named(one), prompt=_(one.part.prompt))
         )
         for name, one in known.items()
     ]
@@ -128,7 +128,7 @@ def observed(
             lines.append(_("{question}  You predicted nothing here.").format(question=question))
         if seen:
             lines.append(_("      Recorded: {seen}.").format(seen=seen))
-            lines.append(f"      {one.ask}")
+            lines.append(f"      {_(one.ask)}")
         else:
             missing = ", ".join(" ".join(where) for where in one.found_in)
             lines.append(_("      There is nothing to compare it with yet: answer {missing}.").format(missing=missing))

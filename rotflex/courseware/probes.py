@@ -58,7 +58,7 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     """
     wanted = _("it should return ({names})").format(names=", ".join(names))
     if output is None or output is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
         output = list(output)
     if not isinstance(output, tuple | list) or len(output) != len(names):
@@ -67,7 +67,7 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
             + _how_many(output)
         )
     if any(piece is None or piece is Ellipsis for piece in output):
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     arrays = []
     for name, piece in zip(names, output, strict=True):
         array = _array(piece)

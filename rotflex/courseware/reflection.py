@@ -63,14 +63,14 @@ class Reflection:
     def _lines(self) -> Iterable[str]:
         if self.asked:
             yield _("{count}, from your own answers alone. Begin with the first: others may go away with it.").format(
-                count=plural(len(self.asked), "question")
+                count=plural(len(self.asked), "{count} question", "{count} questions")
             )
             for numbers, text in self.asked:
                 yield _("  {numbers}: {text}").format(numbers=", ".join(numbers), text=text)
         elif self.compared:
             yield _(
                 "Nothing to ask: your answers agree with each other ({count}). Right or wrong, this cannot say."
-            ).format(count=plural(self.compared, "comparison"))
+            ).format(count=plural(self.compared, "{count} comparison", "{count} comparisons"))
         if self.unclear:
             yield _(
                 "Not to be worked out from what is there: {questions}. Are these numbers very large or zero?"

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import ReportItem
 from rotflex.errors import AnswerError
 
 if TYPE_CHECKING:
     from rotflex.courseware.session import Session
 
-#: Not translated: a person's mark of a report as a whole holds for as long as what they read stays the same.
-_NOT_WRITTEN = "*not written yet*"
+#: In a report in one piece it is translated for its writer only: a person's mark of a report as a whole holds for as
+#: long as what they read stays the same.
+_NOT_WRITTEN = N_("*not written yet*")
 
 
 def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
@@ -33,10 +34,12 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
         If there is no such report.
     """
     lab.refresh()
-    rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
+    rows = [_("| | item | what it says | rests on | so far |"), "|---|---|---|---|---|"]
     for item in _items(catalogue, report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
-        rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, lab)} |")
+        rows.append(
+            f"| {item.number} | {_(item.heading)} | {_(item.prompt)} | {rests_on} | {_state(catalogue, item, lab)} |"
+        )
     return "\n".join(rows)
 
 
@@ -51,19 +54,23 @@ def assembled(catalogue: Catalogue, report: str, lab: Session) -> str:
     lab.refresh()
     items = _items(catalogue, report)
     contents = {item.part: lab.content(report, item.part) for item in items if item.part}
-    return in_one_piece(items, {part: without_pictures(found["value"]) for part, found in contents.items() if found})
+    texts = {part: without_pictures(found["value"]) for part, found in contents.items() if found}
+    return in_one_piece(items, texts, _)
 
 
-def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
+def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str], said: Callable[[str], str] = str) -> str:
     """Texts of a report, in order, under their headings.
 
     Parameters
     ----------
     items : the rows of the report
     texts : name of a part → what is written there
+    said : says what is ours in it in a language; in English unless given
     """
     return "\n\n".join(
-        f"**{item.number} {item.heading}**\n\n{texts.get(item.part, _NOT_WRITTEN)}" for item in items if item.part
+        f"**{item.number} {said(item.heading)}**\n\n{texts.get(item.part) or said(_NOT_WRITTEN)}"
+        for item in items
+        if item.part
     )
 
 

@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, forms, predicting, reflection, student_id
+from rotflex.courseware import course_file, forms, messages, predicting, reflection, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
@@ -87,6 +87,7 @@ class Session:
         self.catalogue = catalogue
         self.questions = catalogue.everything
         self._folder = folder
+        unspoken = messages.speak_to_reader(course_file.language(folder))
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
             folder / ANSWERS_FILE,
@@ -95,6 +96,7 @@ class Session:
             seed if given_seed is None else check_seed(given_seed),
             None if by_program() else time.time,
         )
+        self.book.notices += [unspoken] if unspoken else []
         self.saved_words = SavedWords(folder, catalogue)
 
     def print_notices(self) -> None:
@@ -251,7 +253,7 @@ class Session:
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
                 state = _("missing: {missing}").format(missing=", ".join(missing)) if missing else _("answered")
-                print(f"{question.number:<16}  {question.title}: {state}")
+                print(f"{question.number:<16}  {_(question.title)}: {state}")
         self._say_what_is_read()
 
     def summary(self) -> None:
@@ -262,7 +264,7 @@ class Session:
             done = sum(not self._missing(question) for question in asked)
             print(
                 _("{notebook:<26}  {done} of {questions} answered").format(
-                    notebook=notebook, done=done, questions=plural(len(asked), "question")
+                    notebook=notebook, done=done, questions=plural(len(asked), "{count} question", "{count} questions")
                 )
             )
         self._say_what_is_read()

@@ -25,10 +25,11 @@ class ResultsTable:
     """
 
     def __init__(self, table: Question, book: AnswerBook) -> None:
-        self.title = f"{table.number}: {table.title}"
+        self.title = f"{table.number}: {_(table.title)}"
         #: prompt, name, entry ("" where there is none), unit
         self.rows = [
-            (part.prompt, part.name, _entry(part, book.get(table.number, part.name)), part.unit) for part in table.parts
+            (_(part.prompt), part.name, _entry(part, book.get(table.number, part.name)), part.unit)
+            for part in table.parts
         ]
 
     def __str__(self) -> str:
@@ -42,9 +43,7 @@ class ResultsTable:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        head = "".join(
-            f'<th scope="col" style="{_LEFT}">{heading}</th>' for heading in ("Description", "Name", "Value", "Unit")
-        )
+        head = "".join(f'<th scope="col" style="{_LEFT}">{heading}</th>' for heading in heads())
         body = "".join(
             f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row" style="{_LEFT}">{escape(name)}</th>'
             f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or _("not filled in yet")}</pre></td>'
@@ -56,6 +55,11 @@ class ResultsTable:
         )
 
 
+def heads() -> tuple[str, ...]:
+    """Of the columns."""
+    return _("Description"), _("Name"), _("Value"), _("Unit")
+
+
 def _entry(part: Part, content: dict[str, Any] | None) -> str:
     """An entry of the table for people: a matrix by its rows, all else as it is acknowledged, without name and unit."""
     if content is None:
@@ -63,7 +67,7 @@ def _entry(part: Part, content: dict[str, Any] | None) -> str:
     try:
         forms.decode(part, content)
     except AnswerError:
-        return "(unreadable: answer again)"
+        return _("(unreadable: answer again)")
     if part.kind == "matrix":
         noise = 1e-9 * max(abs(number) for row in content["value"] for number in row)
         return "\n".join(

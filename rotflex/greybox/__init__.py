@@ -40,7 +40,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rotflex.config import Joint, Servo, one_of
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.errors import IdentificationError
 from rotflex.greybox.choice import FREE, Chosen, choose
 from rotflex.greybox.left_out import LeftOut
@@ -54,8 +54,8 @@ __all__ = ["FREE", "TYPICAL", "FitResult", "LeftOut", "Prediction", "fit", "leav
 
 #: What no recording tells both of, and what it tells.
 _ALIKE = {
-    ("J_l", "torque_per_volt"): _("all inertias, torques and frictions in ratio only"),
-    ("B_eq", "braking"): _("the braking as a whole only"),
+    ("J_l", "torque_per_volt"): N_("all inertias, torques and frictions in ratio only"),
+    ("B_eq", "braking"): N_("the braking as a whole only"),
 }
 
 
@@ -103,11 +103,11 @@ def fit(
     if not every:
         raise IdentificationError(_("There is no recording to fit."))
     for name in (*(free or ()), *per_recording):
-        one_of("A parameter to fit", name, TYPICAL)
+        one_of(_("A parameter to fit"), name, TYPICAL)
     for alike, told in _ALIKE.items():
         if set(alike) <= set(free or ()):
             raise IdentificationError(
-                _("A recording tells {told}: fit {alike}, and not both.").format(told=told, alike=" or ".join(alike))
+                _("A recording tells {told}: fit {alike}, and not both.").format(told=_(told), alike=" or ".join(alike))
             )
     start = initial or replace(
         PlantParameters.of(servo, joint, TYPICAL["K_s"]),

@@ -108,7 +108,9 @@ class Problem:
             raise IdentificationError(
                 _(
                     "Something moves in {moving} of {window:g} s only; at least {fewest} are needed. Record for longer."
-                ).format(moving=plural(moving, _("window")), window=WINDOW, fewest=_FEWEST_WINDOWS)
+                ).format(
+                    moving=plural(moving, "{count} window", "{count} windows"), window=WINDOW, fewest=_FEWEST_WINDOWS
+                )
             )
 
     def windows(self) -> NDArray[np.intp]:

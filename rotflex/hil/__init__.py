@@ -100,9 +100,11 @@ def open(
         return quanser_bench(uri, rest, setup) if scheme == "quanser" else _serial(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
-            f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "
-            "in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as in "
-            "'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
+            _(
+                "There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with "
+                "replay, as in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as "
+                "in 'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
+            ).format(uri=uri)
         )
     _take(uri, given, "plant", "servo", why=_("a setup is of a real bench."))
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
@@ -184,7 +186,11 @@ def _replay(uri: str, rest: str) -> Bench:
     encoder = about.get("encoder", "E")
     position = about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
-        raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
+        raise BenchError(
+            _("{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.").format(
+                path=path, encoder=encoder, position=position
+            )
+        )
     servo, plant = srv02(encoder=encoder), RecordedPlant(recording, Path(path).name)
 
     def connect() -> VirtualBoard:
@@ -223,8 +229,10 @@ def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[
     unknown = [name for name in options if name not in known]
     if unknown or len(options) != len(pairs) or (rest and not rest.startswith("?")):
         raise BenchError(
-            f"The address {uri!r} is not understood. Options come after a '?', as in {example!r}, each once, joined by "
-            f"&: {', '.join(known)}."
+            _(
+                "The address {uri!r} is not understood. Options come after a '?', as in {example!r}, each once, joined "
+                "by &: {names}."
+            ).format(uri=uri, example=example, names=", ".join(known))
         )
     if "preset" in options and ("seed" in options or "arm_position" in options):
         raise _both_told(uri)
@@ -232,7 +240,9 @@ def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[
 
 
 def _both_told(uri: str) -> BenchError:
-    return BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
+    return BenchError(
+        _("The address {uri!r} names a preset and a draw; a preset has its own parameters.").format(uri=uri)
+    )
 
 
 def _integer(name: str, value: str | int) -> int:
@@ -241,5 +251,7 @@ def _integer(name: str, value: str | int) -> int:
     except ValueError:
         number = -1
     if number < 0:
-        raise BenchError(f"{name} must be a whole number, not negative; it is {value!r}.")
+        raise BenchError(
+            _("{name} must be a whole number, not negative; it is {value!r}.").format(name=name, value=value)
+        )
     return number

@@ -31,13 +31,21 @@ class KnownChannels:
         if count == 0:
             return ()
         if not isinstance(channels, np.ndarray) or channels.dtype != CHANNEL or channels.ndim != 1:
-            raise HILError(f"The {kind} channels must be a numpy vector of uint32; they are {channels!r}.")
+            raise HILError(
+                _("The {kind} channels must be a numpy vector of uint32; they are {channels!r}.").format(
+                    kind=kind, channels=channels
+                )
+            )
         key = (channels.tobytes(), count, kind)
         chosen = self._known.get(key)
         if chosen is None:
             chosen = tuple(channels[:count].tolist())
             if len(chosen) != count or any(channel >= available for channel in chosen):
-                raise HILError(f"There are {available} {kind} channels, from 0; asked for: {channels.tolist()}.")
+                raise HILError(
+                    _("There are {available} {kind} channels, from 0; asked for: {value}.").format(
+                        available=available, kind=kind, value=channels.tolist()
+                    )
+                )
             self._known[key] = chosen
         return chosen
 
@@ -90,7 +98,11 @@ def ranges(chosen: Sequence[int], minima: Vector, maxima: Vector, widest: float)
     found = dict(zip(chosen, zip(minima.tolist(), maxima.tolist(), strict=True), strict=False))
     for channel, (lowest, highest) in found.items():
         if not -widest <= lowest < highest <= widest:
-            raise HILError(f"Channel {channel} has no range from {lowest} V to {highest} V: ±{widest:g} V at the most.")
+            raise HILError(
+                _("Channel {channel} has no range from {lowest} V to {highest} V: ±{widest:g} V at the most.").format(
+                    channel=channel, lowest=lowest, highest=highest, widest=widest
+                )
+            )
     return found
 
 
@@ -103,7 +115,7 @@ def check_modes(buffer: NDArray[Any] | None, size: int) -> None:
         If they are not.
     """
     if not isinstance(buffer, np.ndarray) or buffer.dtype != CHANNEL or buffer.ndim != 1 or buffer.size < size:
-        raise HILError(f"The modes must be a one-dimensional numpy array of {size} uint32.")
+        raise HILError(_("The modes must be a one-dimensional numpy array of {size} uint32.").format(size=size))
 
 
 def same_for_all(given: NDArray[Any], count: int, only: float, refusal: str) -> None:

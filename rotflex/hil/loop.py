@@ -63,7 +63,7 @@ def run(
     """
     targets = np.asarray(reference, dtype=float)
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
-        raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
+        raise BenchError(_("The reference must be a one-dimensional array of at least two finite numbers."))
     if type(controller) is not OpenLoop:  # a class made of it may look at the angles
         bench.require_commissioned()
     asked = str((metadata or {}).get("experiment", type(controller).__name__))
@@ -162,7 +162,7 @@ def _sample(
             passed = _catch_up(bench, controller, targets, signals, index)
             continue
         _hold(vm, index, index, bench.overdue)
-        _, theta[index], alpha[index] = measured
+        _now, theta[index], alpha[index] = measured
         vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
 
 

@@ -11,13 +11,13 @@ import importlib
 from collections.abc import Callable
 from typing import Any, cast
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.errors import BenchError, HILError
 from rotflex.hil.board import VERBS, Board
 
 #: What the maker's layer raises for arguments that it cannot pass on.
 _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
-_WHERE = _(
+_WHERE = N_(
     "It is in no package registry: it comes with the Quanser SDK, from the board's maker. Install the Quanser SDK, and "
     "then, with pip install, into the Python that runs this, the wheel files in its folder python, which is in the "
     "folder that the variable QSDK_DIR names (%QSDK_DIR%python). A bench without a Quanser board needs none of it."
@@ -90,7 +90,7 @@ def package() -> Any:
             "The maker's Python package is installed, but the libraries of the Quanser SDK, on which it stands, cannot "
             "be loaded ({error})."
         ).format(error=error)
-    raise BenchError(f"{found} {_WHERE}") from None
+    raise BenchError(f"{found} {_(_WHERE)}") from None
 
 
 def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -> Callable[..., Any]:

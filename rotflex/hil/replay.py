@@ -44,7 +44,9 @@ class RecordedPlant:
     def __init__(self, recording: Recording, name: str = "the recording") -> None:
         missing = [name for name in ("theta", "alpha") if name not in recording]
         if missing:
-            raise RecordingError(f"The recording has no {' and no '.join(missing)}: there is nothing to replay.")
+            raise RecordingError(
+                _("The recording has no {names}: there is nothing to replay.").format(names=_(" and no ").join(missing))
+            )
         self.recording, self.name = recording, name
         self._theta, self._alpha = recording["theta"].tolist(), recording["alpha"].tolist()
         self._elapsed = 0.0

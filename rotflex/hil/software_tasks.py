@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import Channels, Counts
 from rotflex.hil.clock import TimeSource, WallClock
@@ -45,7 +46,11 @@ class SoftwareTasks:
     def create_encoder_reader(self, samples_in_buffer: int, channels: Channels, num_channels: int) -> int:
         """A task, of which no sample ever waits in a buffer."""
         if samples_in_buffer < 1:
-            raise HILError(f"A task needs a buffer of at least one sample; it was given {samples_in_buffer}.")
+            raise HILError(
+                _("A task needs a buffer of at least one sample; it was given {samples_in_buffer}.").format(
+                    samples_in_buffer=samples_in_buffer
+                )
+            )
         handle = next(self._handles)
         self._tasks[handle] = _Task(channels[:num_channels].copy(), num_channels)
         return handle
@@ -53,7 +58,11 @@ class SoftwareTasks:
     def start(self, task: int, frequency: float, num_samples: int) -> None:
         """Take the first sample now."""
         if not 0 < frequency < math.inf or num_samples < 1:
-            raise HILError(f"A task cannot take {num_samples} samples at {frequency} Hz.")
+            raise HILError(
+                _("A task cannot take {num_samples} samples at {frequency} Hz.").format(
+                    num_samples=num_samples, frequency=frequency
+                )
+            )
         one = self._task(task)
         one.period, one.due, one.remaining, one.lost = 1 / frequency, self._clock.now(), num_samples, 0
 
@@ -61,11 +70,17 @@ class SoftwareTasks:
         """Wait for samples, and return how many came (fewer only at the end of the task)."""
         one = self._task(task)
         if math.isnan(one.due):
-            raise HILError(f"Task {task} has not been started.")
+            raise HILError(_("Task {task} has not been started.").format(task=task))
         if num_samples < 1:
-            raise HILError(f"A task gives one sample or more at a time; it was asked for {num_samples}.")
+            raise HILError(
+                _("A task gives one sample or more at a time; it was asked for {num_samples}.").format(
+                    num_samples=num_samples
+                )
+            )
         if buffer.size < num_samples * one.number:
-            raise HILError(f"The encoder buffer must hold {num_samples * one.number} counts.")
+            raise HILError(
+                _("The encoder buffer must hold {num_samples} counts.").format(num_samples=num_samples * one.number)
+            )
         count = 0
         while count < num_samples and one.remaining:
             passed = min(max(math.floor((self._clock.now() - one.due) / one.period + 1e-9), 0), one.remaining)
@@ -96,5 +111,5 @@ class SoftwareTasks:
 
     def _task(self, handle: int) -> _Task:
         if handle not in self._tasks:
-            raise HILError(f"There is no task {handle}.")
+            raise HILError(_("There is no task {handle}.").format(handle=handle))
         return self._tasks[handle]

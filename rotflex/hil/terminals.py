@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.plant import HALVINGS, SUBSTEP, Moving
 
@@ -49,7 +50,10 @@ class Timing:
     def __post_init__(self) -> None:
         if not (0 <= self.jitter <= self.delay < math.inf and 0 <= self.late <= 1 and 0 <= self.late_by < math.inf):
             raise ConfigurationError(
-                f"A delay must be finite and not below its jitter, and the share of late outputs from 0 to 1: {self!r}."
+                _(
+                    "A delay must be finite and not below its jitter, and the share of late outputs from 0 to 1: "
+                    "{value!r}."
+                ).format(value=self)
             )
 
     @property

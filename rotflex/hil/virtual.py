@@ -14,7 +14,8 @@ import math
 from dataclasses import dataclass, field
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
-from rotflex.errors import HILError
+from rotflex.courseware.messages import _
+from rotflex.errors import HILError, WatchdogExpired
 from rotflex.hil import arguments
 from rotflex.hil.board import (
     BufferOverflowMode,
@@ -148,12 +149,12 @@ class VirtualBoard:
 
     def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Cut what comes to ranges (V)."""
-        chosen = self._channels(channels, num_channels, ANALOG_INPUTS, "analog input")
+        chosen = self._channels(channels, num_channels, ANALOG_INPUTS, _("analog input"))
         self._sensors.set_ranges(arguments.ranges(chosen, minima, maxima, DAC_LIMIT))
 
     def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Cut what is written from now on to ranges (V)."""
-        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
         for channel, one in arguments.ranges(chosen, minima, maxima, DAC_LIMIT).items():
             self._output_ranges[channel] = one
 
@@ -182,7 +183,7 @@ class VirtualBoard:
     ) -> None:
         """Read inputs of all kinds at one instant. This board has no other channels."""
         _refuse_other(num_other_channels)
-        analog = self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, "analog input")
+        analog = self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, _("analog input"))
         encoders = self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder")
         digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital")
         check_buffer(analog_buffer, len(analog), "analog")
@@ -197,7 +198,7 @@ class VirtualBoard:
         voltages = self._voltages(channels, num_channels, buffer)
         self._catch_up(self.clock.now())
         if self._watchdog.expired:
-            raise HILError("The watchdog has expired and holds the outputs; clear it before writing again.")
+            raise WatchdogExpired(_("The watchdog has expired and holds the outputs; clear it before writing again."))
         self.terminals.send(voltages)
 
     def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
@@ -212,7 +213,7 @@ class VirtualBoard:
         """This board has no options of its own: any but the empty string is refused."""
         self._check_open()
         if options:
-            raise HILError(f"The virtual board has no options; it was given {options!r}.")
+            raise HILError(_("The virtual board has no options; it was given {options!r}.").format(options=options))
 
     # --- hardware-timed input -------------------------------------------------------------------------------------
 
@@ -235,9 +236,13 @@ class VirtualBoard:
         """Create a task that samples inputs of all kinds."""
         _refuse_other(num_other_channels)
         if samples_in_buffer < 1:
-            raise HILError(f"A task needs a buffer of at least one sample; it was given {samples_in_buffer}.")
+            raise HILError(
+                _("A task needs a buffer of at least one sample; it was given {samples_in_buffer}.").format(
+                    samples_in_buffer=samples_in_buffer
+                )
+            )
         task = Task(
-            analog=self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, "analog input"),
+            analog=self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, _("analog input")),
             encoders=self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder"),
             digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital"),
             sampling=Sampling(capacity=samples_in_buffer),
@@ -254,13 +259,19 @@ class VirtualBoard:
             chosen.sampling.overflow = BufferOverflowMode(mode)
         except ValueError:
             listed = ", ".join(f"{mode.value} ({mode.name})" for mode in BufferOverflowMode)
-            raise HILError(f"There is no buffer overflow mode {mode}; there are {listed}.") from None
+            raise HILError(
+                _("There is no buffer overflow mode {mode}; there are {names}.").format(mode=mode, names=listed)
+            ) from None
 
     def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
         """Start sampling; the first sample is taken now."""
         chosen = self._task(task)
         if clock != Clock.HARDWARE_CLOCK_0:
-            raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
+            raise HILError(
+                _("The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.").format(
+                    clock=clock
+                )
+            )
         chosen.start(self.clock.now(), frequency, num_samples)
         self.terminals.begin()
 
@@ -281,9 +292,13 @@ class VirtualBoard:
         chosen = self._task(task)
         sampling = chosen.sampling
         if not sampling.started:
-            raise HILError(f"Task {task} has not been started.")
+            raise HILError(_("Task {task} has not been started.").format(task=task))
         if num_samples < 1:
-            raise HILError(f"A task gives one sample or more at a time; it was asked for {num_samples}.")
+            raise HILError(
+                _("A task gives one sample or more at a time; it was asked for {num_samples}.").format(
+                    num_samples=num_samples
+                )
+            )
         analog, encoders, digital = chosen.analog, chosen.encoders, chosen.digital
         check_buffer(analog_buffer, num_samples * len(analog), "analog")
         check_buffer(encoder_buffer, num_samples * len(encoders), "encoder")
@@ -330,7 +345,7 @@ class VirtualBoard:
         """Start the watchdog."""
         self._attend()
         if not timeout > 0:
-            raise HILError(f"A watchdog needs a positive time-out; it was given {timeout} s.")
+            raise HILError(_("A watchdog needs a positive time-out; it was given {timeout} s.").format(timeout=timeout))
         self._watchdog.timeout = timeout
         self._watchdog.deadline = self.clock.now() + timeout
 
@@ -365,12 +380,12 @@ class VirtualBoard:
 
     def _check_open(self) -> None:
         if not self._open:
-            raise HILError("The board is closed.")
+            raise HILError(_("The board is closed."))
 
     def _task(self, handle: int) -> Task:
         self._check_open()
         if handle not in self._tasks:
-            raise HILError(f"There is no task {handle}.")
+            raise HILError(_("There is no task {handle}.").format(handle=handle))
         return self._tasks[handle]
 
     def _channels(self, channels: Channels | None, count: int, available: int, kind: str) -> tuple[int, ...]:
@@ -380,7 +395,7 @@ class VirtualBoard:
 
     def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
         """Voltages by analog output, checked, and cut to what the converter can give."""
-        chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
+        chosen = self._channels(channels, count, _ANALOG_OUTPUTS, _("analog output"))
         return arguments.within(chosen, buffer, self._output_ranges)
 
 
@@ -394,4 +409,4 @@ def _put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | N
 
 def _refuse_other(count: int) -> None:
     if count:
-        raise HILError("The virtual board has no other channels.")
+        raise HILError(_("The virtual board has no other channels."))

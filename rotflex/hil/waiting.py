@@ -96,7 +96,7 @@ def tell(folder: Path | None = None) -> None:
                 beside(one.path, _TOLD).touch()
     if new:
         said = _("Note      {recordings} of runs that did not end as they should: see rotflex bench unfinished.")
-        print(said.format(recordings=plural(len(new), _("recording"))))
+        print(said.format(recordings=plural(len(new), "{count} recording", "{count} recordings")))
 
 
 def put_by(recording: Recording, folder: Path | None) -> str:

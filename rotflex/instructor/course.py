@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rotflex.courseware import messages
 from rotflex.courseware.benches import FIRST_DRAW, REAL, BenchPolicy
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
@@ -175,7 +176,7 @@ def find(given: str | Path | None = None) -> Course:
 
 
 def load(folder: Path, entry: str = ENTRY) -> Course:
-    """Load a course: its code is run, for it is ours.
+    """Load a course: its code is run, for it is ours. From here on, students are spoken to in its language.
 
     Parameters
     ----------
@@ -216,6 +217,8 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
         )
     _check_key(course)
     decided = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
+    messages.add(folder / messages.FOLDER)
+    messages.speak(decided.language)
     title = decided.title or course.title or course.name
     return replace(course, folder=folder, entry=entry, settings=decided, title=title)
 

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from rotflex import experiments
 from rotflex.config import one_of
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
@@ -35,9 +36,9 @@ from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, repor
 if TYPE_CHECKING:
     from rotflex.lab import Lab
 
-SAFETY = (
-    "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only while "
-    "computer and page do. Interrupting the kernel does not stop a run."
+SAFETY = N_(
+    "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
+    "while computer and page do. Interrupting the kernel does not stop a run."
 )
 _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
@@ -50,6 +51,17 @@ _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
     VALIDATION: experiments.validation,
     **dict.fromkeys(_FEEDBACK, experiments.tracking),
     "watch": experiments.watch,
+}
+
+
+#: As they are called for people; what a recording says of itself stays as it is.
+_CALLED = {
+    "free decay": N_("free decay"),
+    "sweep": N_("sweep"),
+    VALIDATION: N_("validation"),
+    "tracking, full state": N_("tracking, full state"),
+    "tracking, partial state": N_("tracking, partial state"),
+    "watch": N_("watch"),
 }
 
 
@@ -85,7 +97,7 @@ class BenchConsole(Explorer):
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
         self._settled = True  # whether what came of it has been taken in
-        self._state, self._message = "not connected", ""
+        self._state, self._message = _("not connected"), ""
         self.recording: Recording | None = None
         self._last_message = 0.0
         self._page = False  # whether a page has ever spoken
@@ -110,13 +122,15 @@ class BenchConsole(Explorer):
             late = behind - self._least_behind
             if event.get("name") == "start" and late > _SILENCE:
                 event = {**event, "kind": "late"}
-                self._message = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
+                self._message = _("Start was pressed {late:.0f} s ago, while Python was busy. Press it again.").format(
+                    late=late
+                )
         super().receive(event)
 
     def set(self, name: str, value: float | str) -> None:
         """Another bench, or another experiment."""
         if self.running:
-            raise BenchError("An experiment is running. Stop it first.")
+            raise BenchError(_("An experiment is running. Stop it first."))
         if name == "address" and value in self._addresses:
             replayed = replayed_at(str(value))  # first: with no such file, nothing changes
             self.disconnect()
@@ -152,21 +166,21 @@ class BenchConsole(Explorer):
             If there is no such bench, or it cannot be opened.
         """
         if self._bench is None:
-            self._state = "not connected"
+            self._state = _("not connected")
             bench = self._lab.bench(self.address)
             self._bench = bench.__enter__()
-            self._state, self._message = "connected", "The motor is at 0 V."
+            self._state, self._message = _("connected"), _("The motor is at 0 V.")
 
     def disconnect(self) -> None:
         """Stop what runs, and let go of the bench, at 0 V."""
-        self.stop("The bench was disconnected.")
+        self.stop(_("The bench was disconnected."))
         if self._run is not None:
             self._run.wait(_LONGEST_STOP)
             self._settle()
         bench, self._bench = self._bench, None
         if bench is not None:
             bench.__exit__(None, None, None)
-            self._state, self._message = "not connected", ""
+            self._state, self._message = _("not connected"), ""
 
     def start(self) -> None:
         """Run the chosen experiment. A bench that is only computed is connected for it; a real one, on purpose, before.
@@ -177,19 +191,19 @@ class BenchConsole(Explorer):
             If the bench is not connected, or runs already.
         """
         if self.running:
-            raise BenchError("An experiment is running already.")
+            raise BenchError(_("An experiment is running already."))
         experiment = self._experiment()
         if self._connects_itself():
             self.connect()
         if self._bench is None:
-            raise BenchError("Connect the bench first.")
+            raise BenchError(_("Connect the bench first."))
         if self._replayed is not None:  # from its beginning
             self._bench.__exit__(None, None, None)
             self._bench.__enter__()
         self.recording, self._settled = None, False
         self._last_message = time.monotonic()
         self._run = Running(self._bench, experiment, self._alive)
-        self._state, self._message = "running", "Most experiments first wait until the arm stands still."
+        self._state, self._message = _("running"), _("Most experiments first wait until the arm stands still.")
         self._run.start()
         if self._loop is not None and self._loop.is_running():
             self._task = self._loop.create_task(self._show(self._run))
@@ -197,11 +211,11 @@ class BenchConsole(Explorer):
         try:
             self._run.wait()
         finally:  # an interrupt, too
-            self._run.stop("It was interrupted.")
+            self._run.stop(_("It was interrupted."))
             self._run.wait(_LONGEST_STOP)
             self._settle()
 
-    def stop(self, reason: str = "You stopped it.") -> None:
+    def stop(self, reason: str = "") -> None:
         """0 V at the next sample."""
         if self._run is not None:
             self._run.stop(reason)
@@ -215,7 +229,9 @@ class BenchConsole(Explorer):
 
     def _alive(self) -> str:
         if self._page and time.monotonic() - self._last_message > _SILENCE:
-            return "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
+            return _(
+                "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
+            )
         return ""
 
     async def _show(self, run: Running) -> None:
@@ -259,7 +275,7 @@ class BenchConsole(Explorer):
             return lambda bench: run(bench, progress=False)
         gain = self._gain if self._gain is not None else self._answered_gain()
         if gain is None:
-            raise BenchError("Tracking needs your gain K: answer question 3.8 first, or make the console with K=...")
+            raise BenchError(_("Tracking needs your gain K: answer question 3.8 first, or make the console with K=..."))
         return lambda bench: experiments.tracking(bench, gain, feedback, progress=False)
 
     def _answered_gain(self) -> Any:
@@ -268,18 +284,20 @@ class BenchConsole(Explorer):
     def _answered_model(self) -> tuple[ArrayLike, ArrayLike]:
         if not (self._lab.has("2.14", "A") and self._lab.has("2.14", "B")):
             raise BenchError(
-                "A validation needs your model: answer question 2.14 first, or make the console with model=(A, B)."
+                _("A validation needs your model: answer question 2.14 first, or make the console with model=(A, B).")
             )
         return with_actuator(self._lab.value("2.14", "A"), self._lab.value("2.14", "B"), self._lab.servo)
 
     def _save(self) -> None:
         if self.recording is None:
-            raise BenchError("There is nothing recorded yet.")
+            raise BenchError(_("There is nothing recorded yet."))
         about = self.recording.metadata
         words = [about.get("experiment", "recording"), about.get("feedback", "")]
         name = "_".join(["console", *(str(word).replace(" ", "_") for word in words if word)]) + ".mat"
         path = self.recording.save(Path.cwd() / name)
-        self.notice = f'Saved as {path.name}: rotflex.recording.Recording.load("{path.name}") reads it again.'
+        self.notice = _('Saved as {path}: rotflex.recording.Recording.load("{path}") reads it again.').format(
+            path=path.name
+        )
 
     # --- what there is to see ---------------------------------------------------------------------------------------
 
@@ -307,7 +325,7 @@ class BenchConsole(Explorer):
         """The last run as a static figure."""
         samples = self._samples()
         if not samples.size:
-            raise BenchError("Nothing has been run yet.")
+            raise BenchError(_("Nothing has been run yet."))
         return picture(samples, alt_text_of(samples, self._state, self._message))
 
     def _samples(self) -> Any:
@@ -328,25 +346,37 @@ class BenchConsole(Explorer):
         ready = (connected or self._connects_itself()) and not running
         return [
             [
-                Choice("address", "bench", {one: one for one in self._addresses}, self.address, running),
-                Button("connect", "Connect", disabled=connected, look="" if connected or ready else "main"),
-                Button("disconnect", "Disconnect", disabled=not connected or running),
+                Choice("address", _("bench"), {one: one for one in self._addresses}, self.address, running),
+                Button("connect", _("Connect"), disabled=connected, look="" if connected or ready else "main"),
+                Button("disconnect", _("Disconnect"), disabled=not connected or running),
             ],
             [
-                Choice("experiment", "experiment", {one: one for one in self._names()}, self.choice, running),
-                Button("start", "Start", "main" if ready or connected else "", not ready),
-                Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key, while it runs"),
-                Button("save", "Save the recording", disabled=self.recording is None),
+                Choice(
+                    "experiment",
+                    _("experiment"),
+                    {one: _(_CALLED.get(one, one)) for one in self._names()},
+                    self.choice,
+                    running,
+                ),
+                Button("start", _("Start"), "main" if ready or connected else "", not ready),
+                Button("stop", _("STOP"), "stop", title=_("0 V at once; also by the Escape key, while it runs")),
+                Button("save", _("Save the recording"), disabled=self.recording is None),
             ],
         ]
 
     def _status(self) -> Readout:
         run = self._run
-        late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
-        rows = [Row("state", (self._state,)), Row("", (self._message or SAFETY,)), Row("missed deadlines", (late,))]
+        late = (
+            "–" if run is None else _("{late} of {shape} samples").format(late=run.late, shape=run.samples().shape[1])
+        )
+        rows = [
+            Row(_("state"), (self._state,)),
+            Row("", (self._message or _(SAFETY),)),
+            Row(_("missed deadlines"), (late,)),
+        ]
         if self._message:
-            rows.append(Row("mind", (SAFETY,)))
-        return Readout("State", rows)
+            rows.append(Row(_("mind"), (_(SAFETY),)))
+        return Readout(_("State"), rows)
 
 
 def open_console(

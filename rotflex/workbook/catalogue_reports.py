@@ -6,11 +6,11 @@ modeling has no column for K-1 and K-3, and its report leaves out the spectrum; 
 
 from __future__ import annotations
 
+from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import ReportItem
 
 MODELING_REPORT = "Modeling report"
 CONTROL_REPORT = "Control report"
-_PROCEDURE = "In a few sentences: the aim, and what was done"
 _MEASURED = ("t_s", "PO", "alpha_max_deg", "V_max")
 
 
@@ -22,8 +22,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "I.1",
-        "Procedure: finding the stiffness",
-        f"{_PROCEDURE} to record the sweep.",
+        N_("Procedure: finding the stiffness"),
+        N_("In a few sentences: the aim, and what was done to record the sweep."),
         ("B-5",),
         (("2.9", "sweep"),),
         "stiffness_procedure",
@@ -31,8 +31,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "I.2",
-        "Procedure: loading the model",
-        f"{_PROCEDURE} to put numbers into the model.",
+        N_("Procedure: loading the model"),
+        N_("In a few sentences: the aim, and what was done to put numbers into the model."),
         ("B-5",),
         (("2.14", ""),),
         "model_procedure",
@@ -40,8 +40,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "I.3",
-        "Procedure: model validation",
-        f"{_PROCEDURE} to compare the model with the bench.",
+        N_("Procedure: model validation"),
+        N_("In a few sentences: the aim, and what was done to compare the model with the bench."),
         ("B-5",),
         (("2.15", "validation"),),
         "validation_procedure",
@@ -49,18 +49,22 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "II.1",
-        "Results: the sweep and its spectrum",
-        "The figures of both.",
+        N_("Results: the sweep and its spectrum"),
+        N_("The figures of both."),
         ("K-2", "K-3"),
         (("2.9", "figure"), ("2.10", "figure")),
     ),
-    ReportItem(MODELING_REPORT, "II.2", "Results: model validation", "The figure.", ("K-2",), (("2.15", "figure"),)),
-    ReportItem(MODELING_REPORT, "II.3", "Results: Table 2", "The table, filled in.", ("B-6",), (("Table 2", ""),)),
+    ReportItem(
+        MODELING_REPORT, "II.2", N_("Results: model validation"), N_("The figure."), ("K-2",), (("2.15", "figure"),)
+    ),
+    ReportItem(
+        MODELING_REPORT, "II.3", N_("Results: Table 2"), N_("The table, filled in."), ("B-6",), (("Table 2", ""),)
+    ),
     ReportItem(
         MODELING_REPORT,
         "III.1",
-        "Analysis: stiffness",
-        "How the stiffness follows from what was measured.",
+        N_("Analysis: stiffness"),
+        N_("How the stiffness follows from what was measured."),
         ("B-7",),
         (("2.11", ""), ("2.12", "")),
         "stiffness_analysis",
@@ -68,8 +72,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "III.2",
-        "Analysis: what the model leaves out",
-        "Where the differences between model and bench come from.",
+        N_("Analysis: what the model leaves out"),
+        N_("Where the differences between model and bench come from."),
         ("B-8",),
         (("2.17", "reason"),),
         "discrepancy_analysis",
@@ -77,8 +81,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "IV.1",
-        "Conclusion: the model",
-        "How well the model stands for the bench, and what it may be used for.",
+        N_("Conclusion: the model"),
+        N_("How well the model stands for the bench, and what it may be used for."),
         ("B-9",),
         (("2.16", "comparison"),),
         "model_conclusion",
@@ -89,8 +93,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.1",
-        "Procedure: control design",
-        f"{_PROCEDURE} to find the transformation to companion form.",
+        N_("Procedure: control design"),
+        N_("In a few sentences: the aim, and what was done to find the transformation to companion form."),
         ("B-5",),
         (("3.7", ""),),
         "design_procedure",
@@ -98,8 +102,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.2",
-        "Procedure: simulation",
-        f"{_PROCEDURE} to simulate the closed loop.",
+        N_("Procedure: simulation"),
+        N_("In a few sentences: the aim, and what was done to simulate the closed loop."),
         ("B-5",),
         (("3.11", "response"),),
         "simulation_procedure",
@@ -107,8 +111,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.3",
-        "Procedure: full state feedback",
-        f"{_PROCEDURE} to run it on the bench.",
+        N_("Procedure: full state feedback"),
+        N_("In a few sentences: the aim, and what was done to run it on the bench."),
         ("B-5",),
         (("3.13", "response"),),
         "full_procedure",
@@ -116,24 +120,33 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.4",
-        "Procedure: partial state feedback",
-        f"{_PROCEDURE} to run it on the bench.",
+        N_("Procedure: partial state feedback"),
+        N_("In a few sentences: the aim, and what was done to run it on the bench."),
         ("B-5",),
         (("3.15", "response"),),
         "partial_procedure",
     ),
-    ReportItem(CONTROL_REPORT, "II.1", "Results: transformation", "The matrices.", ("K-3",), (("3.7", ""),)),
-    ReportItem(CONTROL_REPORT, "II.2", "Results: simulation", "The figure.", ("K-3",), (("3.11", "figure"),)),
-    ReportItem(CONTROL_REPORT, "II.3", "Results: full state feedback", "The figure.", ("K-3",), (("3.13", "figure"),)),
+    ReportItem(CONTROL_REPORT, "II.1", N_("Results: transformation"), N_("The matrices."), ("K-3",), (("3.7", ""),)),
+    ReportItem(CONTROL_REPORT, "II.2", N_("Results: simulation"), N_("The figure."), ("K-3",), (("3.11", "figure"),)),
     ReportItem(
-        CONTROL_REPORT, "II.4", "Results: partial state feedback", "The figure.", ("K-3",), (("3.15", "figure"),)
+        CONTROL_REPORT, "II.3", N_("Results: full state feedback"), N_("The figure."), ("K-3",), (("3.13", "figure"),)
     ),
-    ReportItem(CONTROL_REPORT, "II.5", "Results: Table 3", "The table, filled in.", ("B-6",), (("Table 3", ""),)),
+    ReportItem(
+        CONTROL_REPORT,
+        "II.4",
+        N_("Results: partial state feedback"),
+        N_("The figure."),
+        ("K-3",),
+        (("3.15", "figure"),),
+    ),
+    ReportItem(
+        CONTROL_REPORT, "II.5", N_("Results: Table 3"), N_("The table, filled in."), ("B-6",), (("Table 3", ""),)
+    ),
     ReportItem(
         CONTROL_REPORT,
         "III.1",
-        "Analysis: controllability",
-        "How it was found, and why the test works.",
+        N_("Analysis: controllability"),
+        N_("How it was found, and why the test works."),
         ("K-1", "B-7"),
         (("3.6", ""),),
         "controllability_analysis",
@@ -141,8 +154,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.2",
-        "Analysis: closed-loop poles",
-        "How they were computed.",
+        N_("Analysis: closed-loop poles"),
+        N_("How they were computed."),
         ("K-1",),
         (("3.9", "poles"),),
         "poles_analysis",
@@ -150,8 +163,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.3",
-        "Analysis: control gain",
-        "The commands that give the gain.",
+        N_("Analysis: control gain"),
+        N_("The commands that give the gain."),
         ("K-1",),
         (("3.10", "K"),),
         "gain_analysis",
@@ -159,8 +172,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.4",
-        "Analysis: simulated response",
-        "How settling time, overshoot, deflection and voltage were measured.",
+        N_("Analysis: simulated response"),
+        N_("How settling time, overshoot, deflection and voltage were measured."),
         ("K-1",),
         _all("3.12", _MEASURED),
         "simulation_analysis",
@@ -168,8 +181,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.5",
-        "Analysis: full state feedback",
-        "How settling time, overshoot, deflection and voltage were measured.",
+        N_("Analysis: full state feedback"),
+        N_("How settling time, overshoot, deflection and voltage were measured."),
         ("K-1",),
         _all("3.14", _MEASURED),
         "full_analysis",
@@ -177,8 +190,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.6",
-        "Analysis: partial state feedback",
-        "How settling time, overshoot, deflection and voltage were measured.",
+        N_("Analysis: partial state feedback"),
+        N_("How settling time, overshoot, deflection and voltage were measured."),
         ("K-1",),
         _all("3.16", _MEASURED),
         "partial_analysis",
@@ -186,8 +199,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.7",
-        "Analysis: full against partial",
-        "What the missing feedback does to the response.",
+        N_("Analysis: full against partial"),
+        N_("What the missing feedback does to the response."),
         ("B-7",),
         (("3.17", "explanation"),),
         "comparison_analysis",
@@ -195,8 +208,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.1",
-        "Conclusion: closed-loop poles",
-        "Whether they are where they should be.",
+        N_("Conclusion: closed-loop poles"),
+        N_("Whether they are where they should be."),
         ("B-9",),
         (("3.9", "conclusion"),),
         "poles_conclusion",
@@ -204,8 +217,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.2",
-        "Conclusion: simulation",
-        "Whether the specifications are met.",
+        N_("Conclusion: simulation"),
+        N_("Whether the specifications are met."),
         ("B-9",),
         _all("3.12", ("satisfied", "conclusion")),
         "simulation_conclusion",
@@ -213,8 +226,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.3",
-        "Conclusion: full state feedback",
-        "Whether the specifications are met.",
+        N_("Conclusion: full state feedback"),
+        N_("Whether the specifications are met."),
         ("B-9",),
         _all("3.14", ("satisfied", "conclusion")),
         "full_conclusion",
@@ -222,8 +235,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.4",
-        "Conclusion: partial state feedback",
-        "Whether the specifications are met.",
+        N_("Conclusion: partial state feedback"),
+        N_("Whether the specifications are met."),
         ("B-9",),
         _all("3.16", ("satisfied", "conclusion")),
         "partial_conclusion",

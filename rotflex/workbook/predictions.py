@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import choice, number
 from rotflex.courseware.predictions import Foretold
 from rotflex.units import DEG
@@ -56,12 +57,12 @@ PREDICTIONS = {
                 "s",
                 (0.0, 15.0),
                 "",
-                "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?",
+                N_("The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?"),
                 points=0,
             ),
             (("2.9", "sweep"),),
             _time_of_largest_swing,
-            "Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?",
+            N_("Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?"),
         ),
     ),
     "2.15": (
@@ -70,13 +71,16 @@ PREDICTIONS = {
                 "turns_farther",
                 ("bench", "model", "about the same"),
                 "",
-                "The same voltage goes to your bench and to your model. Whose servo turns farther (by more than "
-                f"{_AS_FAR:.0%}; otherwise it is about the same)?",
+                N_(
+                    "The same voltage goes to your bench and to your model. Whose servo turns farther (by more than "
+                    "{as_far:.0%}; otherwise it is about the same)?",
+                    as_far=_AS_FAR,
+                ),
                 points=0,
             ),
             (("2.15", "validation"),),
             _turns_farther,
-            "What does the bench have that the model lacks, and does it show, in one sentence?",
+            N_("What does the bench have that the model lacks, and does it show, in one sentence?"),
         ),
     ),
     "3.13": (
@@ -86,12 +90,12 @@ PREDICTIONS = {
                 "deg",
                 (2.0, 60.0),
                 "",
-                "Your simulation gave a largest deflection of the arm. What will it be on your bench?",
+                N_("Your simulation gave a largest deflection of the arm. What will it be on your bench?"),
                 points=0,
             ),
             (("3.13", "response"),),
             _largest_deflection,
-            "Why is it larger or smaller than you expected, in one sentence?",
+            N_("Why is it larger or smaller than you expected, in one sentence?"),
         ),
     ),
     "3.15": (
@@ -100,12 +104,12 @@ PREDICTIONS = {
                 "arm_swings",
                 ("longer", "about as long", "less long"),
                 "",
-                "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?",
+                N_("Without feedback of the arm: how long will it swing after each turn, compared with full feedback?"),
                 points=0,
             ),
             (("3.15", "response"), ("3.13", "response")),
             _arm_swings,
-            "What took the energy out of the arm before, and what does it now, in one sentence?",
+            N_("What took the energy out of the arm before, and what does it now, in one sentence?"),
         ),
     ),
 }

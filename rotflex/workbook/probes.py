@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import FormError, read_list, read_matrix, read_vector, rounded, thin
+from rotflex.courseware.messages import _
 from rotflex.courseware.probes import Probe, pieces
 
 HIGHEST_FREQUENCY = 10.0  #: Hz
@@ -48,18 +49,20 @@ def _keep_spectrum(output: Any) -> list[Any]:
     f, amplitude = f.ravel(), amplitude.ravel()
     if f.size != amplitude.size:
         raise FormError(
-            f"f_hz has {f.size} values and amplitude has {amplitude.size}: keep one half of the spectrum, "
-            "with a frequency for each value"
+            _(
+                "f_hz has {f_size} values and amplitude has {amplitude_size}: keep one half of the spectrum, with a "
+                "frequency for each value"
+            ).format(f_size=f.size, amplitude_size=amplitude.size)
         )
     inside = (f >= 0) & (f <= HIGHEST_FREQUENCY)
     if inside.sum() < 2:
-        raise FormError("there is nothing between 0 and 10 Hz in it: is f_hz in hertz?")
+        raise FormError(_("there is nothing between 0 and 10 Hz in it: is f_hz in hertz?"))
     kept = thin(int(inside.sum()), MOST_POINTS)
     return [rounded(f[inside][kept]), rounded(amplitude[inside][kept])]
 
 
 def _read_spectrum(data: Any) -> tuple[NDArray[np.float64], ...]:
-    pair = read_list("A spectrum", data, 2, 2)
+    pair = read_list(_("A spectrum"), data, 2, 2)
     f = read_vector("Frequencies", pair[0], 2, MOST_POINTS)
     return f, read_vector("Amplitudes", pair[1], f.size, f.size)
 
@@ -69,7 +72,7 @@ def _read_spectrum(data: Any) -> tuple[NDArray[np.float64], ...]:
 
 def _plant_parameters(rng: np.random.Generator) -> list[tuple[Any, ...]]:
     lowest, highest = [0.8, 2e-3, 1e-3, 2e-3], [2.0, 5e-3, 4e-3, 2e-2]
-    return [tuple(rng.uniform(lowest, highest).tolist()) for _ in range(_PARAMETER_SETS)]
+    return [tuple(rng.uniform(lowest, highest).tolist()) for _set in range(_PARAMETER_SETS)]
 
 
 def _keep_state_space(output: Any) -> list[Any]:
@@ -80,14 +83,19 @@ def _keep_state_space(output: Any) -> list[Any]:
         vector = 1 in shape
         if piece.shape != shape and not (vector and piece.size == max(shape) and piece.ndim <= 2):
             raise FormError(
-                f"{name} is {' × '.join(map(str, piece.shape)) or 'a single number'}, not {shape[0]} × {shape[1]}"
+                _("{name} is {map}, not {shape} × {shape_2}").format(
+                    name=name,
+                    map=" × ".join(map(str, piece.shape)) or "a single number",
+                    shape=shape[0],
+                    shape_2=shape[1],
+                )
             )
         kept.append([rounded(row) for row in piece.reshape(shape)])
     return kept
 
 
 def _read_state_space(data: Any) -> tuple[NDArray[np.float64], ...]:
-    blocks = read_list("A state-space model", data, len(_SHAPES), len(_SHAPES))
+    blocks = read_list(_("A state-space model"), data, len(_SHAPES), len(_SHAPES))
     return tuple(read_matrix(name, piece, shape) for (name, shape), piece in zip(_SHAPES.items(), blocks, strict=True))
 
 

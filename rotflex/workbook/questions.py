@@ -7,6 +7,7 @@ and so none here.
 from __future__ import annotations
 
 from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import ReportItem
 from rotflex.workbook.catalogue_control import CONTROL, TABLE_3
 from rotflex.workbook.catalogue_modeling import MODELING, TABLE_2, WARM_UP_QUESTION
@@ -14,33 +15,33 @@ from rotflex.workbook.catalogue_reports import CONTROL_ITEMS, CONTROL_REPORT, MO
 from rotflex.workbook.predictions import PREDICTIONS
 
 OUTCOMES = {
-    "A-1": "has a strategy to solve the problem",
-    "A-2": "performs the calculations",
-    "A-3": "explains the results",
-    "B-5": "follows the procedure",
-    "B-6": "documents the data",
-    "B-7": "uses appropriate analysis",
-    "B-8": "accounts for uncertainty",
-    "B-9": "interprets the results against the hypothesis",
-    "K-1": "uses software for analysis",
-    "K-2": "uses software to present data",
-    "K-3": "uses software to simulate",
-    "GS-1": "content and organisation of the report",
-    "GS-2": "professional appearance",
+    "A-1": N_("has a strategy to solve the problem"),
+    "A-2": N_("performs the calculations"),
+    "A-3": N_("explains the results"),
+    "B-5": N_("follows the procedure"),
+    "B-6": N_("documents the data"),
+    "B-7": N_("uses appropriate analysis"),
+    "B-8": N_("accounts for uncertainty"),
+    "B-9": N_("interprets the results against the hypothesis"),
+    "K-1": N_("uses software for analysis"),
+    "K-2": N_("uses software to present data"),
+    "K-3": N_("uses software to simulate"),
+    "GS-1": N_("content and organisation of the report"),
+    "GS-2": N_("professional appearance"),
 }
 
 _FORMAT_ROWS = (
     (
         "Format.1",
-        "Content and organisation",
-        "The report as a whole: each part does its own work, and all of it agrees.",
+        N_("Content and organisation"),
+        N_("The report as a whole: each part does its own work, and all of it agrees."),
         "GS-1",
         "organisation",
     ),
     (
         "Format.2",
-        "Professional appearance",
-        "The report as a whole: the lists at the end of `04_modeling_results` have what to look for.",
+        N_("Professional appearance"),
+        N_("The report as a whole: the lists at the end of `04_modeling_results` have what to look for."),
         "GS-2",
         "appearance",
     ),
@@ -61,8 +62,8 @@ CATALOGUE = Catalogue(
     tables=(TABLE_2, TABLE_3),
     report_items=_with_format(MODELING_ITEMS) + _with_format(CONTROL_ITEMS),
     reports={
-        MODELING_REPORT: ("5.1", TABLE_2.notebook, "Report on the modeling laboratory"),
-        CONTROL_REPORT: ("5.2", TABLE_3.notebook, "Report on the control laboratory"),
+        MODELING_REPORT: ("5.1", TABLE_2.notebook, N_("Report on the modeling laboratory")),
+        CONTROL_REPORT: ("5.2", TABLE_3.notebook, N_("Report on the control laboratory")),
     },
     outcomes=OUTCOMES,
     predictions=PREDICTIONS,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex import experiments, response
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.errors import DesignError, LimitExceeded, NotRecorded, RotflexError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
@@ -34,11 +34,11 @@ _SMALL, _SHORT = 2 * DEG, 3.1  # amplitude (rad) and duration (s) of the first t
 _VIRTUAL = frozenset(("seed", "preset"))  # one of these is in the identity of each virtual bench
 _ON_THE_AXIS = 1e-6  # of the fastest pole: what is nearer to the imaginary axis is on it, but for rounding
 
-_WHERE = _(
+_WHERE = N_(
     "Look at question 2.14 (the signs in A and B), 3.5 (the desired coefficients minus the open-loop ones, the "
     "constant term first) and 3.8 (K from K_c and the inverse of W)."
 )
-_COST = _(
+_COST = N_(
     "You need not be stuck: correct it now, or go on; from here on this notebook uses {what}. What you record and "
     "measure with it counts in full; only the answer that is wrong costs its points."
 )
@@ -95,18 +95,18 @@ def for_model(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Gain | None:
     if holds(A, B, own):
         return own
     if runs_away(A, B, own):
-        print(_("A pole has a positive real part: with your gain, your model runs away."), _WHERE)
+        print(_("A pole has a positive real part: with your gain, your model runs away."), _(_WHERE))
     else:
-        print(_("With your gain, the servo of your model does not get to where it is sent."), _WHERE)
+        print(_("With your gain, the servo of your model does not get to where it is sent."), _(_WHERE))
     spare = stand_in(A, B)
     if spare is None:
         print(_("No gain that is tried here holds this model either, so the cells below wait for another model."))
     elif np.array_equal(spare, [SPARE_GAIN]):
-        print(_COST.format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare))))
+        print(_(_COST).format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare))))
     else:
         print(
             _("The workbook's printed gain does not hold your model either, so the model itself is not right."),
-            _COST.format(what=_("another gain, which only keeps your model from running away")),
+            _(_COST).format(what=_("another gain, which only keeps your model from running away")),
         )
     return spare
 
@@ -123,7 +123,7 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
     feedback : with which it is to be run
     """
     spare = np.array([SPARE_GAIN])
-    cost = _COST.format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare)))
+    cost = _(_COST).format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare)))
     if K is None:
         print(_("There is no gain of yours to run: question 3.8 is not answered."), cost)
         return spare
@@ -131,7 +131,7 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
     why = next(filter(None, (_what_happens(bench, own, way) for way in feedback)), "")
     if not why:
         return own
-    print(_("Tried on your bench, your gain does not do: {why}").format(why=why), _WHERE, cost)
+    print(_("Tried on your bench, your gain does not do: {why}").format(why=why), _(_WHERE), cost)
     return spare
 
 

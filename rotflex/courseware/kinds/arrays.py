@@ -49,7 +49,7 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
     """
     rows, columns = _rows_and_columns(shape)
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     value = _coefficients(value)
     if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
         raise FormError(_("it is a function: call it, and give the result"))
@@ -60,7 +60,7 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
     if any(isinstance(entry, list | tuple | np.ndarray) for entry in array.ravel()):
         raise FormError(_("its rows differ in length"))
     if array.size and all(entry is None or entry is Ellipsis for entry in array.ravel()):
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     lying_or_standing = 1 in (rows, columns) and array.size == rows * columns and sum(n > 1 for n in array.shape) <= 1
     if array.shape != (rows, columns) and not lying_or_standing:
         given = (
@@ -148,7 +148,7 @@ def show_matrix(part: Part, content: dict[str, Any]) -> str:
 
 def encode_poles(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if isinstance(value, dict):  # sympy's eigenvalues: pole -> how often
         value = [pole for pole, times in value.items() for _repeat in range(times if isinstance(times, int) else 1)]
     if isinstance(value, set | frozenset):
@@ -164,7 +164,7 @@ def encode_poles(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     except ValueError:
         raise FormError(_("give one list of {count} poles").format(count=part.count)) from None
     if given and all(pole is None or pole is Ellipsis for pole in given):
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if len(given) != part.count:
         raise FormError(
             _("{wanted} poles are asked for (count multiple ones as often as they occur); there are {count}").format(
@@ -180,7 +180,7 @@ def encode_poles(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
         except FormError as error:
             raise FormError(_("look at pole {index}: {error}").format(index=index + 1, error=error)) from None
     found.sort(key=lambda pole: (float(f"{pole.real:.6g}"), pole.imag))
-    hints = [] if _in_pairs(found) else ["the complex poles of a real system come in conjugate pairs; these do not"]
+    hints = [] if _in_pairs(found) else [_("the complex poles of a real system come in conjugate pairs; these do not")]
     return {"value": [[pole.real, pole.imag] for pole in found]}, hints
 
 

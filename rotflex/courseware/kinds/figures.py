@@ -76,7 +76,7 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
 def _figure(value: Any) -> Any:
     """The figure meant: a Figure, Axes, what ``plt.subplots`` returns, or what ``plot`` returns."""
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
@@ -203,7 +203,7 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
 def decode_figure(part: Part, content: Any) -> dict[str, Any]:
     axes = []
     for item in read_list("axes", read_dict(part.name, content, {"kind", "axes"})["axes"], 1, MOST_AXES):
-        axis = read_dict("A diagram", item, {"title", "xlabel", "ylabel", "lines"})
+        axis = read_dict(_("A diagram"), item, {"title", "xlabel", "ylabel", "lines"})
         texts = {name: read_text(name, axis[name], _LONGEST_LABEL) for name in ("title", "xlabel", "ylabel")}
         lines = [_read_line(line) for line in read_list("lines", axis["lines"], 1, MOST_LINES)]
         axes.append({**texts, "lines": lines})
@@ -211,7 +211,7 @@ def decode_figure(part: Part, content: Any) -> dict[str, Any]:
 
 
 def _read_line(item: Any) -> dict[str, Any]:
-    line = read_dict("A curve", item, {"label", "n", "x", "y"})
+    line = read_dict(_("A curve"), item, {"label", "n", "x", "y"})
     n = line["n"]
     if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MOST_SAMPLES:
         raise AnswerError(_("The number of points of a curve should be one."))
@@ -222,4 +222,5 @@ def _read_line(item: Any) -> dict[str, Any]:
 
 def show_figure(part: Part, content: dict[str, Any]) -> str:
     curves = sum(len(axis["lines"]) for axis in content["axes"])
-    return f": {plural(len(content['axes']), 'diagram')}, {plural(curves, 'curve')}"
+    diagrams = plural(len(content["axes"]), "{count} diagram", "{count} diagrams")
+    return f": {diagrams}, {plural(curves, '{count} curve', '{count} curves')}"

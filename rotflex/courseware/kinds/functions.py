@@ -19,7 +19,7 @@ _LONGEST_MESSAGE = 200
 def encode_function(part: Part, value: Any, probe_seed: int) -> tuple[dict[str, Any], list[str]]:
     """Call a function on its probe's inputs and keep the outputs, as the probe says."""
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     probe = _probe(part)
     if not callable(value):
         raise FormError(
@@ -56,4 +56,6 @@ def _probe(part: Part) -> Probe:
 
 
 def show_function(part: Part, content: dict[str, Any]) -> str:
-    return _(": a function, tried on {inputs}").format(inputs=plural(len(content["outputs"]), "input"))
+    return _(": a function, tried on {inputs}").format(
+        inputs=plural(len(content["outputs"]), "{count} input", "{count} inputs")
+    )

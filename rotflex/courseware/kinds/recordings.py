@@ -53,7 +53,7 @@ class Sampled(Protocol):
 def encode_recording(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     """A recording's metadata and its channels, thinned to 400 points (``json_values.thin``) of 6 significant digits."""
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if not isinstance(value, Sampled):
         raise FormError(
             _("it is a {type_name}, not a recording: give what the experiment returned").format(
@@ -112,7 +112,7 @@ def decode_recording(part: Part, content: Any) -> dict[str, Any]:
     if not isinstance(metadata, dict):
         raise AnswerError(_("The metadata should be an object."))
     try:
-        read_text("The metadata", json.dumps(metadata, ensure_ascii=False), _LONGEST_METADATA)
+        read_text(_("The metadata"), json.dumps(metadata, ensure_ascii=False), _LONGEST_METADATA)
     except RecursionError:
         raise AnswerError(_("The metadata should be a small object.")) from None
     if not isinstance(channels, dict) or not set(part.channels) <= channels.keys() <= part.units.keys():
@@ -136,4 +136,4 @@ def decode_recording(part: Part, content: Any) -> dict[str, Any]:
 
 def show_recording(part: Part, content: dict[str, Any]) -> str:
     duration = (content["n"] - 1) * content["sample_time"]
-    return f": {duration:.3g} s, {plural(len(content['channels']), 'channel')}"
+    return f": {duration:.3g} s, {plural(len(content['channels']), '{count} channel', '{count} channels')}"

@@ -19,7 +19,7 @@ from rotflex.courseware.json_values import (
     read_text,
     show_number,
 )
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import N_, _, plural
 from rotflex.courseware.parts import YES_NO, Part
 from rotflex.errors import AnswerError
 from rotflex.units import DEG, REV, RPM
@@ -32,19 +32,19 @@ _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few chara
 _LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
 #: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
 _SLIPS = {
-    "rad/s": ((REV, "in hertz"), (DEG, "in degrees per second"), (RPM, "in revolutions per minute")),
-    "rad": ((DEG, "in degrees"), (REV, "in revolutions")),
-    "deg": ((1 / DEG, "in radians"), (360.0, "in revolutions")),
-    "N·m/rad": ((1 / DEG, "per degree"), (REV**2, "computed from a frequency in hertz")),
-    "kg·m²": ((1e-3, "in grams"), (1e-4, "in square centimetres"), (1e-6, "in square millimetres")),
-    "s": ((1e-3, "in milliseconds"),),
-    "V/rad": ((1 / DEG, "per degree"),),
+    "rad/s": ((REV, N_("in hertz")), (DEG, N_("in degrees per second")), (RPM, N_("in revolutions per minute"))),
+    "rad": ((DEG, N_("in degrees")), (REV, N_("in revolutions"))),
+    "deg": ((1 / DEG, N_("in radians")), (360.0, N_("in revolutions"))),
+    "N·m/rad": ((1 / DEG, N_("per degree")), (REV**2, N_("computed from a frequency in hertz"))),
+    "kg·m²": ((1e-3, N_("in grams")), (1e-4, N_("in square centimetres")), (1e-6, N_("in square millimetres"))),
+    "s": ((1e-3, N_("in milliseconds")),),
+    "V/rad": ((1 / DEG, N_("per degree")),),
 }
 _ANGLE_SLIPS = (
-    *((factor, "off by 180/pi, as between degrees and radians") for factor in (DEG, 1 / DEG)),
-    *((factor, "off by 2 pi, as between hertz and rad/s") for factor in (REV, 1 / REV)),
+    *((factor, N_("off by 180/pi, as between degrees and radians")) for factor in (DEG, 1 / DEG)),
+    *((factor, N_("off by 2 pi, as between hertz and rad/s")) for factor in (REV, 1 / REV)),
 )
-_THOUSAND = tuple((factor, "off by a factor of 1000 (milli, kilo)") for factor in (1e-3, 1e3))
+_THOUSAND = tuple((factor, N_("off by a factor of 1000 (milli, kilo)")) for factor in (1e-3, 1e3))
 
 
 def real_number(value: Any) -> float:
@@ -74,7 +74,7 @@ def complex_number(value: Any) -> complex:
         If it is not one finite number.
     """
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if isinstance(value, bool | np.bool_):
         raise FormError(_("it is True or False, not a number"))
     if isinstance(value, str | bytes):
@@ -120,7 +120,7 @@ def _plausibility(part: Part, number: float) -> list[str]:
     if lowest <= number <= highest:
         return []
     if lowest <= -number <= highest and number:
-        return ["it is negative: check the sign"]
+        return [_("it is negative: check the sign")]
     angular = _ANGLE_SLIPS if "rad" in part.unit or "deg" in part.unit else ()
     return [
         of_slip(number, part.plausible, part.unit, (_SLIPS.get(part.unit, ()), angular, _THOUSAND))
@@ -144,7 +144,7 @@ def of_slip(
     """
     lowest, highest = plausible
     for candidates in (_SLIPS.get(unit, ()),) if possible is None else possible:
-        slips = [name for factor, name in candidates if lowest <= number * factor <= highest]
+        slips = [_(name) for factor, name in candidates if lowest <= number * factor <= highest]
         if slips:
             return _("it looks like it is {slips}; give {unit}").format(slips=_(" or ").join(slips), unit=unit)
     return ""
@@ -167,7 +167,7 @@ def _plain_word(text: str) -> str:
 
 def encode_choice(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if isinstance(value, bool | np.bool_) and part.choices == YES_NO:
         value = "yes" if value else "no"
     listed = ", ".join(repr(allowed) for allowed in part.choices)
@@ -176,7 +176,7 @@ def encode_choice(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
             _("it is a {type_name}; give one of {listed}").format(type_name=type(value).__name__, listed=listed)
         )
     if _plain_word(value) in STUBS:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     for allowed in part.choices:
         if _plain_word(value) == _plain_word(allowed):
             return {"value": allowed}, []
@@ -201,12 +201,12 @@ def show_choice(part: Part, content: dict[str, Any]) -> str:
 
 def encode_prose(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if not isinstance(value, str):
         raise FormError(_("it is a {type_name}; write text in quotes").format(type_name=type(value).__name__))
     text = clean(value).strip()
     if text.casefold().rstrip(".") in STUBS or text in STUBS:
-        raise NotAnswered("nothing yet")
+        raise NotAnswered(_("nothing yet"))
     if len(text) > LONGEST_PROSE:
         raise FormError(
             _("it has {count} characters; {longest_prose} at most are kept, so shorten it").format(
@@ -222,7 +222,7 @@ def of_few_words(text: str) -> str:
     if count >= _FEWEST_WORDS or len(text) > _SHORT or re.search(r"[$=]|!\[|\\\(|\\\[", text):
         return ""
     return _("it is {words} long: is that all that you want to say? A person reads it").format(
-        words=plural(count, _("word"))
+        words=plural(count, "{count} word", "{count} words")
     )
 
 
@@ -231,4 +231,4 @@ def decode_prose(part: Part, content: Any) -> str:
 
 
 def show_prose(part: Part, content: dict[str, Any]) -> str:
-    return f": {plural(len(content['value'].split()), 'word')}"
+    return f": {plural(len(content['value'].split()), '{count} word', '{count} words')}"

@@ -14,7 +14,7 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run.handed_in import CODE, Cell
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
@@ -58,13 +58,13 @@ class Happened(StrEnum):
 
 
 _WORDS = {
-    Happened.CHANGED: _("the course's cell {cell} was changed; it is run as the course has it."),
-    Happened.MISSING: _("the cell {cell} is not there."),
-    Happened.MOVED: _("the course's cell {cell} was moved; it is run where the course has it."),
-    Happened.RENAMED: _("the cell {cell} has lost its name; what stands in its place is taken for it."),
-    Happened.OTHER_KIND: _("the answer cell {cell} is no longer a {kind} cell, and cannot be taken."),
+    Happened.CHANGED: N_("the course's cell {cell} was changed; it is run as the course has it."),
+    Happened.MISSING: N_("the cell {cell} is not there."),
+    Happened.MOVED: N_("the course's cell {cell} was moved; it is run where the course has it."),
+    Happened.RENAMED: N_("the cell {cell} has lost its name; what stands in its place is taken for it."),
+    Happened.OTHER_KIND: N_("the answer cell {cell} is no longer a {kind} cell, and cannot be taken."),
 }
-_KINDS = {CODE: _("code")}
+_KINDS = {CODE: N_("code")}
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Change:
     kind: str = CODE
 
     def __str__(self) -> str:
-        return _WORDS[self.what].format(cell=self.cell, kind=_KINDS.get(self.kind, _("text")))
+        return _(_WORDS[self.what]).format(cell=self.cell, kind=_(_KINDS.get(self.kind, N_("text"))))
 
 
 @dataclass(frozen=True)

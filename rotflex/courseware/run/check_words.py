@@ -5,19 +5,19 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
-from rotflex.courseware.messages import _, listed, plural
+from rotflex.courseware.messages import N_, _, listed, plural
 from rotflex.courseware.run.alignment import Change, Happened
 from rotflex.courseware.run.check import GOOD, Checked, Part, State
 
 _NAMED = 6  # cells that are named before "and 12 more"
 _HAPPENED = {
-    Happened.CHANGED: _("changed: {cells}"),
-    Happened.MISSING: _("gone: {cells}"),
-    Happened.MOVED: _("moved: {cells}"),
-    Happened.RENAMED: _("without their names: {cells}"),
-    Happened.OTHER_KIND: _("turned into cells of another kind: {cells}"),
+    Happened.CHANGED: N_("changed: {cells}"),
+    Happened.MISSING: N_("gone: {cells}"),
+    Happened.MOVED: N_("moved: {cells}"),
+    Happened.RENAMED: N_("without their names: {cells}"),
+    Happened.OTHER_KIND: N_("turned into cells of another kind: {cells}"),
 }
-_DIFFERENT = _(
+_DIFFERENT = N_(
     "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
     "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
     "seed."
@@ -39,7 +39,7 @@ def brief(checked: Checked) -> str:
     questions = checked.questions
     done = sum(questions.values())
     if done == len(questions):
-        return _("All there: {questions}.").format(questions=plural(done, _("question")))
+        return _("All there: {questions}.").format(questions=plural(done, "{count} question", "{count} questions"))
     states = {one: {part.state for part in checked.parts if part.question == one} for one in questions}
     open_ = [one for one, there in questions.items() if not there]
     empty = sum(states[one] <= {State.EMPTY} for one in open_)
@@ -53,7 +53,7 @@ def brief(checked: Checked) -> str:
         text for text, count in zip(rest, (wrong, len(open_) - empty - wrong, empty), strict=True) if count
     )
     return _("{done} of {questions} are all there; {rest}.").format(
-        done=done, questions=plural(len(questions), _("question")), rest=told
+        done=done, questions=plural(len(questions), "{count} question", "{count} questions"), rest=told
     )
 
 
@@ -75,7 +75,7 @@ def _first(checked: Checked) -> Iterator[str]:
         if name in bad:
             yield f"{name} {why}."
     if any(part.state is State.DIFFERENT for part in checked.parts):
-        yield _DIFFERENT
+        yield _(_DIFFERENT)
 
 
 def _by_notebook(checked: Checked) -> Iterator[str]:
@@ -91,7 +91,7 @@ def _by_notebook(checked: Checked) -> Iterator[str]:
             told = _("all there")
         else:
             told = _("{done} of {questions} all there").format(
-                done=done, questions=plural(len(questions), _("question"))
+                done=done, questions=plural(len(questions), "{count} question", "{count} questions")
             )
         yield f"{_stem(name):<{width}}  {told}"
         if any(part.state is not State.EMPTY for part in parts):
@@ -130,7 +130,7 @@ def _happened(changes: Sequence[Change]) -> Iterator[str]:
     for what in Happened:
         cells = [change.cell for change in changes if change.what is what]
         if cells:
-            yield _HAPPENED[what].format(cells=listed(cells, _NAMED))
+            yield _(_HAPPENED[what]).format(cells=listed(cells, _NAMED))
 
 
 def _block(title: str, content: Iterator[str]) -> Iterator[str]:

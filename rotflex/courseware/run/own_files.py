@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import N_, _, plural
 from rotflex.courseware.run.cell_reports import REPORTS_FILE
 from rotflex.courseware.student_id import caseless
 
@@ -33,12 +33,12 @@ _ENVIRONMENT = "pyvenv.cfg"  # lies in a virtual environment
 _CACHES = {"__pycache__", "__macosx", "node_modules"}
 _LEAVINGS = {"thumbs.db", "desktop.ini", ANSWERS_FILE, COURSE_FILE}  # those of the course are made anew for each run
 _SETTINGS = {
-    "matplotlibrc": _("it would change matplotlib's settings"),
-    "ipython_config.py": _("it would change Python's settings"),
-    "ipython_config.json": _("it would change Python's settings"),
-    "ipython_kernel_config.py": _("it would change Python's settings"),
-    "ipython_kernel_config.json": _("it would change Python's settings"),
-    REPORTS_FILE.casefold(): _("a run writes a file of that name"),
+    "matplotlibrc": N_("it would change matplotlib's settings"),
+    "ipython_config.py": N_("it would change Python's settings"),
+    "ipython_config.json": N_("it would change Python's settings"),
+    "ipython_kernel_config.py": N_("it would change Python's settings"),
+    "ipython_kernel_config.json": N_("it would change Python's settings"),
+    REPORTS_FILE.casefold(): N_("a run writes a file of that name"),
 }
 _AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}  # Python looks for these by itself
 _MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
@@ -170,7 +170,7 @@ def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: C
     name, top = path.name.casefold(), path.parts[0]
     for part in map(str.casefold, path.parts):
         if part in _SETTINGS:
-            return _SETTINGS[part]
+            return _(_SETTINGS[part])
     module = _module(top)
     is_module = top in packages or (len(path.parts) == 1 and name.endswith(_MODULES))
     if is_module and module in taken:
@@ -192,7 +192,7 @@ def _module(name: str) -> str:
 def _few(notes: list[str], most: int = 20) -> tuple[str, ...]:
     if len(notes) <= most:
         return tuple(notes)
-    rest = plural(len(notes) - most, _("more file"))
+    rest = plural(len(notes) - most, "{count} more file", "{count} more files")
     return (*notes[:most], _("{rest} of yours do not come along, either.").format(rest=rest))
 
 

@@ -64,7 +64,7 @@ def explain(
     handed_in: Collection[str],
     claim: Claim | None = None,
     seconds: float | None = None,
-    place: str = _("where grading runs"),
+    place: str = "",
 ) -> Reasons:
     """Why answers are missing.
 
@@ -80,7 +80,7 @@ def explain(
     seconds : that a cell might take
     place : where it was run, as in "pandas is not installed ..."
     """
-    words = _Words(seconds, place)
+    words = _Words(seconds, place or _("where grading runs"))
     run = Causes(pristine, merged, reports, set(recorded), catalogue)
     missing: dict[Where, str] = {}
     built: dict[RunCell, list[str]] = {}

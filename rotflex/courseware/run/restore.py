@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import alignment, own_files
 from rotflex.courseware.run.alignment import Change, Happened, Placed, Role
 from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
@@ -29,11 +29,11 @@ _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # what the format has for an id
 _COURSES = (Role.LOCKED, Role.TEXT)
 
 _GIVEN_BACK = {
-    Happened.CHANGED: _("{cell} is the course's again"),
-    Happened.MISSING: _("{cell} is there again"),
-    Happened.MOVED: _("{cell} is in its place again"),
-    Happened.RENAMED: _("{cell} has its name again, with what stood in its place in it"),
-    Happened.OTHER_KIND: _("{cell} is a {kind} cell again, its content as it was"),
+    Happened.CHANGED: N_("{cell} is the course's again"),
+    Happened.MISSING: N_("{cell} is there again"),
+    Happened.MOVED: N_("{cell} is in its place again"),
+    Happened.RENAMED: N_("{cell} has its name again, with what stood in its place in it"),
+    Happened.OTHER_KIND: N_("{cell} is a {kind} cell again, its content as it was"),
 }
 
 
@@ -161,7 +161,7 @@ def _put_right(notebook: dict[str, Any], master: Mapping[str, Any]) -> None:
 
 def _said(change: Change) -> str:
     kind = _("code") if change.kind == CODE else _("text")
-    return _GIVEN_BACK[change.what].format(cell=change.cell, kind=kind)
+    return _(_GIVEN_BACK[change.what]).format(cell=change.cell, kind=kind)
 
 
 class _Cells:

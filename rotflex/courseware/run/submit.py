@@ -152,7 +152,7 @@ def _content(
         if dropped:
             told.append(
                 _("{name}: what {cells} had shown is left out, for its size. Marking needs none of it.").format(
-                    name=name, cells=plural(dropped, _("cell"))
+                    name=name, cells=plural(dropped, "{count} cell", "{count} cells")
                 )
             )
     if work.hand_in.claim is not None:
@@ -238,7 +238,7 @@ def _lines(receipt: Mapping[str, Any], checked: Checked | None, told: Sequence[s
             local=f"{local:%Y-%m-%d %H:%M:%S %z}", utc=f"{utc:%Y-%m-%d %H:%M:%S}"
         ),
         _("Content    {digest} ({files})").format(
-            digest=receipt["content"][:_SHOWN], files=plural(len(receipt["files"]), _("file"))
+            digest=receipt["content"][:_SHOWN], files=plural(len(receipt["files"]), "{count} file", "{count} files")
         ),
     ]
     if checked is None:

@@ -7,18 +7,17 @@ import io
 from html import escape
 from pathlib import Path
 
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _, spoken
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import written
 from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
 from rotflex.courseware.session import Session
-from rotflex.courseware.tables import ResultsTable
+from rotflex.courseware.tables import ResultsTable, heads
 
-_HEAD = ("Description", "Name", "Value", "Unit")
-_EMPTY = "not filled in yet"
+_EMPTY = N_("not filled in yet")
 _RISKY = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet would take a cell that begins with these for a formula
 _PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<html lang="{language}"><head><meta charset="utf-8"><title>{title}</title>
 <style>body {{ font-family: sans-serif }} table {{ border-collapse: collapse }} caption {{ font-weight: bold;
 text-align: left }} th, td {{ border-bottom: 1px solid #999; padding: 3px 10px; vertical-align: top }}</style></head>
 <body>{table}</body></html>
@@ -59,7 +58,7 @@ class ResultsExplorer(Explorer):
     def view(self) -> Scene:
         """The table, and the buttons."""
         missing = sum(not entry for _prompt, _name, entry, _unit in self.table.rows)
-        rows = [Row(prompt, (name, entry or _EMPTY, unit)) for prompt, name, entry, unit in self.table.rows]
+        rows = [Row(prompt, (name, entry or _(_EMPTY), unit)) for prompt, name, entry, unit in self.table.rows]
         left = (
             _("{missing} of {count} entries are missing.").format(missing=missing, count=len(rows))
             if missing
@@ -69,12 +68,12 @@ class ResultsExplorer(Explorer):
             alt=str(self.table),
             controls=[
                 [
-                    Button("refresh", "Read the answers again"),
-                    Button("csv", "Save as CSV"),
-                    Button("html", "Save as HTML"),
+                    Button("refresh", _("Read the answers again")),
+                    Button("csv", _("Save as CSV")),
+                    Button("html", _("Save as HTML")),
                 ]
             ],
-            readouts=[Readout(f"{self.table.title}. {left}", rows, _HEAD)],
+            readouts=[Readout(f"{self.table.title}. {left}", rows, heads())],
             height=0,
         )
 
@@ -95,14 +94,14 @@ def as_csv(table: ResultsTable) -> str:
     """A table as CSV, a line for each entry; the rows of a matrix are lines within its cell."""
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(_HEAD)
+    writer.writerow(heads())
     writer.writerows([_harmless(cell) for cell in row] for row in table.rows)
     return text.getvalue()
 
 
 def as_html(table: ResultsTable) -> str:
     """A table as a page of its own."""
-    return _PAGE.format(title=escape(table.title), table=table._repr_html_())
+    return _PAGE.format(language=spoken(), title=escape(table.title), table=table._repr_html_())
 
 
 def _harmless(cell: str) -> str:

@@ -136,7 +136,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Choice:
-    """One of several; ``options`` is value → text."""
+    """One of several; ``options`` is value → text, a message that is still to be said."""
 
     name: str
     label: str
@@ -146,7 +146,7 @@ class Choice:
 
     def packed(self) -> Item:
         """As the page takes it."""
-        options = [list(pair) for pair in self.options.items()]
+        options = [[value, _(text)] for value, text in self.options.items()]
         named = {"name": self.name, "label": self.label, "options": options}
         return {"kind": "choice", **named, "value": self.value, "disabled": self.disabled}
 

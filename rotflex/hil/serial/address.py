@@ -80,5 +80,5 @@ def _supply(uri: str, value: str | None) -> float:
 def _driven(servo: Servo, supply: float) -> Servo:
     """A servo whose amplifier is a driver with that supply (V), with no cable that has a gain."""
     amplifier = servo.amplifier
-    driver = Amplifier("motor driver", min(supply, amplifier.V_max), amplifier.I_max)
+    driver = Amplifier(_("motor driver"), min(supply, amplifier.V_max), amplifier.I_max)
     return replace(servo, amplifier=driver, cable_gain=1)

@@ -124,7 +124,7 @@ class SerialBoard:
 
     def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Its analog inputs have one range, 0 to 5 V."""
-        self._chosen(channels, num_channels, _ANALOG_INPUTS, "analog input")
+        self._chosen(channels, num_channels, _ANALOG_INPUTS, _("analog input"))
         for bounds in (minima, maxima):
             check_buffer(bounds, num_channels, "analog")
         refusal = _("The board's analog inputs have one range, 0 to 5 V.")
@@ -133,7 +133,7 @@ class SerialBoard:
 
     def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Its output has one range: what the motor's driver is fed with, either way."""
-        self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        self._chosen(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
         for bounds in (minima, maxima):
             check_buffer(bounds, num_channels, "analog")
         refusal = _("The motor's range is its supply, ±{supply:g} V.").format(supply=self._motor.supply)
@@ -178,7 +178,7 @@ class SerialBoard:
 
     def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Set the motor's voltage (V), within its supply. What is too large is cut."""
-        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
         values = finite(outputs, buffer)
         self._hear()
         if outputs:
@@ -300,7 +300,7 @@ class SerialBoard:
 
     def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
         """An expired watchdog sets the motor to 0 V, and to nothing else."""
-        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
+        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
         if any(finite(outputs, voltages)):
             raise HILError(_("The board's watchdog sets the motor to 0 V, and cannot be told to set another voltage."))
 
@@ -370,7 +370,7 @@ class SerialBoard:
         if others:
             raise HILError(_("The serial board has no other channels."))
         return (
-            self._chosen(*analog, _ANALOG_INPUTS, "analog input"),
+            self._chosen(*analog, _ANALOG_INPUTS, _("analog input")),
             self._chosen(*encoders, _ENCODERS, "encoder"),
             self._chosen(*digital, _DIGITAL_LINES, "digital"),
         )

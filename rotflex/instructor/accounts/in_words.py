@@ -127,7 +127,7 @@ def _last(account: Account) -> Iterator[str]:
     yield _("Final grade: {final} of {out_of}, rounded to {decimals} (half up).").format(
         final=to_decimals(final, marks.decimals),
         out_of=in_full(exact(account.final_out_of)),
-        decimals=plural(marks.decimals, _("decimal")),
+        decimals=plural(marks.decimals, "{count} decimal", "{count} decimals"),
     )
 
 

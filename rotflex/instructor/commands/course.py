@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from rotflex.courseware.messages import ENGLISH, _
+from rotflex.courseware import messages
+from rotflex.courseware.messages import _
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder
 
@@ -55,8 +56,12 @@ def _tell_translations(course: courses.Course) -> None:
     from rotflex.instructor.translation import po_files, translated
 
     language = course.settings.language
+    if language not in messages.languages():
+        typer.echo(
+            _("There are no messages in the language {language}: they are in English.").format(language=language)
+        )
     if not po_files.folder(course.folder, language).is_dir():
-        if language != ENGLISH:
+        if language != messages.ENGLISH:
             typer.echo(_("There are no notebooks in the language {language}.").format(language=language))
         return
     there = translated.of_course(course.notebooks, course.folder, language)

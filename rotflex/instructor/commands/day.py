@@ -86,7 +86,11 @@ def publish(
         untold = published.not_ready(book, found.settings, begun)
         is_open = found.settings.feedback.is_open(begun)
         done = book.requests.publish(by, note, begun) if is_open else None
-    typer.echo(_("Pages of {students}: {folder}").format(students=plural(count, _("student")), folder=folder))
+    typer.echo(
+        _("Pages of {students}: {folder}").format(
+            students=plural(count, "{count} student", "{count} students"), folder=folder
+        )
+    )
     say(*untold, *_not_renewed(folder))
     if done is None:
         raise typer.Exit(SOME_TROUBLE)
@@ -95,7 +99,9 @@ def publish(
         students = sorted({one.student for one in changed})
         say(
             _("Since {when} marks of {students} have changed; tell them: {names}.").format(
-                when=moment(before[-1].when), students=plural(len(students), _("student")), names=", ".join(students)
+                when=moment(before[-1].when),
+                students=plural(len(students), "{count} student", "{count} students"),
+                names=", ".join(students),
             )
             if students
             else _("No mark has changed since {when}.").format(when=moment(before[-1].when))

@@ -75,7 +75,9 @@ def regrade(
         say(line, err=True)
     if not as_json:
         typer.echo(
-            _("Other marks than before: {students}.").format(students=plural(changed, _("student")))
+            _("Other marks than before: {students}.").format(
+                students=plural(changed, "{count} student", "{count} students")
+            )
             if changed
             else _("Nobody's marks changed.")
         )
@@ -98,7 +100,7 @@ def report(
     with open_existing(gradebook) as book:
         reports = Reports(out, found, book)
         count = reports.write_all()
-    typer.echo(_("{students}: {out}").format(students=plural(count, _("student")), out=out))
+    typer.echo(_("{students}: {out}").format(students=plural(count, "{count} student", "{count} students"), out=out))
     for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
         typer.echo(line)
 

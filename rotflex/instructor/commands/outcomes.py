@@ -36,7 +36,7 @@ def outcomes(
     found, folder = courses.find(course), results_in(marks, out)
     with open_existing(marks) as book:
         done = class_report.write(folder, found, book, by is Groups.SECTION)
-    students = plural(done.students, _("student"))
+    students = plural(done.students, "{count} student", "{count} students")
     typer.echo(_("{students}: {page}").format(students=students, page=folder / class_report.PAGE_FILE))
     say(*done.notes)
     say(_("{file} has names: it is for you, and not for an accreditation.").format(file=class_report.STUDENTS_FILE))
@@ -59,6 +59,6 @@ def sheets(
     found, folder = courses.find(course), results_in(marks, out)
     with open_existing(marks) as book:
         count, notes = sheet_files.write(folder, found, book, student or ())
-    students = plural(count, _("student"))
+    students = plural(count, "{count} student", "{count} students")
     typer.echo(_("{students}: {folder}").format(students=students, folder=folder / sheet_files.FOLDER))
     say(*notes)

@@ -94,13 +94,13 @@ def _write(desk: Desk, path: Path, force: bool) -> None:
     count, asked = tables.write(desk, path)
     typer.echo(
         _("{answers}: {path}. rotflex score --read takes it in again.").format(
-            answers=plural(count, _("answer")), path=path
+            answers=plural(count, "{count} answer", "{count} answers"), path=path
         )
     )
     if asked:
         typer.echo(
             _("Of {answers} the instructor is asked: the column “state” says by whom, and what.").format(
-                answers=plural(asked, _("answer"))
+                answers=plural(asked, "{count} answer", "{count} answers")
             )
         )
 

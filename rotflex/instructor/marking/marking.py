@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware import forms
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.errors import RotflexError
 from rotflex.instructor.course import Course
@@ -19,10 +19,10 @@ from rotflex.instructor.marking.decoding import Claims, with_reports
 from rotflex.instructor.marking.time_limit import within
 from rotflex.instructor.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
-_MISSING = _("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
-_NO_WORDS = _("Nothing is written in its text cell of the notebook that was handed in.")
-_NO_REPORT = _("Nothing of the report is written in the notebook that was handed in.")
-_SUPPLIED = _(
+_MISSING = N_("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
+_NO_WORDS = N_("Nothing is written in its text cell of the notebook that was handed in.")
+_NO_REPORT = N_("Nothing of the report is written in the notebook that was handed in.")
+_SUPPLIED = N_(
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
 

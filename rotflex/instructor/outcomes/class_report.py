@@ -127,9 +127,11 @@ def _withheld(kinds: Sequence[Kind], goal: OutcomeSettings) -> list[str]:
     if not hidden:
         return []
     what = (
-        _("This report shows no figures at all: each of its {rows} is withheld").format(rows=plural(there, _("row")))
+        _("This report shows no figures at all: each of its {rows} is withheld").format(
+            rows=plural(there, "{count} row", "{count} rows")
+        )
         if hidden == there
-        else _("Withheld: {hidden} of {rows}").format(hidden=hidden, rows=plural(there, _("row")))
+        else _("Withheld: {hidden} of {rows}").format(hidden=hidden, rows=plural(there, "{count} row", "{count} rows"))
     )
     return [
         _(
@@ -153,15 +155,15 @@ def _notes(
     if absent:
         notes.append(
             _("In the gradebook, and in no figure: {students} without marks (nothing handed in, or not graded yet).")
-            .format(students=plural(absent, _("student")))
+            .format(students=plural(absent, "{count} student", "{count} students"))
         )  # fmt: skip
     waiting = [sum(not part.decided for part in one.parts) for one in everybody]
     if any(waiting):
         notes.append(
             _("Not decided, as it waits for a person or could not be marked: {parts} of {students}. Levels may change.")
             .format(
-                parts=plural(sum(waiting), _("part")),
-                students=plural(sum(count > 0 for count in waiting), _("student")),
+                parts=plural(sum(waiting), "{count} part", "{count} parts"),
+                students=plural(sum(count > 0 for count in waiting), "{count} student", "{count} students"),
             )
         )  # fmt: skip
     if not codes:

@@ -95,7 +95,7 @@ def _same_work(found: same_work.Found) -> Section:
     first = (
         _(
             "{groups} of students with something in common that hardly anybody else has. A hint, never a verdict."
-        ).format(groups=plural(len(groups), _("group")))
+        ).format(groups=plural(len(groups), "{count} group", "{count} groups"))
         if groups
         else _("Nobody has anything in common that hardly anybody else has, as far as it was compared.")
         if found.left_out

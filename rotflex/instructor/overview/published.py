@@ -65,7 +65,7 @@ def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -
     first = _("Last given back on {when}, by {actor}.").format(when=moment(last.when), actor=last.actor)
     first += (
         _(" Marks of {students} have changed since; they should be told (rotflex publish).").format(
-            students=plural(len(by_student), _("student"))
+            students=plural(len(by_student), "{count} student", "{count} students")
         )
         if found
         else _(" No mark has changed since.")
@@ -100,14 +100,17 @@ def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> list[
     if waiting:
         found.append(
             _("Still to be read by a person: {answers} of {students}; their pages say so.").format(
-                answers=plural(len(waiting), _("answer")), students=plural(students, _("student"))
+                answers=plural(len(waiting), "{count} answer", "{count} answers"),
+                students=plural(students, "{count} student", "{count} students"),
             )
         )
     if len(waiting) < len(everything):
         found.append(counted.left_out(settings.marks))
     if open_ones:
         found.append(
-            _("{requests} not answered yet (rotflex requests).").format(requests=plural(open_ones, _("request")))
+            _("{requests} not answered yet (rotflex requests).").format(
+                requests=plural(open_ones, "{count} request", "{count} requests")
+            )
         )
     seen = settings.feedback
     if seen.opens is not None and not seen.is_open(now):

@@ -82,7 +82,7 @@ def section(everybody: Sequence[Graded], titles: Mapping[str, str]) -> Section:
     )
     first = (
         _("{parts} went wrong for many; most of all {question} {part}, for {share} who answered it.").format(
-            parts=plural(len(found), _("part")),
+            parts=plural(len(found), "{count} part", "{count} parts"),
             question=found[0].question,
             part=found[0].part,
             share=share(found[0].wrong, found[0].judged),

@@ -73,12 +73,12 @@ def handed_in(everybody: Sequence[Student], notebooks: Sequence[str]) -> Section
         nobody = [_short(name) for name in notebooks if name not in due]
         more.append(_("Notebooks that nobody handed in: {names}.").format(names=", ".join(nobody)))
     first = _("{there} of {all} handed something in; {nothing} nothing.").format(
-        there=len(there), all=plural(len(everybody), _("student")), nothing=len(nothing)
+        there=len(there), all=plural(len(everybody), "{count} student", "{count} students"), nothing=len(nothing)
     )
     if behind := [one for one in everybody if one.late or one.overdue]:
         first += _(" Late: {late}; something is missing after its deadline: {overdue}.").format(
-            late=plural(sum(bool(one.late) for one in behind), _("student")),
-            overdue=plural(sum(bool(one.overdue) for one in behind), _("student")),
+            late=plural(sum(bool(one.late) for one in behind), "{count} student", "{count} students"),
+            overdue=plural(sum(bool(one.overdue) for one in behind), "{count} student", "{count} students"),
         )
     return Section(
         _("Handed in"),
@@ -113,7 +113,7 @@ def _row(one: Student, due: Sequence[str]) -> tuple[str, ...]:
 
 def _late(one: Student) -> list[str]:
     """As "02: 1 day"."""
-    return [f"{_short(name)}: {plural(days, _('day'))}" for name, days in one.late.items()]
+    return [f"{_short(name)}: {plural(days, '{count} day', '{count} days')}" for name, days in one.late.items()]
 
 
 def _short(notebook: str) -> str:
@@ -132,7 +132,7 @@ def in_trouble(everybody: Sequence[Student]) -> Section:
     found.sort(key=lambda item: (-len(item[1]), caseless(item[0].about.student)))
     first = (
         _("{students} to look at: a run that stopped, problems, much missing, or far below the class.").format(
-            students=plural(len(found), _("student"))
+            students=plural(len(found), "{count} student", "{count} students")
         )
         if found
         else _("Nobody is in trouble, as far as marks and runs tell.")
@@ -155,13 +155,17 @@ def reasons(graded: Graded, usual: float | None = None) -> list[str]:
     found = [_("Their run stopped: {why}").format(why=why) for why in ended]
     found += problems[:_MOST_TOLD]
     left = len(problems) - _MOST_TOLD
-    found += [_("{problems} more, in their feedback.").format(problems=plural(left, _("problem")))] if left > 0 else []
+    found += (
+        [_("{problems} more, in their feedback.").format(problems=plural(left, "{count} problem", "{count} problems"))]
+        if left > 0
+        else []
+    )
     missing = [one for one in graded.marks if one.status == Status.MISSING]
     lost, all_points = _sum(missing), _sum(graded.marks)
     if all_points and lost > MUCH * all_points:
         found.append(
             _("Missing: {parts}, worth {lost} of {all}.").format(
-                parts=plural(len(missing), _("part")), lost=points(lost), all=worth(all_points)
+                parts=plural(len(missing), "{count} part", "{count} parts"), lost=points(lost), all=worth(all_points)
             )
         )
     if run.supplied:

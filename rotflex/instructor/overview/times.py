@@ -106,14 +106,14 @@ def section(runs: int, trail: Sequence[AuditRecord], acts: Sequence[Act], answer
     batches, found = sessions(trail), paces(acts)
     remaining = left(found, answers)
     waiting = sum(one.waiting for one in answers)
-    first = _("{runs} counted.").format(runs=plural(runs, _("run")))
+    first = _("{runs} counted.").format(runs=plural(runs, "{count} run", "{count} runs"))
     if remaining is not None and waiting:
         first += _(" Left to score: {answers}, about {time} for one person.").format(
-            answers=plural(waiting, _("answer")), time=lasting(remaining)
+            answers=plural(waiting, "{count} answer", "{count} answers"), time=lasting(remaining)
         )
     elif waiting:
         first += _(" Left to score: {answers}; how long that takes is known once a few have been scored.").format(
-            answers=plural(waiting, _("answer"))
+            answers=plural(waiting, "{count} answer", "{count} answers")
         )
     batch_rows = tuple(
         (one.actor, moment(one.began), lasting((one.ended - one.began).total_seconds()), str(one.students))

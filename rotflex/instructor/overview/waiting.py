@@ -40,7 +40,8 @@ def for_persons(answers: Sequence[Answer], titles: Mapping[str, str]) -> Section
     )
     first = (
         _("To be read: {answers}, worth {points}.").format(
-            answers=plural(len(waiting), _("answer")), points=worth(sum(one.mark.out_of for one in waiting))
+            answers=plural(len(waiting), "{count} answer", "{count} answers"),
+            points=worth(sum(one.mark.out_of for one in waiting)),
         )
         if waiting
         else _("No answer waits for a person.")
@@ -58,7 +59,9 @@ def asked(answers: Sequence[Answer]) -> Section:
         (one.student, f"{one.question} {one.part}", act.actor, moment(act.when), _cut(act.remark)) for one, act in found
     )
     first = (
-        _("For you to decide, as a scorer asked: {answers}.").format(answers=plural(len(found), _("answer")))
+        _("For you to decide, as a scorer asked: {answers}.").format(
+            answers=plural(len(found), "{count} answer", "{count} answers")
+        )
         if found
         else _("No scorer asks you.")
     )
@@ -74,7 +77,7 @@ def requests(there: Sequence[Request]) -> Section:
     )
     first = (
         _("{open} not answered; {answered} answered.").format(
-            open=plural(len(left), _("request")), answered=len(there) - len(left)
+            open=plural(len(left), "{count} request", "{count} requests"), answered=len(there) - len(left)
         )
         if there
         else _("Nobody asks to have anything looked at again.")
@@ -97,7 +100,7 @@ def faults(everybody: Sequence[Graded]) -> Section:
     rows = tuple((f"{question} {part}", str(number)) for (question, part), number in count.items())
     first = (
         _("Could not be marked: {parts}. Mend the key, and say rotflex regrade.").format(
-            parts=plural(len(count), _("part"))
+            parts=plural(len(count), "{count} part", "{count} parts")
         )
         if count
         else _("The key had no fault.")

@@ -197,7 +197,7 @@ def packed(where: Places, made: Mapping[str, bytes]) -> tuple[bytes, list[str]]:
             name, page = where.paths[student], made[student]
             archive.writestr(_about(name), _zipped(page) if name.lower().endswith(".zip") else page)
     without = where.without | {one: _("nothing of theirs is graded.") for one in where.paths if one not in made}
-    told = [_("{pages} of feedback in the zip.").format(pages=plural(len(written), _("page")))]
+    told = [_("{pages} of feedback in the zip.").format(pages=plural(len(written), "{count} page", "{count} pages"))]
     told += [_("{student}: no page; {why}").format(student=one, why=why) for one, why in without.items()]
     return content.getvalue(), told
 

@@ -63,10 +63,10 @@ class Carried:
                 "{written} of cells written ({replaced} of them in place of another), {unchanged} as they were; "
                 "of {students}."
             ).format(
-                written=plural(self.written, _("mark")),
+                written=plural(self.written, "{count} mark", "{count} marks"),
                 replaced=len(self.replaced),
                 unchanged=self.unchanged,
-                students=plural(len(self.students), _("student")),
+                students=plural(len(self.students), "{count} student", "{count} students"),
             )
         ]
         if dry and self.new:

@@ -245,6 +245,7 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         course_file.STUDENT: "",
         "title": course.title,
         "term": settings.term,
+        course_file.LANGUAGE: settings.language,
         "draw": settings.bench.draw,
         "bench": settings.bench.plain(),
         course_file.REFLECT: settings.reflect.plain(),

@@ -93,7 +93,7 @@ def hints(everybody: Iterable[Measured]) -> list[tuple[tuple[str, ...], str]]:
 def _line(students: Iterable[str], names: Sequence[str]) -> str:
     return _("{students} handed in the same {files}: {first}{more}.").format(
         students=", ".join(students),
-        files=plural(len(names), _("file")),
+        files=plural(len(names), "{count} file", "{count} files"),
         first=names[0],
         more=_(" and others") if len(names) > 1 else "",
     )

@@ -54,7 +54,7 @@ class Taken:
         )
         if self.asked:
             told += _(" Of {questions} to the instructor it decided {decided}.").format(
-                questions=plural(self.asked, _("question")), decided=self.decided
+                questions=plural(self.asked, "{count} question", "{count} questions"), decided=self.decided
             )
         return told
 

@@ -11,7 +11,7 @@ from pathlib import PurePosixPath
 import rotflex
 from rotflex.courseware import answers
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import own_files
 from rotflex.courseware.run.handed_in import Cell, NotebookError
 from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks
@@ -20,7 +20,7 @@ from rotflex.instructor.running.intake.hand_ins import Piece, Submission
 from rotflex.instructor.running.intake.notebook_names import Fit
 from rotflex.instructor.running.intake.stores import Entry, Store, Unreadable, opened
 
-_UNREAD = _("{name} cannot be read: {error}")
+_UNREAD = N_("{name} cannot be read: {error}")
 _MOST_SHOWN = 5  # files that are named in a message
 
 
@@ -138,7 +138,7 @@ def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[
             there.add(item.name)
     for name, why in unread.items():
         counts = _(" The one that was handed in before it counts.") if name in there else ""
-        told.append(_UNREAD.format(name=name, error=why) + counts)
+        told.append(_(_UNREAD).format(name=name, error=why) + counts)
     none = not any(delivered.notebooks for delivered in found)
     if none and not unread and not any(map(notebook_names.is_notebook, earlier)):
         told.append(_("There is no notebook of the course in the submission.") + _instead(found))
@@ -147,7 +147,7 @@ def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[
 
 def is_unread(name: str, told: Collection[str]) -> bool:
     """Whether it is among the problems of a run that a file was handed in and could not be read."""
-    return any(line.startswith(_UNREAD.format(name=name, error="")) for line in told)
+    return any(line.startswith(_(_UNREAD).format(name=name, error="")) for line in told)
 
 
 def notes(found: Sequence[Delivered]) -> list[str]:
