@@ -19,7 +19,7 @@ from typing import Any
 from rotflex.courseware import course_file, files
 from rotflex.courseware.benches import OWN, PRESET, REAL, SAME
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
 from rotflex.instructor.release import dates, identity, student_notebooks
@@ -30,7 +30,8 @@ DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and 
 _COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
 _NEVER = ("__pycache__", "*.pyc", ".*")
 
-_README = """\
+_README = N_(
+    """\
 # {title}
 
 You need Python {python} or newer. In this folder, once:
@@ -78,14 +79,17 @@ If your instructor hands out a newer release: unpack it somewhere else, not over
 `.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
 become the new ones, and copies of your notebooks as they were are kept.
 """
+)
 
 _BENCH = {
-    OWN: "Your own virtual bench is made from it.",
-    SAME: "Everybody in the course has the same virtual bench.",
-    PRESET: "Everybody in the course has the same virtual bench.",
-    REAL: """\
+    OWN: N_("Your own virtual bench is made from it."),
+    SAME: N_("Everybody in the course has the same virtual bench."),
+    PRESET: N_("Everybody in the course has the same virtual bench."),
+    REAL: N_(
+        """\
 You are marked by what you record at the laboratory's own bench: your
-notebooks keep it in the folder `recordings`, which is handed in with them.""",
+notebooks keep it in the folder `recordings`, which is handed in with them."""
+    ),
 }
 
 
@@ -181,7 +185,7 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     (folder / "LICENSE").write_text(_licence(distribution), encoding="utf-8", newline="\n")
     python = (distribution.metadata["Requires-Python"] or "").removeprefix(">=")
     whose = _BENCH[course.settings.bench.which]
-    readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=whose)
+    readme = _(_README).format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=_(whose))
     (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
     project = _project_file(course, distribution, with_data)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
