@@ -20,6 +20,7 @@ from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
+from rotflex.courseware.report import fine_curves, making
 from rotflex.courseware.run import by_program, cell_reports, from_notebook
 from rotflex.courseware.saved_words import SavedWords
 from rotflex.courseware.tables import ResultsTable
@@ -127,6 +128,9 @@ class Session:
         for reply in replies:
             if reply.refused:
                 cell_reports.refused(reply.question, reply.part, reply.refused)
+        if not by_program():
+            recorded = {reply.part: parts[reply.part] for reply in replies if reply.recorded}
+            fine_curves.keep_recorded(self._folder, self.catalogue.find(question), recorded, self.book)
         self.print_notices()
         return [str(reply) for reply in replies]
 
@@ -343,6 +347,20 @@ class Session:
         """An answer that is there; raises AnswerError where none is, or none that can be read."""
         content = self.content(question, part)
         return forms.decode(self.catalogue.everything[question].part(part), content)
+
+    def report(self, name: str) -> None:
+        """Put a report together from what is recorded and saved: a page of HTML and a PDF in the folder.
+
+        Parameters
+        ----------
+        name : of the report, or how its name begins
+
+        Raises
+        ------
+        AnswerError
+            If there is no such report, or its notebook cannot be read.
+        """
+        making.report(self, self._folder, name, cell_now())
 
     # --- before it is handed in ------------------------------------------------------------------------------------
 
