@@ -5,9 +5,11 @@ from __future__ import annotations
 import html
 import json
 import re
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files as resources
+from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -130,7 +132,8 @@ def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]
 
 
 def _not_understood(latex: str, place: Place, why: str) -> tuple[str, Place]:
-    reason = " ".join(line.strip() for line in why.split("\n")[-2:])
+    lines = [line.strip() for line in why.split("\n")]  # the formula again, a mark below it, and then the reason
+    reason = next((line for line in lines if line.startswith("unexpected")), lines[-1])
     return (
         _("This formula is not understood, and stands in the report as it is typed: {latex} ({why})").format(
             latex=latex[:_LONGEST], why=reason[:_LONGEST]
@@ -174,11 +177,14 @@ def _compiled(markup: str, beside: dict[str, bytes], standard: str | None = _STA
         import typst
     except ImportError:
         raise ReportError(_("typst is not installed.")) from None
-    project: Any = {"main.typ": markup.encode(), **beside}
     standards: Any = [standard] if standard else []
-    try:
-        made = typst.compile(project, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)
-    except typst.TypstError as error:
-        raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
+    with tempfile.TemporaryDirectory() as folder:  # which is all that the markup could read
+        main = Path(folder, "main.typ")
+        for name, content in {main.name: markup.encode(), **beside}.items():
+            Path(folder, name).write_bytes(content)
+        try:
+            made = typst.compile(main, root=folder, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)
+        except RuntimeError as error:  # typst's own errors are
+            raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
     assert isinstance(made, bytes)
     return made
