@@ -1,8 +1,7 @@
-"""A report as a student in a hurry hands it in, and a list of what is wrong with it, written down before any check ran.
+"""A report as a student in a hurry hands it in, and a list of what is wrong with it.
 
-Each entry of :data:`FAULTS` is a fault that a reader would mark: what it is, and by what a checklist would have found it:
-the kind that it gives, and a piece of what it says. Some of them no program finds without a dictionary or a mind: they
-are in the list nevertheless.
+The list was written down before there was a check. Each entry of :data:`FAULTS` is a fault that a reader would mark;
+one of them no program finds without a dictionary.
 """
 
 from __future__ import annotations
@@ -70,7 +69,8 @@ def _figure(number: int, question: str, caption: str, svg: str = "<svg/>", axes:
 
 
 _SHAKEN = (
-    "The joint was shaken with a sine whose frequency rose from 1 Hz to 5 Hz within 15 s, and the servo followed it with "
+    "The joint was shaken with a sine whose frequency rose from 1 Hz to 5 Hz within 15 s, and the servo followed it "
+    "with "
     "an amplitude of 4 deg."
 )
 
@@ -90,7 +90,8 @@ POOR = Document(
             (
                 _text(
                     "stiffness",
-                    f"The goal was to find the stiffness of the joint. {_SHAKEN} Angles were recorded every 2 ms, which "
+                    f"The goal was to find the stiffness of the joint. {_SHAKEN} Angles were recorded every 2 ms, "
+                    f"which "
                     "gave the the signal in Figure 2.9. A position loop held the servo, as in [3].",
                 ),
             ),
@@ -102,7 +103,8 @@ POOR = Document(
             (
                 _text(
                     "loading",
-                    "The equations of motion were written as matrices for the state of the four angles and rates. TODO: "
+                    "The equations of motion were written as matrices for the state of the four angles and rates. "
+                    "TODO: "
                     "say where the inertia comes from. The input of the model is the voltage of the motor.",
                 ),
             ),
@@ -114,7 +116,8 @@ POOR = Document(
             (
                 _text(
                     "validation",
-                    f"A square wave of 1,5 V and 0.5 Hz was put on the motor for 10 s. {_SHAKEN} Measured and simulated "
+                    f"A square wave of 1,5 V and 0.5 Hz was put on the motor for 10 s. {_SHAKEN} Measured and "
+                    f"simulated "
                     "angles were plotted over each other. The constants of the motor are those of [1].",
                 ),
             ),
@@ -146,7 +149,8 @@ POOR = Document(
                 ),
                 _text(
                     "shown",
-                    "The measured and the simulated deflection were recorded for 10 s. They are in good agreement, because "
+                    "The measured and the simulated deflection were recorded for 10 s. They are in good agreement, "
+                    "because "
                     "the stiffness was measured well.",
                 ),
             ),
@@ -201,8 +205,10 @@ POOR = Document(
             (
                 _text(
                     "conclusion",
-                    "The model describes each osciliation of the bench to within ??? per cent up to voltages of 1.5 V. It "
-                    "may be used for the design of a controller, as long as the friction of the servo is not too large and",
+                    "The model describes each osciliation of the bench to within ??? per cent up to voltages of 1.5 "
+                    "V. It "
+                    "may be used for the design of a controller, as long as the friction of the servo is not too "
+                    "large and",
                 ),
             ),
             _at("report-conclusion"),
