@@ -20,6 +20,7 @@ from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
+from rotflex.courseware.report_files import FolderReports
 from rotflex.courseware.run import by_program, cell_reports, from_notebook
 from rotflex.courseware.saved_words import SavedWords
 from rotflex.courseware.tables import ResultsTable
@@ -80,6 +81,7 @@ class Session:
     questions : everything that can be answered, by number
     book : the answers so far, but for those in words
     saved_words : the answers in words, as the notebooks in the folder hold them
+    report_files : the reports' PDFs in the folder
     """
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
@@ -96,6 +98,7 @@ class Session:
             None if by_program() else time.time,
         )
         self.saved_words = SavedWords(folder, catalogue)
+        self.report_files = FolderReports(folder, catalogue)
 
     def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""
@@ -251,6 +254,8 @@ class Session:
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
                 state = _("missing: {missing}").format(missing=", ".join(missing)) if missing else _("answered")
+                if (own := self.report_files.own(question.number)) is not None:
+                    state = _("in your own document, {name}").format(name=own.name)
                 print(f"{question.number:<16}  {question.title}: {state}")
         self._say_what_is_read()
 
@@ -383,5 +388,7 @@ class Session:
         self.print_notices()
 
     def _missing(self, question: Question) -> list[str]:
-        """Names of the parts that have no answer."""
+        """Names of the parts that have no answer. What is in a report's own document of the student's, is there."""
+        if self.report_files.own(question.number) is not None:
+            return []
         return [part.name for part in question.parts if self.content(question.number, part.name) is None]
