@@ -81,7 +81,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
         "an overshoot of a few per cent as a fraction is below it, one count of an encoder is not",
     ),
     "courseware.saved_words:MAX_BYTES": (100 * MB, "a notebook full of pictures"),
-    "courseware.session:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
+    "courseware.run.from_notebook:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
     "courseware.signed_files:MOST_BYTES": (20 * KB, "a statement has a few hundred characters"),
     "courseware.student_id:LONGEST": (80, "a name with all its names"),
     "courseware.student_id:LONGEST_IN_BYTES": (240, "a file system's 255, less an ending"),

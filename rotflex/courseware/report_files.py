@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.run.own_files import megabytes
 
-PDF = ".pdf"
+PDF, HTML = ".pdf", ".html"
 MAX_BYTES = 20_000_000  #: of a report
 COMPOSED = "rotflex:composed"  #: a key word of a PDF that is made of the notebook's texts
 _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
@@ -34,6 +34,11 @@ def file_name(report: str) -> str:
 def names(catalogue: Catalogue) -> dict[str, str]:
     """Number of each report of a course → the name of its PDF."""
     return {number: file_name(number) for number in catalogue.reports}
+
+
+def made_files(pdfs: Iterable[str]) -> list[str]:
+    """All files that a report makes: beside each PDF a page of HTML, which is for its student alone."""
+    return [name for pdf in pdfs for name in (pdf, pdf.removesuffix(PDF) + HTML)]
 
 
 def refusal(data: bytes) -> str:

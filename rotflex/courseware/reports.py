@@ -1,4 +1,4 @@
-"""A report as far as it is recorded, as Markdown for a notebook to show: its outline, and its text in one piece."""
+"""A report as far as it is recorded, as Markdown: its outline for a notebook, and its text in one piece."""
 
 from __future__ import annotations
 
@@ -38,20 +38,6 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
         rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, lab)} |")
     return "\n".join(rows)
-
-
-def assembled(catalogue: Catalogue, report: str, lab: Session) -> str:
-    """The texts of a report as they are saved, in order, under their headings.
-
-    Raises
-    ------
-    AnswerError
-        If there is no such report.
-    """
-    lab.refresh()
-    items = _items(catalogue, report)
-    contents = {item.part: lab.content(report, item.part) for item in items if item.part}
-    return in_one_piece(items, {part: without_pictures(found["value"]) for part, found in contents.items() if found})
 
 
 def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:

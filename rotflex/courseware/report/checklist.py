@@ -14,7 +14,9 @@ from rotflex.courseware.report.checks.faults import Fault, listed
 from rotflex.courseware.report.checks.prose import Reading, read
 from rotflex.courseware.report.document import Document, Prose
 
-__all__ = ["Fault", "faults", "listed", "not_looked_at"]
+__all__ = ["LEFT_OUT", "Fault", "faults", "listed", "not_looked_at"]
+
+LEFT_OUT = structure.LEFT_OUT  #: the kind of what could not be taken over from a text
 
 
 def faults(document: Document, pages: int | None = None) -> list[Fault]:

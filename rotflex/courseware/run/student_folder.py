@@ -102,7 +102,7 @@ def read(
         reports, refused = report_files.read_all(folder, catalogue)
         problems += refused
     names = report_files.names(catalogue).values() if catalogue is not None else ()
-    own = own_files.read(folder, [*notebooks, *names], modules)
+    own = own_files.read(folder, [*notebooks, *report_files.made_files(names)], modules)
     notes += own.notes
     if names and not reports:
         notes += [

@@ -11,8 +11,9 @@ from rotflex.courseware.report.checks.faults import Fault
 from rotflex.courseware.report.checks.prose import Reading, words
 from rotflex.courseware.report.document import Document, Equation, Figure, Place, Table
 
+#: What a text refers to, and how it is called in the languages that are known.
 FIGURE, TABLE, EQUATION = "figure", "table", "equation"
-_NAMES = {
+NAMES = {
     FIGURE: r"Figures?|Figs?\.?|Abbildung(?:en)?|Abb\.?|Bild(?:er)?",
     TABLE: r"Tables?|Tabs?\.?|Tabellen?",
     EQUATION: r"Equations?|Eqs?\.?|Eqns?\.?|Gleichung(?:en)?|Gl\.?",
@@ -42,7 +43,7 @@ class Mention:
 def of_text(text: str, place: Place, where: str = "") -> list[Mention]:
     """What a running text refers to by numbers; what it refers to in another document is left out."""
     found = []
-    for sort, names in _NAMES.items():
+    for sort, names in NAMES.items():
         for match in re.finditer(rf"(?<!\w)(?i:{names})\s*({_LIST})(?!\w)", text):
             if not _ELSEWHERE.match(text, match.end()):
                 found += [Mention(sort, number, place, where) for number in _numbers(match[1])]

@@ -53,9 +53,18 @@ def faults(document: Document, readings: Sequence[Reading], language: Language |
     for reading in readings:
         text = spelt(reading.running)
         yield from _written(reading, text)
+        if close := _CLOSE.search(text):
+            yield _close(reading, close[0])
         yield from _without_unit(reading, text, entries, language)
         if language is not None:
             yield from _other_than_table(reading, entries, language)
+    yield from _mixed(readings, language)
+
+
+def of_pages(readings: Sequence[Reading], language: Language | None) -> Iterator[Fault]:
+    """What is wrong with numbers and units on the pages of a document, whose formulas are not known."""
+    for reading in readings:
+        yield from _written(reading, spelt(reading.running))
     yield from _mixed(readings, language)
 
 
@@ -71,14 +80,6 @@ def _written(reading: Reading, text: str) -> Iterator[Fault]:
             _("Write Hz, kHz, s, ms, kg, rad."),
             reading.place,
         )
-    if close := _CLOSE.search(text):
-        yield Fault(
-            "unit close",
-            _("{where}: there is no space in “{number}”.").format(where=reading.where, number=close[0]),
-            _("Number and unit run together, and a digit is easily misread."),
-            _("Put a space between a number and its unit, as in “15 s”."),
-            reading.place,
-        )
     for match in _LONG.finditer(text):
         digits = match[0].replace(".", "").lstrip("0")
         if len(digits) > MOST_DIGITS:
@@ -92,6 +93,16 @@ def _written(reading: Reading, text: str) -> Iterator[Fault]:
                 reading.place,
             )
             return
+
+
+def _close(reading: Reading, number: str) -> Fault:
+    return Fault(
+        "unit close",
+        _("{where}: there is no space in “{number}”.").format(where=reading.where, number=number),
+        _("Number and unit run together, and a digit is easily misread."),
+        _("Put a space between a number and its unit, as in “15 s”."),
+        reading.place,
+    )
 
 
 def _mixed(readings: Sequence[Reading], language: Language | None) -> Iterator[Fault]:

@@ -11,6 +11,7 @@ from rotflex.courseware.report.checks.faults import Fault
 from rotflex.courseware.report.checks.prose import Reading
 from rotflex.courseware.report.document import Document, Figure, Table
 
+LEFT_OUT = "left out"  #: the kind of what is not in the report as it was written
 _NUMBER = re.compile(r"[\s$(\[]*[-−+±]?\d(?!\s*/)")  # and not the unit 1/s
 FEWEST_WORDS = 15  #: of a text; one with fewer says that something was done, and not what
 MOST_WORDS = 450  #: of a text; a reader loses the thread of one with more
@@ -53,7 +54,7 @@ def faults(document: Document, readings: Sequence[Reading], pages: int | None) -
         )
     for told, place in document.told:
         yield Fault(
-            "left out",
+            LEFT_OUT,
             told,
             _("It is not in your report as you wrote it."),
             _("Put it right in the cell, and make the report again."),

@@ -22,13 +22,21 @@ _STRAY = re.compile(r"(?<=[^\W\d_]) +[,;](?=\s|$)|(?<=[^\W\d_]) +\.(?=\s|$)|,,|;
 _COMPLETE = re.compile(rf"[.!?…:;»”\"'’)\]|{FORMULA}]\W*$")
 
 
-def faults(readings: Sequence[Reading], language: Language | None) -> Iterator[Fault]:
-    """What words tell. Where the language is not known, only what needs none."""
+def faults(readings: Sequence[Reading], language: Language | None, of_pages: bool = False) -> Iterator[Fault]:
+    """What words tell. Where the language is not known, only what needs none.
+
+    Parameters
+    ----------
+    readings : texts, or the pages of a document
+    language : that they are written in
+    of_pages : then sentences end on the next page, and signs stand where a program that read them has put them
+    """
     for reading in readings:
         yield from _drafts(reading, language)
         if language is not None:
-            yield from _in_language(reading, language)
-            yield from _ends(reading)
+            yield from _in_language(reading, language, of_pages)
+            yield from _spoken(reading, language)
+            yield from _ends(reading) if not of_pages else ()
     yield from _pasted(readings)
 
 
@@ -46,9 +54,11 @@ def _drafts(reading: Reading, language: Language | None) -> Iterator[Fault]:
         )
 
 
-def _in_language(reading: Reading, language: Language) -> Iterator[Fault]:
+def _in_language(reading: Reading, language: Language, of_pages: bool) -> Iterator[Fault]:
+    """Slips of the pen."""
     for match in _TWICE.finditer(reading.bare):
-        if match[1].casefold() not in language.may_repeat:
+        word = match[1].casefold()
+        if word not in language.may_repeat and (not of_pages or word in language.common):
             yield Fault(
                 "repeated word",
                 _("{where}: “{words}”.").format(where=reading.where, words=" ".join(match[0].split())),
@@ -65,7 +75,7 @@ def _in_language(reading: Reading, language: Language) -> Iterator[Fault]:
             _("Correct them. Only a few words are known here: have the whole text looked over as well."),
             reading.place,
         )
-    if stray := _STRAY.search(reading.bare):
+    if not of_pages and (stray := _STRAY.search(reading.bare)):
         around = " ".join(reading.bare[max(0, stray.start() - 15) : stray.end()].split())
         yield Fault(
             "punctuation",
@@ -74,6 +84,10 @@ def _in_language(reading: Reading, language: Language) -> Iterator[Fault]:
             _("No space before a comma or a full stop, and one of them only."),
             reading.place,
         )
+
+
+def _spoken(reading: Reading, language: Language) -> Iterator[Fault]:
+    """What belongs elsewhere, or is said in a way that does not help a reader."""
     heading = reading.heading.casefold().lstrip()
     if heading.startswith(language.results) and (said := language.interprets.search(reading.bare)):
         yield Fault(

@@ -314,7 +314,7 @@ class _Reader:
         for path in in_the_way:
             del beside[path]
         found = ((PurePosixPath(path), entry.size) for path, entry in beside.items())
-        choice = own_files.chosen(found, [*self._wanted, *self._reports], self._packages)
+        choice = own_files.chosen(found, [*self._wanted, *report_files.made_files(self._reports)], self._packages)
         for note in choice.notes:
             self._note(note)
         size = 0
