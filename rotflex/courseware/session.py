@@ -19,7 +19,7 @@ from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
-from rotflex.courseware.report import attaching, fine_curves, making
+from rotflex.courseware.report import fine_curves, making
 from rotflex.courseware.report_files import FolderReports
 from rotflex.courseware.run import by_program, cell_reports, from_notebook
 from rotflex.courseware.run.from_notebook import cell_now
@@ -340,7 +340,7 @@ class Session:
         return forms.decode(self.catalogue.everything[question].part(part), content)
 
     def report(self, name: str, pdf: str | os.PathLike[str] = "") -> None:
-        """Put a report together from what is recorded and saved, as HTML and PDF; or hand in a PDF of your own.
+        """Make a report of what is recorded and saved, as HTML and PDF; or take a PDF of your own as the report.
 
         Parameters
         ----------
@@ -352,10 +352,7 @@ class Session:
         AnswerError
             If there is no such report, or its notebook or your document cannot be read.
         """
-        if pdf:
-            attaching.attach(self._folder, self.catalogue, making.find(self.catalogue.reports, name), pdf)
-        else:
-            making.report(self, self._folder, name, cell_now())
+        making.report(self, self._folder, name, cell_now(), pdf)
 
     # --- before it is handed in ------------------------------------------------------------------------------------
 

@@ -223,12 +223,7 @@ class Batch:
         student = submission.bench_of or submission.student
         supplied = self._supplied(submission.student)
         prepared = prepare(
-            hand_in,
-            chosen.bundle,
-            self._course.catalogue,
-            student,
-            self._settings.every_cell,
-            supplied,
+            hand_in, chosen.bundle, self._course.catalogue, student, self._settings.every_cell, supplied
         )
         said += [
             _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied

@@ -12,7 +12,6 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.report.checks import pages
 from rotflex.courseware.report_files import ReportFile
-from rotflex.courseware.run import by_program, from_notebook
 from rotflex.errors import AnswerError
 
 MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
@@ -35,9 +34,6 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
     AnswerError
         If there is no such file, or it cannot be handed in.
     """
-    if by_program():
-        print(from_notebook.nothing_here("lab.report()"))
-        return
     path = folder / pdf
     data = _data(path)
     texts = read(data, path.name) if find_spec(_READER) is not None else None
@@ -128,14 +124,10 @@ def _lines(about: ReportFile, path: Path, texts: list[str] | None) -> list[str]:
                 file=path.name, name=about.name, length=length
             )
         ]
+    now = _("Your report is now {file} ({length}). It lies beside the notebooks as {name}; lab.submit() packs it.")
+    again = _("After each change of it, run this cell again. To go back to the notebook’s texts, delete {name}.")
     return [
-        _(
-            "Your report is now {file} ({length}): it lies beside the notebooks as {name}, and lab.submit() packs it."
-        ).format(file=path.name, length=length, name=about.name),
-        _(
-            "After each change of your document, run this cell again; to go back to the notebook’s texts, delete {name}."
-        ).format(name=about.name),
-        _(
-            "Texts that are not in their cells are looked for in it, by their headings. What is in a cell is read there."
-        ),
+        now.format(file=path.name, length=length, name=about.name),
+        again.format(name=about.name),
+        _("A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there."),
     ]

@@ -14,7 +14,14 @@ from matplotlib.figure import Figure
 from rotflex.courseware import pictures
 from rotflex.courseware.figure_words import evenly_logarithmic, in_words, plain_label
 
-_WIDTH, _HEIGHT, _LOWER = 6.3, 2.6, 1.9  # inches: of a diagram, and of one of several below each other
+_WIDTH, _HEIGHTS = 6.3, (2.5, 1.6, 1.25)  # inches: as wide as the text; of one diagram, of each of two, of each of more
+_SIZES = {
+    "axes.labelsize": 9.5,
+    "font.size": 9.0,
+    "legend.fontsize": 9.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+}
 #: A colour, a dash and a mark for each curve, in turn: what one reader does not see, another does.
 _LOOKS = (
     {"color": pictures.BLACK, "linestyle": "-", "marker": ""},
@@ -23,6 +30,7 @@ _LOOKS = (
     {"color": pictures.GREEN, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "marker": "^"},
     {"color": pictures.PURPLE, "linestyle": "-", "marker": "D"},
 )
+_BELOW, _LETTER = 0.25, 0.068  # inches: of a diagram's height that its axis lacks, and of a letter's width on average
 _MARKS = 12  # on a curve
 _FEW = 3  # points; fewer than these, and each is a mark of its own
 _LARGEST = 1e300  # no axis goes so far; beyond, differences are infinite
@@ -37,12 +45,14 @@ def drawn(axes: Sequence[Mapping[str, Any]], fine: Sequence[Mapping[str, Any]] |
     fine : more points of their curves, see :mod:`rotflex.courseware.report.fine_curves`; None where there are none
     """
     curves = [_curves(axis, fine[place] if _fits(axes, fine) and fine else None) for place, axis in enumerate(axes)]
-    heights = [_HEIGHT if len(axes) == 1 else _LOWER] * len(axes)
-    with pictures.style():
-        figure = Figure(figsize=(_WIDTH, sum(heights) + 0.3), layout="constrained")
+    height = _HEIGHTS[min(len(axes), len(_HEIGHTS)) - 1] * len(axes) + 0.3
+    with pictures.style(), mpl.rc_context(_SIZES):
+        figure = Figure(figsize=(_WIDTH, height), layout="constrained")
         shared = len(axes) > 1 and len({axis["xlabel"] for axis in axes}) == 1 and len(set(map(_span, curves))) == 1
         for place, (axis, lines) in enumerate(zip(axes, curves, strict=True)):
-            _draw(figure.add_subplot(len(axes), 1, place + 1), axis, lines, shared and place + 1 < len(axes))
+            named = [line["label"] for line in lines]
+            legend = any(named) and (place == 0 or named != [line["label"] for line in curves[place - 1]])
+            _draw(figure.add_subplot(len(axes), 1, place + 1), axis, lines, shared and place + 1 < len(axes), legend)
         svg = _svg(figure)
     words = [
         in_words(axis, [line for line in lines if line["x"].size], *_span(lines))
@@ -69,11 +79,9 @@ def _span(lines: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
     return (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
 
 
-def _draw(ax: Any, axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], shared: bool) -> None:
-    looks = 0
-    for line in lines:
-        look: dict[str, Any] = dict(_LOOKS[looks % len(_LOOKS)])
-        looks += 1
+def _draw(ax: Any, axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], shared: bool, legend: bool) -> None:
+    for place, line in enumerate(lines):
+        look: dict[str, Any] = dict(_LOOKS[place % len(_LOOKS)])
         size = line["x"].size
         if size < _FEW:
             look |= {"marker": look["marker"] or "x"} if size == 1 else {"marker": ""}
@@ -100,10 +108,18 @@ def _draw(ax: Any, axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], 
         ax.set_xlabel(axis["xlabel"])
     else:
         ax.tick_params(labelbottom=False)
-    ax.set_ylabel(axis["ylabel"])
-    ax.set_title(axis["title"], fontsize=11)
-    if any(line["label"] for line in lines):
+    ax.set_ylabel(_in_lines(axis["ylabel"], ax.get_subplotspec().get_gridspec().nrows))
+    ax.set_title(axis["title"], fontsize=9.5)
+    if legend:
         ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.1)
+
+
+def _in_lines(label: str, diagrams: int) -> str:
+    """A label with its unit on a line of its own, where it is longer than the axis in a figure of so many diagrams."""
+    room = _HEIGHTS[min(diagrams, len(_HEIGHTS)) - 1] - _BELOW
+    before, bracket, unit = label.rpartition(" (")
+    fits = len(plain_label(label)) * _LETTER <= room
+    return label if fits or not before else f"{before}\n{bracket.strip()}{unit}"
 
 
 def _svg(figure: Figure) -> str:

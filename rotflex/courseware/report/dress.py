@@ -43,6 +43,9 @@ class Dress(Protocol):
     def math(self, latex: str) -> list[Node]:
         """A formula in a line."""
 
+    def entry(self, latex: str) -> list[Node]:
+        """A formula by itself in a cell of a table: as large as the cell allows."""
+
     def equation(self, number: int, latex: str) -> list[Node]:
         """A displayed formula with its number."""
 
@@ -78,6 +81,9 @@ class Typst:
 
     def math(self, latex: str) -> list[Node]:
         return [_raw("typst", f"#formula({quoted(latex)})["), inline(spaced(latex)), _raw("typst", "];")]
+
+    def entry(self, latex: str) -> list[Node]:
+        return [_raw("typst", f"#entry({quoted(latex)})["), inline(spaced(latex)), _raw("typst", "];")]
 
     def equation(self, number: int, latex: str) -> list[Node]:
         opened = f"#equation({number}, {quoted(latex)})["
@@ -118,6 +124,9 @@ class Html:
     """For a page that holds everything itself."""
 
     def math(self, latex: str) -> list[Node]:
+        return [inline(latex)]
+
+    def entry(self, latex: str) -> list[Node]:
         return [inline(latex)]
 
     def equation(self, number: int, latex: str) -> list[Node]:

@@ -1,4 +1,4 @@
-"""Recorded results as a report shows them: numbers and matrices as formulas, with their units, and as a table's rows."""
+"""Recorded results as a report shows them: numbers and matrices as formulas with units, and as rows of a table."""
 
 from __future__ import annotations
 
@@ -15,41 +15,21 @@ from rotflex.errors import AnswerError
 
 _NOISE = 1e-9  # of a matrix's largest entry: below, it is what rounding has left of a zero
 _DIGITS = 4  # significant, as a results table in a notebook has them
+_LONGEST_SYMBOL = 3  # letters; what has more is a word
 _RATE = "1/s"  # unit of poles
-_GREEK = [
-    "alpha",
-    "beta",
-    "gamma",
-    "delta",
-    "epsilon",
-    "zeta",
-    "eta",
-    "theta",
-    "iota",
-    "kappa",
-    "lambda",
-    "mu",
-    "nu",
-    "xi",
-    "pi",
-    "rho",
-    "sigma",
-    "tau",
-    "phi",
-    "chi",
-    "psi",
-    "omega",
-]
+_GREEK = re.compile(
+    "(?i:alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|phi|chi|psi|omega)"
+)
 _EXPONENT = re.compile(r"^(?P<number>.*)e(?P<sign>[+-])0*(?P<power>\d+)$")
 
 
 def symbol(name: str, unit: str = "") -> str:
     """The name of a part as a formula: ``omega_n`` as ``\\omega_{n}``; what follows is a subscript, without a unit."""
     first, *rest = name.split("_")
-    if rest and rest[-1] == unit:
-        rest = rest[:-1]
-    letter = first.lower()
-    head = rf"\{first}" if letter in _GREEK else first if len(first) == 1 else rf"\mathrm{{{first}}}"
+    if len(first) > _LONGEST_SYMBOL and not _GREEK.fullmatch(first):
+        return rf"\text{{{' '.join([first, *rest])}}}"
+    rest = [one for one in rest if one != unit or len(one) == 1]  # t_s in s is a settling time
+    head = rf"\{first}" if _GREEK.fullmatch(first) else first if len(first) == 1 else rf"\mathrm{{{first}}}"
     if not rest:
         return head
     below = r",\,".join(one if len(one) == 1 else rf"\mathrm{{{one}}}" for one in rest)
@@ -83,7 +63,7 @@ def formula(part: Part, value: Any) -> str | None:
     if part.kind == "matrix":
         return _matrix(np.atleast_2d(value))
     if part.kind == "poles":
-        return r",\ ".join(map(_pole, value))
+        return r"\begin{matrix} " + r" \\ ".join(_poles(value)) + r" \end{matrix}"
     if part.kind in ("expression", "equation", "symbolic_matrix"):
         import sympy
 
@@ -97,11 +77,19 @@ def _matrix(values: Any) -> str:
     return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
 
 
-def _pole(value: complex) -> str:
-    if value.imag == 0:
-        return number(value.real)
-    sign = "+" if value.imag > 0 else "-"
-    return f"{number(value.real)} {sign} {number(abs(value.imag))}j"
+def _poles(values: Any) -> Iterator[str]:
+    """Poles (n,), a pair of conjugates as one."""
+    left = list(values)
+    while left:
+        value = left.pop(0)
+        pair = next((one for one in left if value.imag and np.isclose(one, value.conjugate())), None)
+        if pair is not None:
+            left.remove(pair)
+        if value.imag == 0:
+            yield number(value.real)
+        else:
+            sign = r"\pm" if pair is not None else "+" if value.imag > 0 else "-"
+            yield f"{number(value.real)} {sign} {number(abs(value.imag))}j"
 
 
 def equations(question: Question, names: list[str], contents: dict[str, Any]) -> Iterator[str]:
@@ -142,7 +130,8 @@ def rows(table: Question, contents: dict[str, Any]) -> Iterator[tuple[str, ...]]
         else:
             shown = formula(part, value)
             entry = f"${shown}$" if shown is not None else _plain(forms.show(part, contents[part.name]), part)
-        yield part.prompt, f"${symbol(part.name, part.unit)}$", entry, unit_of(part) or "–"
+        unit = unit_of(part) or (_("SI") if part.kind == "matrix" else "–")  # entries of a matrix may have several
+        yield part.prompt.rstrip("."), f"${symbol(part.name, part.unit)}$", entry, unit
 
 
 def _plain(shown: str, part: Part) -> str:

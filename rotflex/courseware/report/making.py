@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import os
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import files, report_files
 from rotflex.courseware.messages import _, plural
-from rotflex.courseware.report import checklist
+from rotflex.courseware.report import attaching, checklist
 from rotflex.courseware.report.document import Document, Place
 from rotflex.courseware.run import by_program, from_notebook
 from rotflex.errors import AnswerError
@@ -28,8 +29,10 @@ NEEDED = {"pypandoc": "pypandoc_binary", "typst": "typst"}
 Told = tuple[str, Place]
 
 
-def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
+def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
     """Write a report as HTML and as PDF, and show where they are and what is still to be done.
+
+    A document of the student's own is taken as the report instead: see :mod:`rotflex.courseware.report.attaching`.
 
     Parameters
     ----------
@@ -37,6 +40,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
     folder : of the notebooks; the files are written there
     name : of the report, or how its name begins
     cell : id of the cell that asks for it; "" if it is not known
+    pdf : file of the student's own document; "" to make one
 
     Raises
     ------
@@ -46,6 +50,9 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
     number = find(lab.catalogue.reports, name)
     if by_program():
         print(from_notebook.nothing_here("lab.report()"))
+        return
+    if pdf:
+        attaching.attach(folder, lab.catalogue, number, pdf)
         return
     if missing := [installed for imported, installed in NEEDED.items() if find_spec(imported) is None]:
         print(not_installed(missing))
@@ -68,9 +75,9 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
     document = composing.composed(lab, folder, number, datetime.now())
     try:
         made = writing.written(document)
-        page, pdf = (folder / f"{file_name(number)}.{ending}" for ending in ("html", "pdf"))
+        page, paper = (folder / f"{file_name(number)}.{ending}" for ending in ("html", "pdf"))
         files.write(page, made.page)
-        files.write(pdf, made.pdf)
+        files.write(paper, made.pdf)
     except (pandoc.ReportError, OSError) as error:
         print(_("The report is not made, and nothing is written: {error}").format(error=error))
         return
@@ -81,7 +88,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
         notebook=document.front.notebook,
         when=datetime.fromtimestamp((folder / document.front.notebook).stat().st_mtime).strftime("%H:%M:%S"),
     )
-    show([pdf.name, page.name], said, [*over_limit(document, made.pages), *made.told], faults(document))
+    show([paper.name, page.name], said, [*over_limit(document, made.pages), *made.told], faults(document))
 
 
 def find(reports: Iterable[str], name: str) -> str:

@@ -1,4 +1,4 @@
-"""Pandoc, which reads Markdown and writes typst's markup and HTML. It opens no file and no address that a text names."""
+"""Pandoc, which reads Markdown and writes typst's markup and HTML. It opens no file that a text names."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 
-#: As a notebook reads Markdown. Raw HTML is read as such, so that it can be left out: see rotflex.courseware.report.tree.
+#: As a notebook reads Markdown. Raw HTML is read as such, so that it can be left out (rotflex.courseware.report.tree).
 _MARKDOWN = "commonmark+tex_math_dollars+pipe_tables+strikeout+footnotes+autolink_bare_uris"
 _PATIENCE = 60  # s for a report; it takes a tenth of one
 _MEMORY = "1G"  # of pandoc's own

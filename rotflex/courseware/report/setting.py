@@ -15,7 +15,7 @@ from rotflex.courseware.report.referring import References
 from rotflex.courseware.report.tree import Counts, Gathered, Text, words
 
 #: Share of a page's width of each column of a results table: what it is, its symbol, its value, its unit.
-_WIDTHS = (0.34, 0.14, 0.40, 0.12)
+_WIDTHS = (0.32, 0.14, 0.43, 0.11)
 _NOTHING = ["", [], []]  # attributes
 
 
@@ -176,10 +176,15 @@ class Setting:
     def _table(self, table: Table) -> Node:
         columns = [[{"t": "AlignLeft"}, {"t": "ColWidth", "c": width}] for width in _WIDTHS]
         text = self._text(table.place)
-        rows = [[text.inlines(self.read.line(entry)) for entry in row] for row in table.rows]
+        rows = [[self._entry(text, self.read.line(entry)) for entry in row] for row in table.rows]
         head = [_NOTHING, [_row([words(one) for one in table.head])]]
         body = [_NOTHING, 0, [], [_row(row) for row in rows]]
         return {"t": "Table", "c": [_NOTHING, [None, []], columns, head, [body], [_NOTHING, []]]}
+
+    def _entry(self, text: Text, nodes: list[Node]) -> list[Node]:
+        if len(nodes) == 1 and nodes[0]["t"] == "Math":
+            return self.dress.entry(nodes[0]["c"][1])
+        return text.inlines(nodes)
 
     def _text(
         self, place: Place, pictures: Mapping[str, bytes] | None = None, sought: frozenset[str] = frozenset()

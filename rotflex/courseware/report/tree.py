@@ -7,7 +7,7 @@ addresses, and the student's own pictures: no attribute of anything, no HTML, no
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -104,30 +104,28 @@ class Text:
         return found
 
     def _block(self, kind: str, content: Any) -> list[Node]:
-        if kind == "Para" and (image := _alone(content)):
-            return self._picture_alone(image)
         if kind in ("Para", "Plain"):
-            inside = self.inlines(content)
-            return [{"t": kind, "c": inside}] if inside else []
-        if kind == "Header":
-            return [{"t": kind, "c": [_HEADING, _NOTHING, self.inlines(content[2])]}]
-        if kind == "CodeBlock":
-            return [{"t": kind, "c": [_NOTHING, content[1]]}]
-        if kind == "BlockQuote":
-            return [{"t": kind, "c": self.blocks(content)}]
-        if kind == "BulletList":
-            return [{"t": kind, "c": [self.blocks(item) for item in content]}]
-        if kind == "OrderedList":
-            return [{"t": kind, "c": [content[0], [self.blocks(item) for item in content[1]]]}]
+            return self._paragraph(kind, content)
         if kind == "Div":
             return self.blocks(content[1])
-        if kind == "HorizontalRule":
-            return [{"t": kind}]
         if kind == "RawBlock":
-            self._html(content[1])
-        else:
-            self.tell(_("Something is left out: {kind}.").format(kind=kind))
-        return []
+            return self._html(content[1])
+        made: dict[str, Callable[[], Any]] = {
+            "Header": lambda: [_HEADING, _NOTHING, self.inlines(content[2])],
+            "CodeBlock": lambda: [_NOTHING, content[1]],
+            "BlockQuote": lambda: self.blocks(content),
+            "BulletList": lambda: [self.blocks(item) for item in content],
+            "OrderedList": lambda: [content[0], [self.blocks(item) for item in content[1]]],
+        }
+        if kind in made:
+            return [{"t": kind, "c": made[kind]()}]
+        return [{"t": kind}] if kind == "HorizontalRule" else self._unknown(kind)
+
+    def _paragraph(self, kind: str, content: Any) -> list[Node]:
+        if kind == "Para" and (image := _alone(content)):
+            return self._picture_alone(image)
+        inside = self.inlines(content)
+        return [{"t": kind, "c": inside}] if inside else []
 
     def _table(self, content: Any) -> Node:
         _attributes, _caption, columns, head, bodies, foot = content
@@ -168,24 +166,24 @@ class Text:
         return found
 
     def _inline(self, kind: str, content: Any) -> list[Node]:
-        if kind == "Math":
-            return self._formula(content[0]["t"] == "DisplayMath", content[1])
-        if kind in _EMPHASES:
-            return [{"t": kind, "c": self.inlines(content)}]
-        if kind == "Code":
-            return [{"t": kind, "c": [_NOTHING, content[1]]}]
-        if kind == "LineBreak":
-            return [{"t": kind}]
-        if kind == "Note":
-            return [{"t": kind, "c": self.blocks(content)}]
-        if kind == "Link":
-            return self._link(content)
-        if kind == "Image":
-            return self._picture(content)
-        if kind in ("Span", "Quoted", "Cite"):
-            return self.inlines(content[1])
-        if kind == "RawInline":
-            return self._html(content[1])
+        made: dict[str, Callable[[], Any]] = {
+            **dict.fromkeys(_EMPHASES, lambda: self.inlines(content)),
+            "Code": lambda: [_NOTHING, content[1]],
+            "Note": lambda: self.blocks(content),
+        }
+        if kind in made:
+            return [{"t": kind, "c": made[kind]()}]
+        others: dict[str, Callable[[], list[Node]]] = {
+            "Math": lambda: self._formula(content[0]["t"] == "DisplayMath", content[1]),
+            "LineBreak": lambda: [{"t": kind}],
+            "Link": lambda: self._link(content),
+            "Image": lambda: self._picture(content),
+            **dict.fromkeys(("Span", "Quoted", "Cite"), lambda: self.inlines(content[1])),
+            "RawInline": lambda: self._html(content[1]),
+        }
+        return others.get(kind, lambda: self._unknown(kind))()
+
+    def _unknown(self, kind: str) -> list[Node]:
         self.tell(_("Something is left out: {kind}.").format(kind=kind))
         return []
 
@@ -201,9 +199,7 @@ class Text:
             return self._referring(latex.strip())
         if _LINES.search(latex):
             self.tell(
-                _(
-                    "Lines between rows and columns of a formula (\\hline, |) are not drawn; a table of its own has them."
-                )
+                _("Lines between rows and columns of a formula (\\hline, |) are not drawn; a table has such lines.")
             )
         plain, _tag = untagged(latex)
         number = self.counts.next("equation") if on_its_own else 0

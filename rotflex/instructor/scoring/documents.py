@@ -1,7 +1,7 @@
 """A report as it was handed in, as PDF, for the person who scores it: a stranger's file, which nothing here opens.
 
 It is found by the answer that is scored, never by a name or a path. It goes to the browser with a policy of its own:
-it may load nothing, run no script, and has no origin, so that whatever a viewer of PDFs makes of it, it is not this page.
+it may load nothing, run no script, and has no origin. Whatever a viewer of PDFs makes of it, it is not this page.
 """
 
 from __future__ import annotations

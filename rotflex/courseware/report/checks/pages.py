@@ -26,6 +26,7 @@ _SOURCES = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _ENTRY = re.compile(r"^\s*\[(\d{1,3})\]", re.MULTILINE)
+_WHOLE = re.compile(r"(?<![\d.,])\d{1,3}(?![\d,])")
 _YEAR = re.compile(r"\b20\d\d\b|\b\d{1,2}[./]\s?\d{1,2}[./]\s?\d{2}\b")
 
 
@@ -54,7 +55,7 @@ def faults(pages: Sequence[str], name: str, titles: Collection[str], limit: int 
             _("There is hardly any text in it: its pages are pictures."),
             _("Nobody can search in it, and who does not see it cannot have it read out. It may be hard to read."),
             _(
-                "If it was scanned or photographed, type it, and export that as PDF. The checklist can say no more of it."
+                "If it was scanned or photographed, type it, and export that as PDF. No more can be told of it here."
             ),
             place,
         )
@@ -80,10 +81,8 @@ def has_text(pages: Sequence[str]) -> bool:
 def _reading(number: int, text: str, place: Place) -> Reading:
     plain = re.sub(r"(?<=[^\W\d_])-\n(?=[^\W\d_A-Z])", "", text)  # a word that was divided
     plain = " ".join(plain.split())
-    return Reading(
-        _("page {number}").format(number=number), "", place, text, plain, plain, formulas=(), pictures=(), unclosed=False,
-        begun=False,
-    )  # fmt: skip
+    where = _("page {number}").format(number=number)
+    return Reading(where, "", place, text, plain, plain, formulas=(), pictures=(), unclosed=False, begun=False)
 
 
 def _numbered(pages: Sequence[str], place: Place) -> Iterator[Fault]:
@@ -171,7 +170,7 @@ def _sources(pages: Sequence[str], readings: Sequence[Reading], place: Place) ->
             "references",
             _("No list of sources is found."),
             _(
-                "A reader cannot see what is yours and what you took over: a manual, a data sheet, the text of this course."
+                "A reader cannot see what is yours and what you took over: a manual, a data sheet, this course."
             ),
             _("List what you used at the end, under “References”, and cite each where you use it."),
             place,
