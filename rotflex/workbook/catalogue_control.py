@@ -256,8 +256,9 @@ def _entry(source: tuple[str, str], name: str, prompt: str = "") -> Part:
     )
 
 
-def _measured(question: str, suffix: str) -> tuple[Part, ...]:
-    return tuple(_entry((question, name), f"{name}_{suffix}") for name in ("t_s", "PO", "alpha_max_deg"))
+def _measured(question: str, suffix: str, where: str) -> tuple[Part, ...]:
+    said = {"t_s": "Settling time", "PO": "Overshoot", "alpha_max_deg": "Largest deflection"}
+    return tuple(_entry((question, name), f"{name}_{suffix}", f"{what}, {where}.") for name, what in said.items())
 
 
 TABLE_3 = Question(
@@ -271,12 +272,12 @@ TABLE_3 = Question(
         _entry(("3.5", "K_c"), "K_c"),
         _entry(("3.7", "W"), "W"),
         _entry(("3.8", "K"), "K"),
-        _entry(("3.9", "poles"), "poles"),
-        *_measured("3.12", "sim"),
+        _entry(("3.9", "poles"), "poles", "The poles of the closed loop."),
+        *_measured("3.12", "sim", "simulated"),
         _entry(("3.8", "K"), "K_fsf", "The gain used with full state feedback."),
-        *_measured("3.14", "fsf"),
+        *_measured("3.14", "fsf", "bench with full state feedback"),
         # Not what 3.8 asks for, but made of it: the gain that partial state feedback leaves.
         _entry(("3.8", "K"), "K_psf", "The gain that partial state feedback leaves, on all four states."),
-        *_measured("3.16", "psf"),
+        *_measured("3.16", "psf", "bench with partial state feedback"),
     ),
 )

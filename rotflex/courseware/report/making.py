@@ -150,11 +150,11 @@ def faults(document: Document) -> list[Told]:
     return [(str(fault), fault.place) for fault in checklist.faults(document) if fault.kind != checklist.LEFT_OUT]
 
 
-# --- in a notebook, and without one ------------------------------------------------------------------------------------
+# --- in a notebook, and without one ----------------------------------------------------------------------------------
 
 
 def show(made: Sequence[str], said: str, told: Sequence[Told], found: Sequence[Told]) -> None:
-    """Show what was written, and what there is to do, each with a link to its cell; as plain text without a notebook."""
+    """Show what was written, and what there is to do, each with a link to its cell; outside a notebook as text."""
     sections = [
         (_("What could not be taken over, or is missing:"), told),
         (_("Before you hand it in:"), found),
