@@ -73,6 +73,11 @@ def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
     wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
     parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
     missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]
+    own = lab.report_files.own(item.report)
+    if own is not None and item.part and lab.content(item.report, item.part) is None:
+        missing.remove(f"{item.report} {item.part}")
+        if not missing:
+            return _("in your own document, {name}").format(name=own.name)
     if missing:
         return _("missing: {missing}").format(missing=", ".join(missing))
     return _("recorded") if parts else ""

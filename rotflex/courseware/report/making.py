@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-import re
+import os
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -13,8 +13,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware import files
+from rotflex.courseware import files, report_files
 from rotflex.courseware.messages import _, plural
+from rotflex.courseware.report import attaching, checklist
 from rotflex.courseware.report.document import Document, Place
 from rotflex.courseware.run import by_program, from_notebook
 from rotflex.errors import AnswerError
@@ -28,8 +29,10 @@ NEEDED = {"pypandoc": "pypandoc_binary", "typst": "typst"}
 Told = tuple[str, Place]
 
 
-def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
+def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
     """Write a report as HTML and as PDF, and show where they are and what is still to be done.
+
+    A document of the student's own is taken as the report instead: see :mod:`rotflex.courseware.report.attaching`.
 
     Parameters
     ----------
@@ -37,6 +40,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
     folder : of the notebooks; the files are written there
     name : of the report, or how its name begins
     cell : id of the cell that asks for it; "" if it is not known
+    pdf : file of the student's own document; "" to make one
 
     Raises
     ------
@@ -47,6 +51,9 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
     if by_program():
         print(from_notebook.nothing_here("lab.report()"))
         return
+    if pdf:
+        attaching.attach(folder, lab.catalogue, number, pdf)
+        return
     if missing := [installed for imported, installed in NEEDED.items() if find_spec(imported) is None]:
         print(not_installed(missing))
         return
@@ -54,15 +61,23 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
         print(_("This notebook is not saved as it stands here, and the report is made of the saved file."))
         print(_("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again."))
         return
+    if own := lab.report_files.own(number):
+        print(
+            _(
+                "{name} is a document of your own, and is handed in as your report. It is left as it is: nothing is "
+                "made. To hand in the notebook’s texts instead, delete {name}, and run this cell again."
+            ).format(name=own.name)
+        )
+        return
     from rotflex.courseware.report import composing, pandoc, writing  # what they need is loaded where it is there
 
     started = time.perf_counter()
     document = composing.composed(lab, folder, number, datetime.now())
     try:
         made = writing.written(document)
-        page, pdf = (folder / f"{file_name(number)}.{ending}" for ending in ("html", "pdf"))
+        page, paper = (folder / f"{file_name(number)}.{ending}" for ending in ("html", "pdf"))
         files.write(page, made.page)
-        files.write(pdf, made.pdf)
+        files.write(paper, made.pdf)
     except (pandoc.ReportError, OSError) as error:
         print(_("The report is not made, and nothing is written: {error}").format(error=error))
         return
@@ -73,7 +88,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "") -> None:
         notebook=document.front.notebook,
         when=datetime.fromtimestamp((folder / document.front.notebook).stat().st_mtime).strftime("%H:%M:%S"),
     )
-    show([pdf.name, page.name], said, [*over_limit(document, made.pages), *made.told], faults(document))
+    show([paper.name, page.name], said, [*over_limit(document, made.pages), *made.told], faults(document))
 
 
 def find(reports: Iterable[str], name: str) -> str:
@@ -101,7 +116,7 @@ def find(reports: Iterable[str], name: str) -> str:
 
 def file_name(number: str) -> str:
     """The name of a report's files, without their ending."""
-    return re.sub(r"\W+", "_", number.casefold()).strip("_")
+    return report_files.file_name(number).removesuffix(report_files.PDF)
 
 
 def not_installed(missing: Sequence[str]) -> str:
@@ -131,8 +146,8 @@ def over_limit(document: Document, pages: int) -> list[Told]:
 
 
 def faults(document: Document) -> list[Told]:
-    """What the checklist finds in a report."""
-    return []
+    """What the checklist finds in a report; what was left out, and how many pages it has, is told before."""
+    return [(str(fault), fault.place) for fault in checklist.faults(document) if fault.kind != checklist.LEFT_OUT]
 
 
 # --- in a notebook, and without one ----------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from rotflex.courseware.report.document import Document, Place
 from rotflex.courseware.report.dress import Html, Typst, words_for
 from rotflex.courseware.report.pandoc import ReportError
 from rotflex.courseware.report.setting import Read, Setting, parts
+from rotflex.courseware.report_files import COMPOSED
 
 _HERE = "rotflex.courseware.report"
 _STANDARD = "ua-1"  #: of the PDF: it can be read aloud
@@ -165,6 +166,7 @@ def _cover(document: Document) -> bytes:
         "term": document.term,
         "authors": list(document.authors) or [document.student],
         "rows": _rows(document),
+        "keywords": [COMPOSED],
         "language": document.language.partition("-")[0][:3] or "en",
         "words": {"figure": words_for("figure"), "table": words_for("table"), "contents": _("Contents")},
     }
