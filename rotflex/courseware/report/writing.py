@@ -114,22 +114,22 @@ def _rows(document: Document) -> list[tuple[str, str]]:
 
 def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]]:
     """The PDF, and formulas that it has only as they are typed."""
-    verbatim: dict[str, str] = {}
-    for _attempt in range(2):
+    told: list[tuple[str, Place]] = []
+    verbatim: frozenset[str] = frozenset()
+    while True:
         dress = Typst()
-        setting = Setting(document, read, dress, frozenset(verbatim))
+        setting = Setting(document, read, dress, verbatim)
         body, refused = pandoc.write(setting.blocks(), "typst")
         known = setting.gathered.formulas
-        told = [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
-        told += [_not_understood(*known[latex], why) for latex, why in verbatim.items() if latex in known]
+        told += [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
         try:
             return _compiled(_template() + body, {**dress.files, "cover.json": _cover(document)}), told
         except ReportError:
-            failing = _failing(list(known)) if not verbatim else {}
+            failing = {} if verbatim else _failing(list(known))
             if not failing:
                 raise
-            verbatim = {known[latex][0]: why for latex, why in failing.items()}
-    raise ReportError(_("The PDF could not be made."))
+            told = [_not_understood(*known[latex], why) for latex, why in failing.items()]
+            verbatim = frozenset(known[latex][0] for latex in failing)
 
 
 def _not_understood(latex: str, place: Place, why: str) -> tuple[str, Place]:
