@@ -28,6 +28,21 @@ COUNTED = 20  # below, a whole number is what it is
 #: Module and name → about what it has to be, and why.
 BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.predictions:LONGEST": (1000, "characters: a sentence, and a few more"),
+    # --- what a reader of a report minds ---
+    "courseware.report.checks.formulas:_LONGEST": (40, "characters of a formula in a message; half a line"),
+    "courseware.report.checks.formulas:_FEWEST_LETTERS": (4, "of a command; of three, every second is near another"),
+    "courseware.report.checks.labels:FEWEST_WORDS": (
+        4,
+        "'Amplitude spectrum of it' says what is seen; 'Alpha' does not",
+    ),
+    "courseware.report.checks.languages:_FEWEST": (5, "words of a language; a sentence has them"),
+    "courseware.report.checks.languages:_CLEARLY": (3, "times: two languages share a few words, as 'in' and 'was'"),
+    "courseware.report.checks.mentions:_FEWEST_WORDS": (3, "of a source: who, and what"),
+    "courseware.report.checks.numbers:MOST_DIGITS": (6, "an encoder's count in a turn, and a clock's time, have them"),
+    "courseware.report.checks.numbers:_LONGEST_UNIT": (14, "characters; N·m/(rad/s) has eleven"),
+    "courseware.report.checks.structure:FEWEST_WORDS": (15, "a sentence; the shortest of the solved texts has 35"),
+    "courseware.report.checks.structure:MOST_WORDS": (450, "twice the longest of the solved texts"),
+    "courseware.report.checks.wording:_SAME": (12, "words; shorter sentences are alike by chance"),
     # --- what students' work may be like ---
     "courseware.answers:MAX_BYTES": (1 * MB, "as the guide says; what it holds is bounded in tests/test_lab.py"),
     "courseware.forms:MAX_BYTES": (120 * KB, "a recording's summary of 400 points in each of a dozen channels"),
@@ -66,7 +81,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
         "an overshoot of a few per cent as a fraction is below it, one count of an encoder is not",
     ),
     "courseware.saved_words:MAX_BYTES": (100 * MB, "a notebook full of pictures"),
-    "courseware.session:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
+    "courseware.run.from_notebook:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
     "courseware.signed_files:MOST_BYTES": (20 * KB, "a statement has a few hundred characters"),
     "courseware.student_id:LONGEST": (80, "a name with all its names"),
     "courseware.student_id:LONGEST_IN_BYTES": (240, "a file system's 255, less an ending"),

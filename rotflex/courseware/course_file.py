@@ -1,7 +1,8 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "language", "bench", "reflect"}``. The one that a release brings
-names no student; old ones name nothing else. What a later release may add is kept.
+It is ``{"student", "release", "draw", "title", "term", "language", "bench", "reflect"}``, and ``"page_limit"`` where
+the course sets one for reports. The one that a release brings names no student; old ones name nothing else. What a later release
+may add is kept.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from rotflex.errors import ConfigurationError
 
 STUDENT, RELEASE, LANGUAGE = "student", "release", "language"
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
+PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; not there where there is no limit
 NOBODY = "demo"  #: the student of whoever gives no name
 #: In the students' package, where an installed one has the notebooks and the course file as they were released.
 RELEASED = Path("_course", "notebooks")

@@ -1,22 +1,21 @@
-"""A report as far as it is recorded, as Markdown for a notebook to show: its outline, and its text in one piece."""
+"""A report as far as it is recorded, as Markdown: its outline for a notebook, and its text in one piece."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import N_, _
+from rotflex.courseware.messages import _
 from rotflex.courseware.parts import ReportItem
 from rotflex.errors import AnswerError
 
 if TYPE_CHECKING:
     from rotflex.courseware.session import Session
 
-#: In a report in one piece it is translated for its writer only: a person's mark of a report as a whole holds for as
-#: long as what they read stays the same.
-_NOT_WRITTEN = N_("*not written yet*")
+#: Not translated: a person's mark of a report as a whole holds for as long as what they read stays the same.
+_NOT_WRITTEN = "*not written yet*"
 
 
 def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
@@ -43,34 +42,16 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
     return "\n".join(rows)
 
 
-def assembled(catalogue: Catalogue, report: str, lab: Session) -> str:
-    """The texts of a report as they are saved, in order, under their headings.
-
-    Raises
-    ------
-    AnswerError
-        If there is no such report.
-    """
-    lab.refresh()
-    items = _items(catalogue, report)
-    contents = {item.part: lab.content(report, item.part) for item in items if item.part}
-    texts = {part: without_pictures(found["value"]) for part, found in contents.items() if found}
-    return in_one_piece(items, texts, _)
-
-
-def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str], said: Callable[[str], str] = str) -> str:
+def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     """Texts of a report, in order, under their headings.
 
     Parameters
     ----------
     items : the rows of the report
     texts : name of a part → what is written there
-    said : says what is ours in it in a language; in English unless given
     """
     return "\n\n".join(
-        f"**{item.number} {said(item.heading)}**\n\n{texts.get(item.part) or said(_NOT_WRITTEN)}"
-        for item in items
-        if item.part
+        f"**{item.number} {item.heading}**\n\n{texts.get(item.part, _NOT_WRITTEN)}" for item in items if item.part
     )
 
 
@@ -94,6 +75,11 @@ def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
     wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
     parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
     missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]
+    own = lab.report_files.own(item.report)
+    if own is not None and item.part and lab.content(item.report, item.part) is None:
+        missing.remove(f"{item.report} {item.part}")
+        if not missing:
+            return _("in your own document, {name}").format(name=own.name)
     if missing:
         return _("missing: {missing}").format(missing=", ".join(missing))
     return _("recorded") if parts else ""

@@ -6,7 +6,6 @@ A course's own ``lab`` builds on it, and adds the bench.
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Iterable, Mapping
 from datetime import datetime
@@ -20,7 +19,10 @@ from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
+from rotflex.courseware.report import fine_curves, making
+from rotflex.courseware.report_files import FolderReports
 from rotflex.courseware.run import by_program, cell_reports, from_notebook
+from rotflex.courseware.run.from_notebook import cell_now
 from rotflex.courseware.saved_words import SavedWords
 from rotflex.courseware.tables import ResultsTable
 from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
@@ -28,7 +30,6 @@ from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = course_file.NOBODY  #: the student of whoever gives no name
 _RAISE = object()
-_LONGEST_ID = 64  # characters of a cell's
 
 
 def student_of(given: str, folder: Path) -> str:
@@ -50,19 +51,6 @@ def student_of(given: str, folder: Path) -> str:
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
 
 
-def cell_now() -> str:
-    """The id of the notebook's cell that is being run; "" where there is none, as when a button was pressed.
-
-    Editors that do not tell a kernel which cell they send have none, either.
-    """
-    ipython = sys.modules.get("IPython")
-    shell = None if ipython is None else ipython.get_ipython()
-    header = getattr(shell, "parent_header", None)
-    about = header.get("metadata") if isinstance(header, dict) else None
-    cell = about.get("cellId") if isinstance(about, dict) else None
-    return cell[:_LONGEST_ID] if isinstance(cell, str) else ""
-
-
 class Session:
     """A student's session.
 
@@ -80,6 +68,7 @@ class Session:
     questions : everything that can be answered, by number
     book : the answers so far, but for those in words
     saved_words : the answers in words, as the notebooks in the folder hold them
+    report_files : the reports' PDFs in the folder
     """
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
@@ -98,6 +87,7 @@ class Session:
         )
         self.book.notices += [unspoken] if unspoken else []
         self.saved_words = SavedWords(folder, catalogue)
+        self.report_files = FolderReports(folder, catalogue)
 
     def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""
@@ -129,6 +119,9 @@ class Session:
         for reply in replies:
             if reply.refused:
                 cell_reports.refused(reply.question, reply.part, reply.refused)
+        if not by_program():
+            recorded = {reply.part: parts[reply.part] for reply in replies if reply.recorded}
+            fine_curves.keep_recorded(self._folder, self.catalogue.find(question), recorded, self.book)
         self.print_notices()
         return [str(reply) for reply in replies]
 
@@ -253,6 +246,8 @@ class Session:
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
                 state = _("missing: {missing}").format(missing=", ".join(missing)) if missing else _("answered")
+                if own := self.report_files.own(question.number):
+                    state = _("in your own document, {name}").format(name=own.name)
                 print(f"{question.number:<16}  {_(question.title)}: {state}")
         self._say_what_is_read()
 
@@ -346,6 +341,21 @@ class Session:
         content = self.content(question, part)
         return forms.decode(self.catalogue.everything[question].part(part), content)
 
+    def report(self, name: str, pdf: str | os.PathLike[str] = "") -> None:
+        """Make a report of what is recorded and saved, as HTML and PDF; or take a PDF of your own as the report.
+
+        Parameters
+        ----------
+        name : of the report, or how its name begins
+        pdf : file of your own document, which then is the report
+
+        Raises
+        ------
+        AnswerError
+            If there is no such report, or its notebook or your document cannot be read.
+        """
+        making.report(self, self._folder, name, cell_now(), pdf)
+
     # --- before it is handed in ------------------------------------------------------------------------------------
 
     def check(self) -> None:
@@ -385,5 +395,7 @@ class Session:
         self.print_notices()
 
     def _missing(self, question: Question) -> list[str]:
-        """Names of the parts that have no answer."""
+        """Names of the parts that have no answer, but for texts of a report that is a document of the student's own."""
+        if self.report_files.own(question.number):
+            return []
         return [part.name for part in question.parts if self.content(question.number, part.name) is None]

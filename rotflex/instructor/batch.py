@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware import report_files
 from rotflex.courseware.benches import REAL
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
@@ -42,7 +43,7 @@ from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.marking.marking_processes import Marker
-from rotflex.instructor.running import executors, intake, runner
+from rotflex.instructor.running import counted_pages, executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
@@ -140,6 +141,7 @@ class Batch:
             name: [cell["id"] for cell in notebook["cells"]]
             for name, notebook in self._bundles.current.pristine.items()
         }
+        self._reports = list(report_files.names(course.catalogue).values())
         self._secret = gradebook.secret()
         there = {caseless(one.student) for one in self._submissions}
         there |= {caseless(one) for one in gradebook.handed_in()}
@@ -204,7 +206,7 @@ class Batch:
             else:
                 facts = facts_of(known.run)
                 ran = _Ran(known.run.answers, facts.ended, facts.reports)
-            return Step(self._marked(self._explained(record, ran, taken), taken, marker), known is None)
+            return Step(self._marked(self._explained(record, ran, taken, pool), taken, marker), known is None)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
@@ -212,22 +214,15 @@ class Batch:
 
     def _taken_in(self, submission: Submission) -> _Taken:
         """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
-        read = intake.read(submission, self._bundles.names, self._masters, self._course.packages)
+        read = intake.read(submission, self._bundles.names, self._masters, self._course.packages, self._reports)
         earlier, delivered = stages.kept(self._gradebook, submission, read)
         problems = [*submission.problems, *intake.problems(read, earlier)]
         notes = [*submission.notes, *intake.notes(read)]
-        hand_in, said = newest(delivered, self._bundles.names)
+        hand_in, said = newest(delivered, self._bundles.names, self._reports)
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
         supplied = self._supplied(submission.student)
-        prepared = prepare(
-            hand_in,
-            chosen.bundle,
-            self._course.catalogue,
-            student,
-            self._settings.every_cell,
-            supplied,
-        )
+        prepared = prepare(hand_in, chosen.bundle, self._course.catalogue, student, self._settings.every_cell, supplied)
         said += [
             _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied
         ]
@@ -286,9 +281,10 @@ class Batch:
         ours = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
         return _Ran(run.answers, run.problems, cell_reports.read(run.reports).of(ours))
 
-    def _explained(self, record: RunRecord, ran: _Ran, taken: _Taken) -> RunRecord:
+    def _explained(self, record: RunRecord, ran: _Ran, taken: _Taken, pool: Pool) -> RunRecord:
         """A run with what is to be said of it: what stopped, and what was recorded at home and is missing here."""
         prepared, bundle_ = taken.prepared, taken.bundle
+        in_pdf = counted_pages.counted(prepared.reports, self._course.catalogue, pool, self._settings.isolated)
         reasons = explain(
             bundle_.pristine,
             prepared.merged,
@@ -302,18 +298,19 @@ class Batch:
         facts = Facts(
             ran.reports,
             ran.ended,
-            (*taken.problems, *ran.ended, *reasons.stops, *reasons.lost),
-            (*taken.notes, *reasons.harmless),
+            (*taken.problems, *ran.ended, *in_pdf.problems, *reasons.stops, *reasons.lost),
+            (*taken.notes, *in_pdf.notes, *reasons.harmless),
             reasons.missing,
             None if bundle_.release == self._bundles.current.release else sorted(bundle_.asked),
             taken.bench_of,
             bundle_.policy,
             self._course.evidence_in(prepared.files) if bundle_.policy.which == REAL else {},
+            in_pdf.files,
         )
         return replace(record, answers=ran.answers, problems=facts.problems, notes=facts.notes, cells=facts.plain())
 
     def _marked(self, record: RunRecord, taken: _Taken, marker: Marker) -> Graded:
-        if not taken.prepared.handed_in:
+        if not (taken.prepared.handed_in or taken.prepared.reports):
             marks = tuple(marking.nothing_earned(self._course, _NOTHING_READ))
             return Graded(record, mark_records(marks), self._key_digest)
         marked = marker.mark(to_be_marked(record))

@@ -13,6 +13,7 @@ from typing import Any
 from rotflex.courseware import answers
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.messages import _
+from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
 from rotflex.courseware.words import Where, Words
 from rotflex.errors import AnswerError
@@ -35,6 +36,7 @@ class Facts:
     asked : (question, part) that the student's release asks; None if it is the course's
     bench_of : whose bench it was run on
     policy : which bench each student had; None if it is not known
+    reports_in_pdf : number of a report → the PDF that was handed in
     evidence : of the student's own files, those that the truth of a laboratory's bench is made with: path → content
     """
 
@@ -47,6 +49,7 @@ class Facts:
     bench_of: str = ""
     policy: BenchPolicy | None = None
     evidence: Mapping[str, bytes] = field(default_factory=dict)
+    reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
 
     def plain(self) -> tuple[dict[str, Any], ...]:
         """As the gradebook keeps it."""
@@ -62,6 +65,8 @@ class Facts:
         }
         if self.evidence:
             about["evidence"] = {name: b64encode(content).decode("ascii") for name, content in self.evidence.items()}
+        if self.reports_in_pdf:
+            about["reports_in_pdf"] = [one.plain() for one in self.reports_in_pdf.values()]
         return (about, *(_plain(report) for report in self.reports.cells))
 
 
@@ -101,6 +106,7 @@ def facts_of(record: RunRecord) -> Facts:
         about["bench_of"],
         None if about["policy"] is None else BenchPolicy(**about["policy"]),
         {name: b64decode(content) for name, content in about.get("evidence", {}).items()},
+        {one["report"]: ReportFile.from_plain(one) for one in about.get("reports_in_pdf", ())},
     )
 
 
@@ -138,7 +144,7 @@ def supplied_parts(record: RunRecord) -> set[Where]:
 def to_be_marked(record: RunRecord) -> Asked:
     """What marking is given of a run."""
     facts = facts_of(record)
-    about = About(facts.missing or {}, supplied_parts(record), facts.asked)
+    about = About(facts.missing or {}, supplied_parts(record), facts.asked, facts.reports_in_pdf)
     student = facts.bench_of or record.student
     return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy, facts.evidence)
 

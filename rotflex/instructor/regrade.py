@@ -11,7 +11,7 @@ from rotflex.errors import AnswerError, GradingError, RotflexError
 from rotflex.instructor.batch import mark_records
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
-from rotflex.instructor.graded_run import to_be_marked, with_messages
+from rotflex.instructor.graded_run import facts_of, to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
 
@@ -72,7 +72,7 @@ def _check(questions: Collection[str], course: Course) -> None:
 def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
     run = graded.run
     if (
-        run.answers is None and not run.words
+        run.answers is None and not run.words and not facts_of(run).reports_in_pdf
     ):  # nothing was read of it, or it could not be run: there is nothing to mark
         return Regraded(graded, graded)
     try:

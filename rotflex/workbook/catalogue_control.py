@@ -281,8 +281,12 @@ def _entry(source: tuple[str, str], name: str, prompt: str = "") -> Part:
     )
 
 
-def _measured(question: str, suffix: str) -> tuple[Part, ...]:
-    return tuple(_entry((question, name), f"{name}_{suffix}") for name in ("t_s", "PO", "alpha_max_deg"))
+def _measured(question: str, suffix: str, where: str) -> tuple[Part, ...]:
+    said = {"t_s": N_("Settling time"), "PO": N_("Overshoot"), "alpha_max_deg": N_("Largest deflection")}
+    return tuple(
+        _entry((question, name), f"{name}_{suffix}", N_("{what}, {where}.", what=what, where=where))
+        for name, what in said.items()
+    )
 
 
 TABLE_3 = Question(
@@ -296,12 +300,12 @@ TABLE_3 = Question(
         _entry(("3.5", "K_c"), "K_c"),
         _entry(("3.7", "W"), "W"),
         _entry(("3.8", "K"), "K"),
-        _entry(("3.9", "poles"), "poles"),
-        *_measured("3.12", "sim"),
+        _entry(("3.9", "poles"), "poles", N_("The poles of the closed loop.")),
+        *_measured("3.12", "sim", N_("simulated")),
         _entry(("3.8", "K"), "K_fsf", N_("The gain used with full state feedback.")),
-        *_measured("3.14", "fsf"),
+        *_measured("3.14", "fsf", N_("bench with full state feedback")),
         # Not what 3.8 asks for, but made of it: the gain that partial state feedback leaves.
         _entry(("3.8", "K"), "K_psf", N_("The gain that partial state feedback leaves, on all four states.")),
-        *_measured("3.16", "psf"),
+        *_measured("3.16", "psf", N_("bench with partial state feedback")),
     ),
 )

@@ -308,13 +308,22 @@ MODELING = (
 )
 
 
+#: What stands in the table beside matrices: they are the model's, whoever found them.
+_DESCRIPTIONS = {
+    "A": "System matrix, torque as input.",
+    "B": "Input matrix, torque as input.",
+    "C": "Output matrix: servo angle, deflection.",
+    "D": "Feedthrough matrix.",
+}
+
+
 def _entry(part: Part, source: str) -> Part:
     """The entry of a results table that carries the part of the same name over."""
     return Part(
         name=part.name,
         kind=part.kind,
         points=0.5,
-        prompt=part.prompt,
+        prompt=_DESCRIPTIONS.get(part.name, part.prompt),
         outcome="B-6",
         unit=part.unit,
         plausible=part.plausible,

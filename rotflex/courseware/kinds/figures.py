@@ -42,16 +42,7 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
 
     To fewer where there are many curves, so that they do not grow too large to be kept.
     """
-    figure = _figure(value)
-    diagrams = [(axis, lines) for axis in figure.axes if axis.get_visible() and (lines := list(_lines(axis)))]
-    diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
-    if not diagrams:
-        raise FormError(
-            _(
-                "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
-                "figure you plotted on"
-            )
-        )
+    diagrams = seen_diagrams(value)
     if len(diagrams) > MOST_AXES:
         raise FormError(
             _("it has {count} diagrams; {most_axes} at most are kept").format(count=len(diagrams), most_axes=MOST_AXES)
@@ -62,7 +53,7 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     for index, (axis, lines) in enumerate(diagrams, start=1):
         texts = {"title": axis.get_title(), "xlabel": _label(axis, "x"), "ylabel": _label(axis, "y")}
         texts = {name: clean(text).strip()[:_LONGEST_LABEL] for name, text in texts.items()}
-        axes.append({**texts, "lines": [_thinned(line, each) for line in _most_of(lines)]})
+        axes.append({**texts, "lines": [_thinned(line, each) for line in most_of(lines)]})
         for hint in _hints(texts["xlabel"], texts["ylabel"], lines):
             hints.setdefault(hint, []).append(index)
     if len(axes) == 1:
@@ -71,6 +62,29 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
         _("in diagram {where}: {hint}").format(where=", ".join(map(str, where)), hint=hint)
         for hint, where in hints.items()
     ]
+
+
+def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
+    """The axes of a figure that show a curve, each with all its curves: label, n, x (n,), y (n,).
+
+    Raises
+    ------
+    NotAnswered
+        If nothing is given yet.
+    FormError
+        If it is no figure, or shows no curve.
+    """
+    figure = _figure(value)
+    diagrams = [(axis, lines) for axis in figure.axes if axis.get_visible() and (lines := list(_lines(axis)))]
+    diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
+    if not diagrams:
+        raise FormError(
+            _(
+                "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
+                "figure you plotted on"
+            )
+        )
+    return diagrams
 
 
 def _figure(value: Any) -> Any:
@@ -102,7 +116,7 @@ def _is_curve(line: dict[str, Any]) -> bool:
     return bool(line["n"] > 2)
 
 
-def _most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Those with most points, in their order: of many lines, most are marks."""
     longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[:MOST_LINES]
     return [lines[place] for place in sorted(longest)]

@@ -8,17 +8,26 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import answers, course_file, released, words
+from rotflex.courseware import answers, course_file, released, report_files, words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _
-from rotflex.courseware.run import alignment, cell_reports, execute, foreign_modules, merge, reasons, student_folder
+from rotflex.courseware.run import (
+    alignment,
+    cell_reports,
+    execute,
+    foreign_modules,
+    merge,
+    reasons,
+    reports_along,
+    student_folder,
+)
 from rotflex.courseware.run.alignment import Change
 from rotflex.courseware.run.alike import alike
 from rotflex.courseware.run.asked import Asked, Where, asked
@@ -38,12 +47,13 @@ class State(StrEnum):
 
     RECORDED = "recorded"
     WRITTEN = "written"  # an answer in words
+    IN_PDF = "in a document"  # of the student's own: a text of a report
     DIFFERENT = "different"  # from what was recorded at home
     MISSING = "missing"  # and there is something to say of it
     EMPTY = "empty"
 
 
-GOOD = (State.RECORDED, State.WRITTEN)
+GOOD = (State.RECORDED, State.WRITTEN, State.IN_PDF)
 
 
 @dataclass(frozen=True)
@@ -136,7 +146,7 @@ def check(
         If the ID cannot be one, or nothing can be run here.
     """
     begun = time.monotonic()
-    work = student_folder.read(folder, list(masters), released.packages_of(masters))
+    work = student_folder.read(folder, list(masters), released.packages_of(masters), catalogue)
     student = student_folder.student_of(work, student)
     merged = merge.merged(masters, work.hand_in.notebooks)
     data, reports, broken = _run(work, merged, student, released.imports_of(masters), cell_timeout, report)
@@ -157,8 +167,10 @@ def check(
         seconds=cell_timeout,
         place=_("here"),
     )
+    along = report_files.of_files(work.hand_in.reports, catalogue)
+    own = {number for number, one in along.items() if one.own}
     parts = tuple(
-        _part(one, written[one.notebook].words, (found, _seed(data)), home, why.missing.get(one.where, ""))
+        _part(one, written[one.notebook].words, (found, _seed(data)), home, why.missing.get(one.where, ""), own)
         for one in asked(masters, merged, catalogue)
     )
     changes = {name: changed for name, changed in merged.changes.items() if changed}
@@ -176,6 +188,9 @@ def check(
             *filter(None, (home.note, _other_release(work))),
             *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes, *of.asked)),
             *_foreign(work, merged),
+            *reports_along.notes(
+                work, along, {(one.question, one.name) for one in parts if one.state is State.WRITTEN}, catalogue
+            ),
             *why.harmless,
         ),
         time.monotonic() - begun,
@@ -270,6 +285,7 @@ def _part(
     recorded: tuple[Mapping[str, Mapping[str, Any]], int | None],
     home: _Home,
     why: str,
+    own_documents: Collection[str],
 ) -> Part:
     """What became of a part. Of one that nobody has begun it is not told that it builds on others."""
     (question, name), (found, seed) = asked_for.where, recorded
@@ -277,8 +293,10 @@ def _part(
     def is_(state: State, why: str = "") -> Part:
         return Part(asked_for.notebook, question, name, state, why)
 
+    if asked_for.in_words and asked_for.where in written:
+        return is_(State.WRITTEN)
     if asked_for.in_words:
-        return is_(State.WRITTEN if asked_for.where in written else State.EMPTY)
+        return is_(State.IN_PDF if question in own_documents else State.EMPTY)
     now, before = found.get(question, {}).get(name), home.answers.get(question, {}).get(name)
     if now is None:
         return is_(State.MISSING, why) if why and (asked_for.begun or before is not None) else is_(State.EMPTY)

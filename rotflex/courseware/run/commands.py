@@ -85,6 +85,7 @@ def submit(
             out=out,
             checked=checked,
             modules=released.packages_of(masters),
+            catalogue=released.catalogue_of(masters),
         )
         for line in done.lines:
             typer.echo(line)

@@ -19,6 +19,7 @@ from rotflex.courseware.run import by_program
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # an id as notebooks have them; editors may send other things
 _PATIENCE = 15  # s for a program that was asked to end
 _ITSELF = 5  # s for one that has heard of the interrupt by itself, as on Linux and macOS
+_LONGEST_ID = 64  # characters of a cell's
 
 
 def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_saving: bool = False) -> None:
@@ -102,3 +103,16 @@ def _cells(path: Path) -> set[tuple[str, str]]:
         return {(str(cell.get("id")), "".join(cell["source"])) for cell in cells}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return set()
+
+
+def cell_now() -> str:
+    """The id of the notebook's cell that is being run; "" where there is none, as when a button was pressed.
+
+    Editors that do not tell a kernel which cell they send have none, either.
+    """
+    ipython = sys.modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    header = getattr(shell, "parent_header", None)
+    about = header.get("metadata") if isinstance(header, dict) else None
+    cell = about.get("cellId") if isinstance(about, dict) else None
+    return cell[:_LONGEST_ID] if isinstance(cell, str) else ""

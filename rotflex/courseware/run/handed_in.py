@@ -54,12 +54,14 @@ class HandIn:
     files : the student's own files beside the notebooks: relative path, with "/" → content
     claim : their own answers.json, to be compared with what a run records, and for nothing else
     course : what their course.json says
+    reports : file name of a report's PDF → its content; no run needs it
     """
 
     notebooks: Mapping[str, tuple[Cell, ...]] = field(default_factory=dict)
     files: Mapping[str, bytes] = field(default_factory=dict)
     claim: bytes | None = None
     course: Mapping[str, Any] = field(default_factory=dict)
+    reports: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def as_released(notebook: Mapping[str, Any], answers: Mapping[str, str] | None = None) -> tuple[Cell, ...]:

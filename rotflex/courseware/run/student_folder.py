@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import student_id
+from rotflex.courseware import report_files, student_id
+from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import own_files
@@ -64,7 +65,9 @@ def find(given: Path | None, notebooks: Iterable[str]) -> Path:
     raise CheckError(_("{looked} Name the folder that holds {first}.").format(looked=looked, first=names[0]))
 
 
-def read(folder: Path, notebooks: Sequence[str], modules: Sequence[str] = ()) -> Work:
+def read(
+    folder: Path, notebooks: Sequence[str], modules: Sequence[str] = (), catalogue: Catalogue | None = None
+) -> Work:
     """What lies in a student's folder.
 
     Parameters
@@ -72,6 +75,7 @@ def read(folder: Path, notebooks: Sequence[str], modules: Sequence[str] = ()) ->
     folder : with the notebooks in it
     notebooks : file names of the course's
     modules : names of the course's packages
+    catalogue : of the course, which has reports; without it no report is looked for
     """
     cells: dict[str, tuple[Cell, ...]] = {}
     saved: dict[str, float] = {}
@@ -93,9 +97,24 @@ def read(folder: Path, notebooks: Sequence[str], modules: Sequence[str] = ()) ->
             problems.append(_("{name} cannot be read: {error}").format(name=name, error=error))
         except OSError as error:
             problems.append(_("{name} cannot be read: {error}.").format(name=name, error=error.strerror))
-    own = own_files.read(folder, notebooks, modules)
-    hand_in = HandIn(cells, own.files, _content(folder / ANSWERS_FILE), _course(folder))
-    return Work(folder, hand_in, saved, tuple(problems), tuple(own.notes))
+    reports, notes = {}, []
+    if catalogue is not None:
+        reports, refused = report_files.read_all(folder, catalogue)
+        problems += refused
+    names = report_files.names(catalogue).values() if catalogue is not None else ()
+    own = own_files.read(folder, [*notebooks, *report_files.made_files(names)], modules)
+    notes += own.notes
+    if names and not reports:
+        notes += [
+            _(
+                "{name} comes along as a file of your own. If it is your report, hand it in as that: "
+                'lab.report("NAME OF THE REPORT", pdf="{name}").'
+            ).format(name=path)
+            for path in own.files
+            if path.casefold().endswith(report_files.PDF) and "/" not in path
+        ]
+    hand_in = HandIn(cells, own.files, _content(folder / ANSWERS_FILE), _course(folder), reports)
+    return Work(folder, hand_in, saved, tuple(problems), tuple(notes))
 
 
 def student_of(work: Work, given: str = "") -> str:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware import files, student_id
+from rotflex.courseware import files, report_files, student_id
+from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _, plural
+from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run import own_files, student_folder
 from rotflex.courseware.run.check import Checked
 from rotflex.courseware.run.check_words import brief
@@ -54,6 +56,7 @@ def submit(
     out: Path | None = None,
     checked: Checked | None = None,
     modules: Sequence[str] = (),
+    catalogue: Catalogue | None = None,
     now: datetime | None = None,
 ) -> Submitted:
     """Pack a student's work.
@@ -67,6 +70,7 @@ def submit(
     out : folder for the zip; the one above the student's unless given
     checked : what a check found; None if there was none
     modules : names of the course's packages
+    catalogue : of the course, which has reports; without it no report's PDF is handed in
     now : time of the receipt
 
     Raises
@@ -74,19 +78,20 @@ def submit(
     CheckError
         If there is no ID to name it by, or it cannot be written.
     """
-    work = student_folder.read(folder, notebooks, modules)
+    work = student_folder.read(folder, notebooks, modules, catalogue)
     student = owner(work, student)
     partners = _partners(partners or work.hand_in.course.get("with", ()), student)
     out = (out or folder.parent).resolve()
     if out == folder.resolve() or folder.resolve() in out.parents:
         raise CheckError(_("The zip cannot lie in the folder that is packed: choose another place by --out."))
     content, told = _content(folder, work, student, partners)
+    along = report_files.of_files(work.hand_in.reports, catalogue) if catalogue is not None else {}
     digest = _digest(content)
     time = now or datetime.now(UTC)
     receipt = _receipt(student, partners, digest, time, checked, content, told)
     target = out / f"{student}.zip"
     replaced = target.exists()
-    lines = (*_lines(receipt, checked, told, time), *_what_to_do(target, replaced))
+    lines = (*_lines(receipt, checked, along.values(), told, time), *_what_to_do(target, replaced))
     receipts = out / f"{student}{own_files.RECEIPTS}"
     content = {**content, RECEIPT_FILE: (json.dumps(receipt, ensure_ascii=False, indent=1) + "\n").encode()}
     try:
@@ -145,7 +150,7 @@ def _content(
 ) -> tuple[dict[str, bytes], list[str]]:
     """The files that are handed in, and what is to be told of them."""
     told = [*work.problems, *work.notes]
-    content = dict(work.hand_in.files)
+    content = {**work.hand_in.files, **work.hand_in.reports}
     for name in work.saved:
         data, dropped = slim((folder / name).read_bytes())
         content[name] = data
@@ -228,7 +233,13 @@ def _receipt(
     }
 
 
-def _lines(receipt: Mapping[str, Any], checked: Checked | None, told: Sequence[str], time: datetime) -> tuple[str, ...]:
+def _lines(
+    receipt: Mapping[str, Any],
+    checked: Checked | None,
+    along: Iterable[ReportFile],
+    told: Sequence[str],
+    time: datetime,
+) -> tuple[str, ...]:
     """The receipt in words."""
     utc, local = time.astimezone(UTC), time.astimezone()
     who = ", ".join((receipt["student"], *receipt["with"]))
@@ -241,6 +252,7 @@ def _lines(receipt: Mapping[str, Any], checked: Checked | None, told: Sequence[s
             digest=receipt["content"][:_SHOWN], files=plural(len(receipt["files"]), "{count} file", "{count} files")
         ),
     ]
+    found += [_("Report     {report}").format(report=one) for one in along]
     if checked is None:
         found.append(_("Questions  not checked, as you asked: what is recorded when it is run is not known."))
     else:

@@ -164,6 +164,16 @@ class Gradebook:
             student_id = rows.find_student(connection, storable.text(student))
             return [] if student_id is None else rows.newest_deliveries(connection, student_id)
 
+    def content(self, student: str, name: str, digest: str) -> bytes | None:
+        """What a student handed in under a name, by its digest; None if it is not there."""
+        with self._database.reading() as connection:
+            student_id = rows.find_student(connection, storable.text(student))
+            wanted = select(deliveries.c.content).where(
+                deliveries.c.student_id == student_id, deliveries.c.name == name, deliveries.c.digest == digest
+            )
+            found = connection.scalar(wanted.limit(1)) if student_id is not None else None
+        return None if found is None else bytes(found)
+
     def received(self, student: str) -> dict[str, datetime]:
         """When a student handed in the notebooks that count, by file name: each, when its content came first."""
         with self._database.reading() as connection:

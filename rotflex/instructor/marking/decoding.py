@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 from rotflex.courseware import answers, expressions, forms, reports
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import WHOLE
+from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.words import Words
 from rotflex.errors import AnswerError
 from rotflex.instructor.marking.time_limit import within
@@ -126,23 +128,35 @@ def with_words(claims: Claims, written: Mapping[tuple[str, str], Words], catalog
     return found
 
 
-def with_reports(claims: Claims, catalogue: Catalogue) -> Claims:
+def with_reports(
+    claims: Claims, catalogue: Catalogue, in_pdf: Mapping[str, ReportFile] = MappingProxyType({})
+) -> Claims:
     """Claims with each report as a whole, where anything of it is written: all of its texts, under their headings.
 
-    So a person who judges it has all of it before them, and their mark lapses when a text of it is changed.
+    So a person who judges it has all of it before them, and their mark lapses when a text of it is changed. A PDF that
+    was handed in is part of it, by its digest. Where it is the student's own, a text that is not in its cell may be in
+    there: what is claimed then is the PDF, for a person to look.
 
     Parameters
     ----------
     claims : with the answers in words; they stay as they are, but for the messages, which both have
     catalogue : of what can be answered
+    in_pdf : number of a report → the PDF that was handed in
     """
     found = replace(claims, values=dict(claims.values), contents=dict(claims.contents))
+    for number, one in in_pdf.items():
+        for name in catalogue.reports[number].names if one.own and number in catalogue.reports else ():
+            if (number, name) not in claims.values and (number, name) not in claims.malformed:
+                found.values[number, name] = one.given
+                found.contents[number, name] = {"kind": "prose", "value": one.given}
     for number, question in catalogue.judged.items():
         report = catalogue.reports[catalogue.report_judged[number]]
         where = {name: (report.number, name) for name in report.names}
         texts = {name: claims.contents[place]["value"] for name, place in where.items() if place in claims.values}
-        if texts:
-            text = reports.in_one_piece(catalogue.items(report.number), texts)
+        pdf = in_pdf.get(report.number)
+        if texts or pdf is not None:
+            pieces = [reports.in_one_piece(catalogue.items(report.number), texts)] if texts else []
+            text = "\n\n".join([*pieces, *([pdf.given] if pdf is not None else [])])
             for name in question.names:
                 found.values[number, name] = text
                 found.contents[number, name] = {"kind": WHOLE, "value": text}

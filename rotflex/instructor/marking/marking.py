@@ -13,6 +13,7 @@ import numpy as np
 from rotflex.courseware import forms
 from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import WHOLE, Part, Question
+from rotflex.courseware.report_files import ReportFile
 from rotflex.errors import RotflexError
 from rotflex.instructor.course import Course
 from rotflex.instructor.marking.decoding import Claims, with_reports
@@ -68,11 +69,13 @@ class About:
     missing : (question, part) → why there is no answer
     supplied : (question, part) of values that an instructor supplied
     asked : (question, part) that the release which was worked with asks; None if that is all that the course asks
+    reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
     """
 
     missing: Mapping[tuple[str, str], str] = field(default_factory=dict)
     supplied: Collection[tuple[str, str]] = ()
     asked: Collection[tuple[str, str]] | None = None
+    reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
 
 
 class KeyFault(Exception):
@@ -92,7 +95,7 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
     probe_seed : from which the inputs of functions were drawn
     about : what else is known of the run
     """
-    claims = with_reports(claims, course.catalogue)
+    claims = with_reports(claims, course.catalogue, about.reports_in_pdf)
     case = case_of(course, claims, bench, probe_seed)
     marks = []
     for number, checks in course.key.items():

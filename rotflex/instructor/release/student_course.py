@@ -254,6 +254,8 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         "bench": settings.bench.plain(),
         course_file.REFLECT: settings.reflect.plain(),
     }
+    if settings.report.page_limit is not None:  # the names of releases stay as they are where there is none
+        about[course_file.PAGE_LIMIT] = settings.report.page_limit
     name = identity.name_of(identity.contents(folder), about, settings.term or course.name)
     return {**about, course_file.RELEASE: name}
 

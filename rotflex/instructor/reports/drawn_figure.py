@@ -8,8 +8,6 @@ logarithmic was not kept: one whose points stand evenly on a logarithmic axis is
 from __future__ import annotations
 
 import math
-import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +16,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from rotflex.courseware.figure_words import evenly_logarithmic, in_words, plain_label
 from rotflex.courseware.messages import _
 from rotflex.instructor.reports.safe_text import no_escapes
 
@@ -25,7 +24,6 @@ _WIDTH, _HEIGHT = 720, 270  # of a diagram
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76, 12, 10, 46  # around the plot
 _TICKS = 6  # about so many on an axis
 _LOOKS = 6  # of curves, in the page's style: a colour and a dash each
-_FONTS = {"mathrm", "mathbf", "mathit", "text", "rm", "left", "right"}  # in formulas; not shown
 _LARGEST = 1e300  # no axis goes so far; beyond, differences are infinite
 
 _SVG = Markup('<svg class="drawn" viewBox="0 0 {width} {height}" role="img" aria-label="{alt}">{inside}</svg>')
@@ -93,7 +91,9 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
         return Markup("").join([*parts, Markup("<p>{}</p>").format(_("Its curves cannot be drawn."))])
     curves = (_CURVE.format(look=look % _LOOKS, path=_path(line, x, y)) for look, line in enumerate(lines))
     inside = Markup("").join([*_frame(x, y, axis), _CURVES.format(curves=Markup("").join(curves))])
-    parts.append(_SVG.format(width=_WIDTH, height=_HEIGHT, alt=_alt(axis, lines, x), inside=inside))
+    parts.append(
+        _SVG.format(width=_WIDTH, height=_HEIGHT, alt=no_escapes(in_words(axis, lines, x.low, x.high)), inside=inside)
+    )
     labels = [(look, _plain(line["label"])) for look, line in enumerate(lines)]
     if any(label for _look, label in labels):
         swatches = (_SWATCH.format(look=look % _LOOKS, label=label or _("no label")) for look, label in labels)
@@ -102,20 +102,8 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
 
 
 def _plain(label: str) -> str:
-    """A label without what matplotlib would have set as a formula: ``$\\beta$ / $^\\circ$`` as "β / °"."""
-
-    def symbol(found: re.Match[str]) -> str:
-        name = found[1]
-        case = "CAPITAL" if name[0].isupper() else "SMALL"
-        try:
-            return "°" if name == "circ" else unicodedata.lookup(f"GREEK {case} LETTER {name.upper()}")
-        except KeyError:
-            return "" if name in _FONTS else name
-
-    def formula(found: re.Match[str]) -> str:
-        return re.sub(r"[{}^]", "", re.sub(r"\\([A-Za-z]+) ?", symbol, found[1]))
-
-    return no_escapes(re.sub(r"\$([^$]*)\$", formula, label))
+    """A label as it is shown."""
+    return no_escapes(plain_label(label))
 
 
 def _axis(of_lines: Sequence[NDArray[np.float64]], name: str) -> _Axis | None:
@@ -127,20 +115,12 @@ def _axis(of_lines: Sequence[NDArray[np.float64]], name: str) -> _Axis | None:
     if max(-low, high) > _LARGEST:
         return None
     start, end = (_LEFT, _WIDTH - _RIGHT) if name == "x" else (_HEIGHT - _BOTTOM, _TOP)
-    if name == "x" and _evenly_logarithmic(max(of_lines, key=len)) and low > 0:
+    if name == "x" and evenly_logarithmic(max(of_lines, key=len)) and low > 0:
         return _Axis(low, high, start, end, True)
     margin = 0.05 * (high - low) if name == "y" else 0.0
     if high - low <= 1e-9 * max(abs(low), abs(high)):  # a flat line, or a single point
         margin = abs(high) / 2 or 1.0
     return _Axis(low - margin, high + margin, start, end)
-
-
-def _evenly_logarithmic(values: NDArray[np.float64]) -> bool:
-    """Whether points stand evenly on a logarithmic axis, over a decade at least."""
-    if values.size < 5 or values.min() <= 0 or values.max() < 10 * values.min():
-        return False
-    steps = np.diff(np.log(values))
-    return bool(np.all(steps > 0) and np.ptp(steps) < 0.5 * steps.mean())
 
 
 def _round_step(step: float) -> float:
@@ -172,20 +152,3 @@ def _path(line: Mapping[str, Any], x: _Axis, y: _Axis) -> str:
         ((across, down),) = points
         return f"M{across - 40} {down}h80M{across} {down - 40}v80"
     return "M" + "L".join(f"{across} {down}" for across, down in points)
-
-
-def _alt(axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], x: _Axis) -> str:
-    """The diagram in words."""
-    curves = [
-        _("{label} (from {low:.3g} to {high:.3g})").format(
-            label=_plain(line["label"]) or _("a curve without a label"), low=line["y"].min(), high=line["y"].max()
-        )
-        for line in lines
-    ]
-    return _("Diagram of {y} against {x}, from {low:.3g} to {high:.3g}. Curves: {curves}.").format(
-        y=_plain(axis["ylabel"]) or _("an axis without a label"),
-        x=_plain(axis["xlabel"]) or _("an axis without a label"),
-        low=x.low,
-        high=x.high,
-        curves=", ".join(curves),
-    )

@@ -17,7 +17,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rotflex.courseware import answers, forms
+from rotflex.courseware import answers, forms, report_files
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import WHOLE, Part, Question
@@ -279,9 +279,14 @@ def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Mark
         given = Markup('<div class="given words">{}</div>').format(words_shown)
     elif figure is not None:
         given = figure
-    elif mark.given and (part is None or part.kind != WHOLE):  # the texts of a report stand on the page by themselves
+    elif part is not None and part.kind == WHOLE:  # its texts stand on the page by themselves
+        pdf = report_files.named_in(mark.given)
+        given = Markup('<div class="given data">{}</div>').format(pdf) if pdf else Markup("")
+    elif mark.given:
         kind = "prose" if part is not None and part.kind == "prose" else "data"
-        given = Markup('<div class="given {}">{}</div>').format(kind, no_escapes(mark.given))
+        given = Markup('<div class="given {}">{}</div>').format(
+            kind, no_escapes(report_files.without_digests(mark.given))
+        )
     else:
         given = Markup("")
     return Shown(mark, _(part.prompt) if part is not None else "", given)

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from rotflex.courseware import answers, words
@@ -39,6 +39,7 @@ class Prepared:
     claim : what was recorded at home; None if that is not known
     handed_in : file names of the notebooks that were handed in
     problems, notes : what went wrong, and what is worth knowing
+    reports : file name of a report's PDF → its content; nothing of it is run
     """
 
     merged: Merged
@@ -48,6 +49,7 @@ class Prepared:
     handed_in: tuple[str, ...]
     problems: tuple[str, ...]
     notes: tuple[str, ...]
+    reports: Mapping[str, bytes] = field(default_factory=dict)
 
     def content(self) -> list[Any]:
         """All of it that a run depends on, as plain data. Words are not run."""
@@ -55,14 +57,19 @@ class Prepared:
             name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
             for name, notebook in self.merged.notebooks.items()
         }
-        return [cells, {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}]
+        return [cells, _digests(self.files)]
 
     def digest(self) -> str:
         """Of all of it."""
         plain = {f"{question} {part}": one.plain() for (question, part), one in self.words.items()}
         claim = None if self.claim is None else [dict(self.claim.cells), self.claim.knows_cells]
         about = [self.content(), plain, claim, self.handed_in, self.problems, self.notes]
+        about += [_digests(self.reports)] if self.reports else []
         return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+
+
+def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
+    return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 
 def prepare(
@@ -103,7 +110,9 @@ def prepare(
             )
     claim, said = _claim(hand_in.claim, catalogue, student)
     files = dict(sorted(hand_in.files.items()))
-    return Prepared(made, files, written, claim, tuple(sorted(notebooks)), tuple(problems), (*notes, *said))
+    notes += said
+    handed_in = tuple(sorted(notebooks))
+    return Prepared(made, files, written, claim, handed_in, tuple(problems), tuple(notes), dict(hand_in.reports))
 
 
 def _doubled(name: str, master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> list[str]:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from rotflex.courseware.parts import WHOLE, Part, Question
+from rotflex.courseware.report_files import ReportFile, without_digests
 from rotflex.instructor.gradebook import FIRST, Answer, MarkRecord, RunRecord
+from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.reports.feedback import figures_of, pictures_of
 from rotflex.instructor.reports.rendered_words import as_html
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -43,6 +45,8 @@ class Shown:
     section : the student's other numbers of the same section
     figures : name and drawing of the figures that belong to it
     now : what became of it so far, in words; "" while it waits
+    pdf : the report as it was handed in, in words, as in "PDF, 7 pages"; "" if there is none
+    look_in_pdf : whether its text is nowhere but there
     """
 
     key: str
@@ -54,6 +58,8 @@ class Shown:
     section: list[Fact]
     figures: list[tuple[str, Markup]]
     now: str
+    pdf: str = ""
+    look_in_pdf: bool = False
 
 
 @dataclass(frozen=True)
@@ -110,6 +116,7 @@ def _shown(desk: Desk, answer: Answer, first: str, round: int) -> Shown:
     section = [mark for mark in marks if mark.where not in related and _in_section(desk, mark, where)]
     figures = figures_of(run, desk.catalogue, related) if run is not None else {}
     decided = round == FIRST and (answer.asked or not answer.waiting)
+    pdf = report_of(desk, run, where)
     return Shown(
         key_of(answer.student, where),
         seen(answer, round),
@@ -120,7 +127,16 @@ def _shown(desk: Desk, answer: Answer, first: str, round: int) -> Shown:
         [_fact(desk, mark, where) for mark in section],
         [(f"{number} {name}", drawn) for (number, name), drawn in figures.items()],
         state(answer) if decided else "",
+        "" if pdf is None else pdf.about,
+        pdf is not None and answer.mark.given == pdf.given,
     )
+
+
+def report_of(desk: Desk, run: RunRecord | None, where: Where) -> ReportFile | None:
+    """The PDF of the report that a text belongs to, or that is judged as a whole; None if none was handed in."""
+    if run is None:
+        return None
+    return facts_of(run).reports_in_pdf.get(desk.catalogue.report_judged.get(where[0], where[0]))
 
 
 def _words(desk: Desk, run: RunRecord | None, answer: Answer) -> Markup:
@@ -132,7 +148,7 @@ def _words(desk: Desk, run: RunRecord | None, answer: Answer) -> Markup:
     pictures: dict[str, bytes] = {}
     for one in words.get(desk.catalogue.report_judged.get(answer.question, ""), {}).values():
         pictures |= pictures_of(one)
-    return as_html(answer.mark.given, pictures)
+    return as_html(without_digests(answer.mark.given), pictures)
 
 
 def _related(desk: Desk, where: Where) -> set[Where]:

@@ -16,6 +16,7 @@ from itertools import count
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
+from rotflex.courseware.report_files import is_given
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.accounts.exact import exact
@@ -334,7 +335,7 @@ def _place(put_off: Sequence[str], key: str) -> int:
 
 
 def _alike(answers: Sequence[Answer]) -> list[list[Answer]]:
-    """Answers that are nearly the same, together; one with a picture stands alone, for pictures are not compared."""
+    """Answers that are nearly the same, together; one with a picture or a PDF stands alone: these are not compared."""
     alone = count()
-    besides = [next(alone) if _PICTURE in one.mark.given else -1 for one in answers]
+    besides = [next(alone) if _PICTURE in (text := one.mark.given) or is_given(text) else -1 for one in answers]
     return [[answers[place] for place in group] for group in alike.groups([one.mark.given for one in answers], besides)]

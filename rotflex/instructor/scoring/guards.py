@@ -162,8 +162,11 @@ def _same(secret: str, given: str) -> bool:
 def _with_headers(send: Send) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
-            own = [(name.encode(), value.encode()) for name, value in _HEADERS.items()]
-            message = {**message, "headers": [*message.get("headers", ()), *own]}
+            given = list(message.get("headers", ()))
+            # What says more of itself, as a stranger's file does, keeps to that: two policies would both count.
+            said = {name.lower() for name, _value in given}
+            own = [(name.encode(), value.encode()) for name, value in _HEADERS.items() if name.encode() not in said]
+            message = {**message, "headers": [*given, *own]}
         await send(message)
 
     return sending

@@ -14,7 +14,7 @@ from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
 from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.reports.templating import templates
-from rotflex.instructor.scoring import cards, progress
+from rotflex.instructor.scoring import cards, documents, progress
 from rotflex.instructor.scoring.desk import Desk, Done, Where, key_of, seen, state
 from rotflex.instructor.scoring.guards import ACTOR, Guard, Scorer
 from rotflex.instructor.scoring.sent import BadRequest, Sheet, sent_round, sent_sheet, sent_text, sent_where
@@ -281,6 +281,7 @@ def application(desk: Desk, scorers: Sequence[Scorer], port: int, title: str = "
     routes = [
         Route("/", _shown(pages.overview)),
         Route("/score", _shown(pages.scoring)),
+        Route("/report", documents.endpoint(desk)),
         *(Route(f"/{name}", _asset(name, *where)) for name, where in _ASSETS.items()),
         *(
             Route(f"/act/{act.__name__}", _done(act), methods=["POST"])

@@ -55,6 +55,18 @@ class ReflectSettings:
 
 
 @dataclass(frozen=True)
+class ReportSettings:
+    """What a lab report may be like.
+
+    Attributes
+    ----------
+    page_limit : pages, cover and contents included; None where there is no limit
+    """
+
+    page_limit: int | None = None
+
+
+@dataclass(frozen=True)
 class MarkSettings:
     """What marks come to.
 
@@ -192,6 +204,7 @@ class CourseSettings:
     bench : which bench each student has
     feedback : what students see of their marks, and when
     reflect : whether and when their own answers are held against each other for them
+    report : what their lab reports may be like
     releases : the folder in which releases are kept, from the one above the course's
     marks : what counts, by how much, and on which scale
     levels : what levels are worth, and from where on work has them
@@ -206,6 +219,7 @@ class CourseSettings:
     bench: BenchPolicy = THEIR_OWN
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)
     reflect: ReflectSettings = field(default_factory=ReflectSettings)
+    report: ReportSettings = field(default_factory=ReportSettings)
     releases: str = "releases"
     marks: MarkSettings = field(default_factory=MarkSettings)
     levels: LevelSettings = field(default_factory=LevelSettings)
@@ -223,6 +237,7 @@ class CourseSettings:
         return replace(
             self,
             feedback=usual.feedback,
+            report=usual.report,
             marks=usual.marks,
             levels=usual.levels,
             deadlines=usual.deadlines,

@@ -147,6 +147,9 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
         "asks": _switch("asks = true"),
         "from": _moment("from = 2026-11-02T08:00:00+01:00"),
     },
+    "report": {
+        "page_limit": _whole("page_limit = 12", 1, 1000),
+    },
     "releases": {
         "folder": Entry(_("the path of a folder"), 'folder = "releases"', _is_name),
     },

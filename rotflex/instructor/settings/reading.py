@@ -21,6 +21,7 @@ from rotflex.instructor.settings.decided import (
     MarkSettings,
     OutcomeSettings,
     ReflectSettings,
+    ReportSettings,
 )
 from rotflex.instructor.settings.entries import misfits
 
@@ -80,6 +81,7 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
             asks=reflect.get("asks", usual.reflect.asks),
             opens=_instant(reflect["from"]) if "from" in reflect else None,
         ),
+        report=ReportSettings(**found.get("report", {})),
         releases=found.get("releases", {}).get("folder", usual.releases),
         marks=_marks(found.get("marks", {})),
         levels=_levels(found.get("levels", {}), usual.levels),

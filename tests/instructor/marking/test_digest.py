@@ -145,6 +145,7 @@ OTHERWISE = {
     "bench": 'which = "same"\nseed = 7',
     "feedback": "points = false",
     "reflect": "asks = false",
+    "report": "page_limit = 12",
     "releases": 'folder = "old"',
     "marks": 'drop = ["2.3"]\nweights = {"2.11" = 2}\nout_of = 100\ndecimals = 0\npredictions = 0.5',
     "levels": "shares = {3 = 80}\nthresholds = {4 = 95}",

@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 
+from rotflex.courseware.figure_words import evenly_logarithmic
 from rotflex.instructor.reports import drawn_figure
-from rotflex.instructor.reports.drawn_figure import _Axis, _axis, _evenly_logarithmic, _path, _round_step, drawn
+from rotflex.instructor.reports.drawn_figure import _Axis, _axis, _path, _round_step, drawn
 
 PLOT = {"left": 76, "right": 708, "top": 10, "bottom": 224}  # of a page of 720 by 270
 
@@ -103,7 +104,7 @@ EVEN = np.geomspace(1.0, 10.0, 5)
     ],
 )
 def test_a_logarithmic_axis_is_one_whose_points_stand_evenly_over_a_decade(values, even):
-    assert _evenly_logarithmic(values) == even
+    assert evenly_logarithmic(values) == even
     if values.min() > 0:
         assert _axis([values], "x").logarithmic == even
         assert not _axis([values], "y").logarithmic

@@ -47,13 +47,14 @@ class Item:
     source: str
 
 
-def newest(items: Iterable[Delivery], wanted: Sequence[str]) -> tuple[HandIn, list[str]]:
+def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = ()) -> tuple[HandIn, list[str]]:
     """The hand-in that counts, of all that was delivered, and notes on what came when.
 
     Parameters
     ----------
     items : in order of arrival, which decides between those of one time
     wanted : file names of the course's notebooks
+    reports : file names of the course's reports, as PDF
     """
     latest: dict[str, Delivery] = {}
     earlier: dict[str, list[Delivery]] = {}
@@ -66,22 +67,25 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str]) -> tuple[HandIn, li
         files={
             name: item.content
             for name, item in sorted(latest.items())
-            if name not in wanted and name not in (ANSWERS_FILE, COURSE_FILE)
+            if name not in (*wanted, *reports, ANSWERS_FILE, COURSE_FILE)
         },
         claim=latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None,
         course=course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {},
+        reports={name: latest[name].content for name in reports if name in latest},
     )
-    return hand_in, _notes(latest, earlier, wanted)
+    return hand_in, _notes(latest, earlier, wanted, reports)
 
 
-def _notes(latest: dict[str, Delivery], earlier: dict[str, list[Delivery]], wanted: Sequence[str]) -> list[str]:
+def _notes(
+    latest: dict[str, Delivery], earlier: dict[str, list[Delivery]], wanted: Sequence[str], reports: Sequence[str]
+) -> list[str]:
     notes = []
     deliveries = {(item.received, item.source) for items in earlier.values() for item in items}
     deliveries |= {(item.received, item.source) for item in latest.values()}
     there = [name for name in wanted if name in latest]
     if len(deliveries) > 1:
         by_delivery: dict[tuple[datetime, str], list[str]] = {}
-        for name in there:
+        for name in (*there, *(name for name in reports if name in latest)):
             by_delivery.setdefault((latest[name].received, latest[name].source), []).append(name)
         for (received, source), names_of_it in sorted(by_delivery.items()):
             notes.append(

@@ -7,7 +7,7 @@ x.ipynb``, and platforms put people and numbers before it.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware.run.handed_in import Cell
@@ -15,6 +15,7 @@ from rotflex.courseware.student_id import caseless
 
 ENDING = ".ipynb"
 _ENDINGS = (ENDING, f"{ENDING}.txt", f"{ENDING}.json")
+_PDF = ".pdf"
 _WORD = re.compile(r"[^\W_]+")
 #: Words that programs add to the name of a copy.
 _OF_COPIES = re.compile(r"copy\d*|kopie\d*|copia\d*|copie\d*|of|von|de|\d{1,3}")
@@ -36,17 +37,25 @@ def is_notebook(path: str) -> bool:
     return path.casefold().endswith(_ENDINGS)
 
 
-def fitting(paths: Iterable[str], wanted: Sequence[str]) -> dict[str, list[tuple[Fit, str]]]:
-    """For each wanted notebook, the files that it may be, the best first.
+def is_pdf(path: str) -> bool:
+    """Whether a file is a PDF, by its name."""
+    return path.casefold().endswith(_PDF)
+
+
+def fitting(
+    paths: Iterable[str], wanted: Sequence[str], of_the_sort: Callable[[str], bool] = is_notebook
+) -> dict[str, list[tuple[Fit, str]]]:
+    """For each wanted notebook, the files that it may be, the best first. Of reports' PDFs the same.
 
     Parameters
     ----------
     paths : of files in a hand-in
-    wanted : file names of the course's notebooks
+    wanted : file names of the course's notebooks, or of its reports
+    of_the_sort : which files may be one, by their names
     """
     words = {name: _words(name) for name in wanted}
     found: dict[str, list[tuple[Fit, str]]] = {}
-    for path in filter(is_notebook, paths):
+    for path in filter(of_the_sort, paths):
         fits = [(len(words[name]), fit, name) for name in wanted if (fit := _fit(path, name, words[name]))]
         if fits:
             longest = max(length for length, _fit_, _name in fits)
@@ -57,7 +66,7 @@ def fitting(paths: Iterable[str], wanted: Sequence[str]) -> dict[str, list[tuple
 
 def _stem(name: str) -> str:
     folded = caseless(name)
-    ending = next((one for one in sorted(_ENDINGS, key=len, reverse=True) if folded.endswith(one)), "")
+    ending = next((one for one in sorted((*_ENDINGS, _PDF), key=len, reverse=True) if folded.endswith(one)), "")
     return folded.removesuffix(ending)
 
 

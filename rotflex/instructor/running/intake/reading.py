@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import PurePosixPath
 
 import rotflex
-from rotflex.courseware import answers
+from rotflex.courseware import answers, report_files
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import own_files
@@ -33,6 +33,7 @@ class Delivered:
     piece : as it was found
     notebooks : notebook's file name → its cells
     files : own file's path from the notebooks' folder → its content
+    reports : file name of a report's PDF → its content
     claim : the student's answers.json
     course_file : their course.json
     unreadable : why all of it could not be read; "" where it could
@@ -44,6 +45,7 @@ class Delivered:
     piece: Piece
     notebooks: dict[str, tuple[Cell, ...]] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
+    reports: dict[str, bytes] = field(default_factory=dict)
     claim: bytes | None = None
     course_file: bytes | None = None
     unreadable: str = ""
@@ -63,7 +65,8 @@ class Delivered:
 
     def items(self) -> list[Item]:
         """All of it as plain bytes, from which :func:`.delivered.newest` makes the same again."""
-        content = {name: notebooks.to_bytes(cells) for name, cells in self.notebooks.items()} | self.files
+        content = {name: notebooks.to_bytes(cells) for name, cells in self.notebooks.items()}
+        content |= self.files | self.reports
         for name, data in ((ANSWERS_FILE, self.claim), (COURSE_FILE, self.course_file)):
             if data is not None:
                 content[name] = data
@@ -75,6 +78,7 @@ def read(
     wanted: Sequence[str],
     masters: Mapping[str, Collection[str]] | None = None,
     packages: Collection[str] = (rotflex.__name__,),
+    reports: Sequence[str] = (),
 ) -> list[Delivered]:
     """Read a submission's pieces, in order of time. Whatever one of them is, the others are read.
 
@@ -84,6 +88,7 @@ def read(
     wanted : file names of the course's notebooks
     masters : of each of these, the ids of its cells, by which one is told whose name is another
     packages : names of the course's packages, which are not own files
+    reports : file names of the course's reports, as PDF
     """
     found = []
     for piece in submission.pieces:
@@ -96,7 +101,7 @@ def read(
         try:
             with ExitStack() as stack:
                 store = stack.enter_context(opened(piece.where))
-                _Reader(delivered, store, wanted, masters or {}, packages).read()
+                _Reader(delivered, store, wanted, masters or {}, packages, reports).read()
         except Unreadable as error:
             delivered.unreadable = _unreadable(piece, str(error))
     return found
@@ -185,9 +190,10 @@ class _Reader:
         wanted: Sequence[str],
         masters: Mapping[str, Collection[str]],
         packages: Collection[str],
+        reports: Sequence[str],
     ) -> None:
         self._delivered, self._store, self._wanted = delivered, store, wanted
-        self._masters, self._packages = masters, packages
+        self._masters, self._packages, self._reports = masters, packages, reports
         self._files = delivered.piece.files
         self._used: set[str] = set()
 
@@ -199,6 +205,8 @@ class _Reader:
         for name in self._wanted:
             self._notebook(name, sorted(fits.get(name, []), key=lambda one: self._preference(one, base)))
         self._by_their_cells([path for path in seen if path not in self._used], base)
+        for name, candidates in notebook_names.fitting(seen, self._reports, notebook_names.is_pdf).items():
+            self._report(name, sorted(candidates, key=lambda one: self._preference(one, base)))
         self._delivered.claim = self._of_the_course(seen, ANSWERS_FILE, answers.MAX_BYTES, base)
         self._delivered.course_file = self._of_the_course(seen, COURSE_FILE, limits.MAX_COURSE_FILE, base)
         self._own_files(base)
@@ -222,8 +230,11 @@ class _Reader:
         return min(found, key=lambda folder: (-len(found[folder]), _depth(folder), folder), default="")
 
     def _notebook(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> None:
-        if not candidates:
-            return
+        if candidates:
+            self._cells(name, self._best(name, candidates))
+
+    def _best(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> str:
+        """The path of the file that fits best; that there are others, or that it bears another name, is told."""
         path = candidates[0][1]
         self._used.update(other for _fit, other in candidates)
         if len(candidates) > 1:
@@ -232,7 +243,20 @@ class _Reader:
             self._note(told.format(count=len(candidates), name=name, path=names.shown(path), others=others))
         elif candidates[0][0].changes:
             self._note(_("{path} is taken for {name}.").format(path=names.shown(path), name=name))
-        self._cells(name, path)
+        return path
+
+    def _report(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> None:
+        """A report's PDF: its bytes. Only their beginning and their number are looked at here."""
+        path = self._best(name, candidates)
+        try:
+            data = self._store.read(self._files[path].key, report_files.MAX_BYTES)
+        except Unreadable as error:
+            self._delivered.problems.append(_UNREAD.format(name=name, error=error))
+            return
+        if why := report_files.refusal(data):
+            self._delivered.problems.append(_UNREAD.format(name=name, error=f"{why}."))
+        else:
+            self._delivered.reports[name] = data
 
     def _cells(self, name: str, path: str) -> None:
         try:
@@ -290,7 +314,7 @@ class _Reader:
         for path in in_the_way:
             del beside[path]
         found = ((PurePosixPath(path), entry.size) for path, entry in beside.items())
-        choice = own_files.chosen(found, self._wanted, self._packages)
+        choice = own_files.chosen(found, [*self._wanted, *report_files.made_files(self._reports)], self._packages)
         for note in choice.notes:
             self._note(note)
         size = 0

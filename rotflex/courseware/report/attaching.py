@@ -1,0 +1,133 @@
+"""A student's own PDF as the report: looked at, and put beside the notebooks under the report's fixed name."""
+
+from __future__ import annotations
+
+import io
+import os
+from importlib.util import find_spec
+from pathlib import Path
+
+from rotflex.courseware import course_file, files, report_files
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.messages import _, plural
+from rotflex.courseware.report.checks import pages
+from rotflex.courseware.report_files import ReportFile
+from rotflex.errors import AnswerError
+
+MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
+_READER = "pypdf"  # pure Python, and small
+_INSTALL = "pip install 'rotflex[report]'"
+
+
+def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLike[str]) -> None:
+    """Take a document as the report, and print what a reader would mind in its format.
+
+    Parameters
+    ----------
+    folder : of the notebooks
+    catalogue : of the course
+    report : its number
+    pdf : the document; relative to the folder
+
+    Raises
+    ------
+    AnswerError
+        If there is no such file, or it cannot be handed in.
+    """
+    path = folder / pdf
+    data = _data(path)
+    texts = read(data, path.name) if find_spec(_READER) is not None else None
+    target = folder / report_files.file_name(report)
+    if not (target.exists() and path.samefile(target)):
+        files.write(target, data)
+    about = report_files.of_data(report, data)
+    print(*_lines(about, path, texts), sep="\n")
+    if texts is None:
+        print(_("Its format was not looked at: that needs the library {name}. {install}").format(
+            name=_READER, install=_INSTALL
+        ))  # fmt: skip
+        return
+    limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
+    titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))
+    found = list(pages.faults(texts, target.name, titles, limit if isinstance(limit, int) else None))
+    if found:
+        print("", _("What a reader would mind:"), *(f"  * {fault}" for fault in found), sep="\n")
+    else:
+        print(_("Its format was looked at, as far as its text tells, and nothing was found."))
+    print(
+        _(
+            "Axes of figures, formulas, spelling and what the text says were not looked at: go through the list in the "
+            "notebook yourself."
+        )
+    )
+
+
+def _data(path: Path) -> bytes:
+    try:
+        size = path.stat().st_size
+        data = path.read_bytes() if size <= report_files.MAX_BYTES else bytes(report_files.MAX_BYTES + 1)
+    except OSError as error:
+        raise AnswerError(
+            _("{path} cannot be read: {why}. Give the file’s name as it is in this folder, or its whole path.").format(
+                path=path, why=error.strerror
+            )
+        ) from None
+    if len(data) > report_files.MAX_BYTES:
+        raise AnswerError(
+            _("{name} is not taken: it has more than {most}. Save its pictures smaller.").format(
+                name=path.name, most=report_files.megabytes(report_files.MAX_BYTES)
+            )
+        )
+    if why := report_files.refusal(data):
+        raise AnswerError(_("{name} is not taken: {why}.").format(name=path.name, why=why))
+    return data
+
+
+def read(data: bytes, name: str) -> list[str]:
+    """The text of each page of a PDF.
+
+    Raises
+    ------
+    AnswerError
+        If it asks for a password, is damaged, or has too many pages.
+    """
+    import pypdf
+
+    try:
+        reader = pypdf.PdfReader(io.BytesIO(data))
+        if reader.is_encrypted and not reader.decrypt(""):
+            raise AnswerError(
+                _("{name} is not taken: it asks for a password. Export it without one.").format(name=name)
+            )
+        if len(reader.pages) > MOST_PAGES:
+            raise AnswerError(
+                _("{name} is not taken: it has {pages}; a report has {most} at most.").format(
+                    name=name, pages=plural(len(reader.pages), _("page")), most=MOST_PAGES
+                )
+            )
+        return [page.extract_text() for page in reader.pages]
+    except AnswerError:
+        raise
+    except Exception as error:  # whatever a broken file leads to, in a library that was made for sound ones
+        raise AnswerError(
+            _("{name} is not taken: it cannot be read as a PDF ({error}). Export it anew.").format(
+                name=name, error=type(error).__name__
+            )
+        ) from None
+
+
+def _lines(about: ReportFile, path: Path, texts: list[str] | None) -> list[str]:
+    length = plural(len(texts), _("page")) if texts is not None else report_files.megabytes(about.size)
+    if not about.own:
+        return [
+            _("{file} was made of the notebook’s texts, and is handed in as that, as {name} ({length}).").format(
+                file=path.name, name=about.name, length=length
+            )
+        ]
+    now = _("Your report is now {file} ({length}). It lies beside the notebooks as {name}; lab.submit() packs it.")
+    again = _("After each change of it, run this cell again. To go back to the notebook’s texts, delete {name}.")
+    return [
+        now.format(file=path.name, length=length, name=about.name),
+        again.format(name=about.name),
+        _("A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there."),
+    ]

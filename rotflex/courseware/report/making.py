@@ -1,0 +1,189 @@
+"""``lab.report(…)``: a student's report written into their folder, and what there is to say of it, in the notebook."""
+
+from __future__ import annotations
+
+import html
+import os
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from difflib import get_close_matches
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rotflex.courseware import files, report_files
+from rotflex.courseware.messages import _, plural
+from rotflex.courseware.report import attaching, checklist
+from rotflex.courseware.report.document import Document, Place
+from rotflex.courseware.run import by_program, from_notebook
+from rotflex.errors import AnswerError
+
+if TYPE_CHECKING:
+    from rotflex.courseware.session import Session
+
+#: Libraries that make a report, by the names that they are imported by, and installed by.
+NEEDED = {"pypandoc": "pypandoc_binary", "typst": "typst"}
+
+Told = tuple[str, Place]
+
+
+def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
+    """Write a report as HTML and as PDF, and show where they are and what is still to be done.
+
+    A document of the student's own is taken as the report instead: see :mod:`rotflex.courseware.report.attaching`.
+
+    Parameters
+    ----------
+    lab : the student's session
+    folder : of the notebooks; the files are written there
+    name : of the report, or how its name begins
+    cell : id of the cell that asks for it; "" if it is not known
+    pdf : file of the student's own document; "" to make one
+
+    Raises
+    ------
+    AnswerError
+        If there is no such report, or its notebook cannot be read.
+    """
+    number = find(lab.catalogue.reports, name)
+    if by_program():
+        print(from_notebook.nothing_here("lab.report()"))
+        return
+    if pdf:
+        attaching.attach(folder, lab.catalogue, number, pdf)
+        return
+    if missing := [installed for imported, installed in NEEDED.items() if find_spec(imported) is None]:
+        print(not_installed(missing))
+        return
+    if not from_notebook.is_saved(folder, cell):
+        print(_("This notebook is not saved as it stands here, and the report is made of the saved file."))
+        print(_("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again."))
+        return
+    if own := lab.report_files.own(number):
+        print(
+            _(
+                "{name} is a document of your own, and is handed in as your report. It is left as it is: nothing is "
+                "made. To hand in the notebook’s texts instead, delete {name}, and run this cell again."
+            ).format(name=own.name)
+        )
+        return
+    from rotflex.courseware.report import composing, pandoc, writing  # what they need is loaded where it is there
+
+    started = time.perf_counter()
+    document = composing.composed(lab, folder, number, datetime.now())
+    try:
+        made = writing.written(document)
+        page, paper = (folder / f"{file_name(number)}.{ending}" for ending in ("html", "pdf"))
+        files.write(page, made.page)
+        files.write(paper, made.pdf)
+    except (pandoc.ReportError, OSError) as error:
+        print(_("The report is not made, and nothing is written: {error}").format(error=error))
+        return
+    took = time.perf_counter() - started
+    said = _("Written in {seconds:.1f} s: {pages}, from {notebook} as it was saved at {when}.").format(
+        seconds=took,
+        pages=plural(made.pages, "page"),
+        notebook=document.front.notebook,
+        when=datetime.fromtimestamp((folder / document.front.notebook).stat().st_mtime).strftime("%H:%M:%S"),
+    )
+    show([paper.name, page.name], said, [*over_limit(document, made.pages), *made.told], faults(document))
+
+
+def find(reports: Iterable[str], name: str) -> str:
+    """The number of the report that a name, or its beginning, means.
+
+    Raises
+    ------
+    AnswerError
+        If it means none, or several.
+    """
+    known = list(reports)
+    wanted = str(name).casefold().strip()
+    fitting = [one for one in known if one.casefold() == wanted] or [
+        one for one in known if wanted and one.casefold().startswith(wanted)
+    ]
+    if len(fitting) == 1:
+        return fitting[0]
+    first = {one.partition(" ")[0].casefold(): one for one in known}
+    if near := get_close_matches(wanted.partition(" ")[0], first, n=1, cutoff=0.85):  # as with another spelling
+        return first[near[0]]
+    raise AnswerError(
+        _("There is no report {report!r}; there are {there}.").format(report=name, there=", ".join(known))
+    )
+
+
+def file_name(number: str) -> str:
+    """The name of a report's files, without their ending."""
+    return report_files.file_name(number).removesuffix(report_files.PDF)
+
+
+def not_installed(missing: Sequence[str]) -> str:
+    """What is said where the libraries are missing that make a report."""
+    names = " ".join(missing)
+    return "\n".join(
+        [
+            _("The report is not made, and nothing is written: {names} is not installed.").format(names=names),
+            _("Install it once, in a cell of your own (about 75 MB):   %pip install {names}").format(names=names),
+            _("Then run this cell again."),
+        ]
+    )
+
+
+def over_limit(document: Document, pages: int) -> list[Told]:
+    """What is to be said of the number of pages."""
+    if document.page_limit is None or pages <= document.page_limit:
+        return []
+    return [
+        (
+            _("The report has {pages}; your course allows {limit}, cover and contents included. Shorten it.").format(
+                pages=plural(pages, "page"), limit=document.page_limit
+            ),
+            Place(document.front.notebook),
+        )
+    ]
+
+
+def faults(document: Document) -> list[Told]:
+    """What the checklist finds in a report; what was left out, and how many pages it has, is told before."""
+    return [(str(fault), fault.place) for fault in checklist.faults(document) if fault.kind != checklist.LEFT_OUT]
+
+
+# --- in a notebook, and without one ----------------------------------------------------------------------------------
+
+
+def show(made: Sequence[str], said: str, told: Sequence[Told], found: Sequence[Told]) -> None:
+    """Show what was written, and what there is to do, each with a link to its cell; outside a notebook as text."""
+    sections = [
+        (_("What could not be taken over, or is missing:"), told),
+        (_("Before you hand it in:"), found),
+    ]
+    plain = [", ".join(made), said]
+    rich = [" · ".join(_link(name, name) for name in made), html.escape(said)]
+    for heading, entries in sections:
+        if entries:
+            plain += ["", heading, *(f"  {place.notebook}: {what}" for what, place in entries)]
+            listed = "".join(
+                f"<li>{html.escape(what)} {_link(place.link, place.notebook)}</li>" for what, place in entries
+            )
+            rich.append(f"<b>{html.escape(heading)}</b><ul>{listed}</ul>")
+    if not (told or found):
+        plain.append(_("Nothing is missing, and nothing was left out."))
+        rich.append(html.escape(plain[-1]))
+    if _in_notebook():
+        from IPython.display import display
+
+        content: Any = {"text/html": "".join(f"<div>{one}</div>" for one in rich), "text/plain": "\n".join(plain)}
+        display(content, raw=True)
+    else:
+        print("\n".join(plain))
+
+
+def _link(target: str, shown: str) -> str:
+    return f'<a href="{html.escape(target)}" target="_blank" rel="noopener">{html.escape(shown)}</a>'
+
+
+def _in_notebook() -> bool:
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and getattr(ipython.get_ipython(), "kernel", None) is not None

@@ -1,0 +1,192 @@
+"""A report as one page of HTML and as one PDF: written from the same source, and the same on every machine."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files as resources
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from rotflex.courseware.messages import _
+from rotflex.courseware.report import pandoc
+from rotflex.courseware.report.document import Document, Place
+from rotflex.courseware.report.dress import Html, Typst, words_for
+from rotflex.courseware.report.pandoc import ReportError
+from rotflex.courseware.report.setting import Read, Setting, parts
+from rotflex.courseware.report_files import COMPOSED
+
+_HERE = "rotflex.courseware.report"
+_STANDARD = "ua-1"  #: of the PDF: it can be read aloud
+_PAGE = re.compile(rb"/Type\s*/Page(?![A-Za-z])")
+_LONGEST = 300  # characters of what a program says, in a message
+_FORMULA_ALONE = "#let formula(alt, body) = body\n#let equation(number, alt, body) = body\n"
+
+
+@dataclass(frozen=True)
+class Written:
+    """A report, ready to be kept.
+
+    Attributes
+    ----------
+    page : HTML
+    pdf : PDF
+    pages : how many the PDF has
+    told : what was left out, is missing, or could not be set, and its cell
+    """
+
+    page: str
+    pdf: bytes
+    pages: int
+    told: tuple[tuple[str, Place], ...]
+
+
+def written(document: Document) -> Written:
+    """A report in both formats.
+
+    Raises
+    ------
+    ReportError
+        If a program that is needed is missing or fails; the message says which, and what to do.
+    """
+    read = Read.of(document)
+    page, seen = _html(document, read)
+    pdf, refused = _pdf(document, read)
+    told = dict.fromkeys([*document.told, *seen, *refused])
+    return Written(page, pdf, len(_PAGE.findall(pdf)), tuple(told))
+
+
+# --- HTML ----------------------------------------------------------------------------------------------------------
+
+
+def _html(document: Document, read: Read) -> tuple[str, list[tuple[str, Place]]]:
+    setting = Setting(document, read, Html())
+    # The page's title is the heading of level 1.
+    body, _refused = pandoc.write(setting.blocks(), "html5", ["--mathml", "--shift-heading-level-by=1"])
+    escape = html.escape
+    before = [f"<p>{escape(line)}</p>" for line in (document.course, document.term) if line]
+    rows = [f"<dt>{escape(what)}</dt><dd>{escape(who)}</dd>" for what, who in _rows(document)]
+    page = Template((resources(_HERE) / "page.html").read_text(encoding="utf-8")).substitute(
+        language=escape(document.language),
+        title=escape(document.title),
+        before="".join(before),
+        rows="".join(rows),
+        contents=escape(_("Contents")),
+        entries="".join(_contents(document, setting)),
+        body=body,
+    )
+    return page, list(setting.gathered.told)
+
+
+def _contents(document: Document, setting: Setting) -> Iterator[str]:
+    for part in parts(document):
+        inside = "".join(
+            _entry(f"section-{section.number}", f"{section.number} {setting.heading(heading)}")
+            for section, heading in part.sections
+        )
+        yield (
+            _entry(f"part-{part.number}", f"{part.number} {part.title}", f"<ol>{inside}</ol>")
+            if part.number
+            else inside
+        )
+    if document.references:
+        yield _entry("sources", _("References"))
+
+
+def _entry(anchor: str, text: str, inside: str = "") -> str:
+    return f'<li><a href="#{html.escape(anchor)}">{html.escape(text)}</a>{inside}</li>'
+
+
+def _rows(document: Document) -> list[tuple[str, str]]:
+    """What stands on the cover below the title."""
+    by = ", ".join(document.authors)
+    rows = [(_("Authors"), by), (_("Student ID"), document.student), (_("Date"), document.date)]
+    return [(what, who) for what, who in rows if who]
+
+
+# --- PDF -----------------------------------------------------------------------------------------------------------
+
+
+def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]]:
+    """The PDF, and formulas that it has only as they are typed."""
+    told: list[tuple[str, Place]] = []
+    verbatim: frozenset[str] = frozenset()
+    while True:
+        dress = Typst()
+        setting = Setting(document, read, dress, verbatim)
+        body, refused = pandoc.write(setting.blocks(), "typst")
+        known = setting.gathered.formulas
+        told += [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
+        try:
+            return _compiled(_template() + body, {**dress.files, "cover.json": _cover(document)}), told
+        except ReportError:
+            failing = {} if verbatim else _failing(list(known))
+            if not failing:
+                raise
+            told = [_not_understood(*known[latex], why) for latex, why in failing.items()]
+            verbatim = frozenset(known[latex][0] for latex in failing)
+
+
+def _not_understood(latex: str, place: Place, why: str) -> tuple[str, Place]:
+    lines = [line.strip() for line in why.split("\n")]  # the formula again, a mark below it, and then the reason
+    reason = next((line for line in lines if line.startswith("unexpected")), lines[-1])
+    return (
+        _("This formula is not understood, and stands in the report as it is typed: {latex} ({why})").format(
+            latex=latex[:_LONGEST], why=reason[:_LONGEST]
+        ),
+        place,
+    )
+
+
+def _failing(formulas: list[str]) -> dict[str, str]:
+    """Which formulas cannot be set, and why: each is tried by itself."""
+    found = {}
+    for latex in formulas:
+        markup, _refused = pandoc.write([{"t": "Para", "c": Typst().math(latex)}], "typst")
+        try:
+            _compiled(_FORMULA_ALONE + markup, {}, standard=None)
+        except ReportError as error:
+            found[latex] = str(error)
+    return found
+
+
+def _template() -> str:
+    return (resources(_HERE) / "template.typ").read_text(encoding="utf-8")
+
+
+def _cover(document: Document) -> bytes:
+    cover = {
+        "title": document.title,
+        "course": document.course,
+        "term": document.term,
+        "authors": list(document.authors) or [document.student],
+        "rows": _rows(document),
+        "keywords": [COMPOSED],
+        "language": document.language.partition("-")[0][:3] or "en",
+        "words": {"figure": words_for("figure"), "table": words_for("table"), "contents": _("Contents")},
+    }
+    return json.dumps(cover).encode()
+
+
+def _compiled(markup: str, beside: dict[str, bytes], standard: str | None = _STANDARD) -> bytes:
+    """Markup as PDF. Fonts are those that typst comes with, so that it is the same everywhere."""
+    try:
+        import typst
+    except ImportError:
+        raise ReportError(_("typst is not installed.")) from None
+    standards: Any = [standard] if standard else []
+    with tempfile.TemporaryDirectory() as folder:  # which is all that the markup could read
+        main = Path(folder, "main.typ")
+        for name, content in {main.name: markup.encode(), **beside}.items():
+            Path(folder, name).write_bytes(content)
+        try:
+            made = typst.compile(main, root=folder, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)
+        except RuntimeError as error:  # typst's own errors are
+            raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
+    assert isinstance(made, bytes)
+    return made
