@@ -1,10 +1,11 @@
-"""A report's PDF from what comes in to who scores it: taken in, counted, marked by, shown; and what is not let through."""
+"""A report's PDF from what comes in to who scores it: taken in, counted, marked by, shown; and what is refused."""
 
 from __future__ import annotations
 
 import io
 import json
 import zipfile
+from urllib.parse import urlencode
 
 import pytest
 from fake_class import FakeClass
@@ -228,20 +229,20 @@ def test_the_feedback_names_it(made):
 # --- scoring ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def scored(made):
-    made.report("ada", typeset())
-    made.report("bob", blank(2))
-    made.hand_in("cleo")
-    made.grade()
+@pytest.fixture(scope="module")
+def scored(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        made = Class(tmp_path_factory.mktemp("scored"), patch)
+        made.report("ada", typeset())
+        made.report("bob", blank(2))
+        made.hand_in("cleo")
+        made.grade()
     with made.book() as book:
         yield Desk(book, CATALOGUE, {}, LEVELS)
 
 
 def address(student, where=(WHOLE, PART), **more):
     sent = {"question": where[0], "part": where[1], "key": key_of(student, where), **more}
-    from urllib.parse import urlencode
-
     return f"/report?{urlencode(sent)}"
 
 
