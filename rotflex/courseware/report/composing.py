@@ -76,8 +76,8 @@ class _Composing:
         problems = ((problem, Place(self._notebook)) for problem in self._written.problems)
         return Document(
             report=self._report,
-            title=self._about.title,
-            course=str(course.get("title") or ""),
+            title=self._front.title or self._about.title,
+            course=self._front.course or str(course.get("title") or ""),
             term=str(course.get("term") or ""),
             student=self._lab.student,
             authors=self._front.authors,

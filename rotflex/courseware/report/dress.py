@@ -19,6 +19,8 @@ from rotflex.courseware.report.pandoc import Node
 _TOKEN = re.compile(r"\\(?:[A-Za-z]+\*?|.)(?:\s*\{[^{}]*\})?", re.DOTALL)
 #: Spaces that pandoc's typst has lost or overdone: of a control word or sign → what stands for it.
 _SPACES = {r"\;": r"\:", r"\!": "", r"\thinspace": r"\,", r"\enspace": r"\ ", r"\negthinspace": ""}
+_BARE = re.compile(r"\\begin\s*\{(array|matrix|smallmatrix)\}.*?\\end\s*\{\1\}", re.DOTALL)
+_COLUMN = re.compile(r"(?<!\\)&")
 _WIDE = (r"\hspace", r"\hskip", r"\mspace", r"\kern", r"\mkern")  # with a length: the same space for all
 
 
@@ -90,7 +92,7 @@ class Typst:
         return [_raw("typst", opened), displayed(spaced(latex)), _raw("typst", "];")]
 
     def link(self, anchor: str, inside: list[Node]) -> list[Node]:
-        return [_raw("typst", f"#link(label({quoted(anchor)}))["), *inside, _raw("typst", "];")]
+        return [_raw("typst", f"#to({quoted(anchor)})["), *inside, _raw("typst", "];")]
 
     def picture(self, name: str, content: bytes, alt: str) -> list[Node]:
         return [_raw("typst", f"#picture({quoted(self._file(name, content))}, {quoted(alt)});")]
@@ -164,7 +166,10 @@ class Html:
 
 
 def spaced(latex: str) -> str:
-    """LaTeX with spaces that pandoc writes for typst: it makes nothing of ``\\;``, and too much of ``\\!``."""
+    """LaTeX with spaces that pandoc writes for typst.
+
+    It makes nothing of ``\\;``, too much of ``\\!``, and puts nothing between columns that no brackets enclose.
+    """
 
     def of(match: re.Match[str]) -> str:
         word = re.split(r"[\s{]", match[0], maxsplit=1)[0]
@@ -173,7 +178,7 @@ def spaced(latex: str) -> str:
         kept = match[0][len(word) :]
         return (_SPACES[word] + (" " if word[1:].isalpha() else "") + kept) if word in _SPACES else match[0]
 
-    return _TOKEN.sub(of, latex)
+    return _BARE.sub(lambda match: _COLUMN.sub(r" \\quad & ", match[0]), _TOKEN.sub(of, latex))
 
 
 def quoted(text: str) -> str:

@@ -39,7 +39,7 @@ class Front:
     ----------
     place : of the cell
     authors : names; none if none are written
-    date : as written; "" if it is not
+    title, course, date : as written; "" where they are not, and are those of the course or of today
     captions : label, as in "Figure 1.2" → Markdown; without those that are empty
     references : the sources
     told : what was not understood
@@ -47,6 +47,8 @@ class Front:
 
     place: Place
     authors: tuple[str, ...] = ()
+    title: str = ""
+    course: str = ""
     date: str = ""
     captions: dict[str, str] = field(default_factory=dict)
     references: tuple[Reference, ...] = ()
@@ -118,16 +120,22 @@ def _take(
         references[key["key"]] = Reference(key["key"], text, place)
     elif name in ("Authors", _("Authors")):
         front.authors = tuple(filter(None, (one.strip() for one in re.split(r"[;,\n]", text)))) or front.authors
-    elif name in ("Date", _("Date")):
-        front.date = " ".join(text.split()) or front.date
+    elif name in (lines := _lines()):
+        setattr(front, lines[name], " ".join(text.split()) or getattr(front, lines[name]))
     elif name in labels:
         front.captions.update({name: text} if text else {})
     elif text and not key:
         front.told.append(
             (
                 _("{name!r} is none of the report's entries, and is left out; there are {labels}.").format(
-                    name=name, labels=", ".join([_("Authors"), _("Date"), *labels, "[1]"])
+                    name=name, labels=", ".join([_("Authors"), _("Title"), _("Course"), _("Date"), *labels, "[1]"])
                 ),
                 place,
             )
         )
+
+
+def _lines() -> dict[str, str]:
+    """Names of entries of one line → the attribute that each is kept under."""
+    known = {"title": ("Title", _("Title")), "course": ("Course", _("Course")), "date": ("Date", _("Date"))}
+    return {name: kept for kept, names in known.items() for name in names}

@@ -232,7 +232,7 @@ class Text:
     def _html(self, markup: str) -> list[Node]:
         if _BREAK.fullmatch(markup.strip()):
             return [{"t": "LineBreak"}]
-        if not markup.lstrip().startswith("<!--"):
+        if not markup.lstrip().startswith(("<!--", "</")):  # what was opened is told
             self.tell(_("HTML is left out: {markup}").format(markup=markup.strip()[:_SHOWN]))
         return []
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import html
 import json
 import re
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files as resources
+from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -112,26 +114,27 @@ def _rows(document: Document) -> list[tuple[str, str]]:
 
 def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]]:
     """The PDF, and formulas that it has only as they are typed."""
-    verbatim: dict[str, str] = {}
-    for _attempt in range(2):
+    told: list[tuple[str, Place]] = []
+    verbatim: frozenset[str] = frozenset()
+    while True:
         dress = Typst()
-        setting = Setting(document, read, dress, frozenset(verbatim))
+        setting = Setting(document, read, dress, verbatim)
         body, refused = pandoc.write(setting.blocks(), "typst")
         known = setting.gathered.formulas
-        told = [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
-        told += [_not_understood(*known[latex], why) for latex, why in verbatim.items() if latex in known]
+        told += [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
         try:
             return _compiled(_template() + body, {**dress.files, "cover.json": _cover(document)}), told
         except ReportError:
-            failing = _failing(list(known)) if not verbatim else {}
+            failing = {} if verbatim else _failing(list(known))
             if not failing:
                 raise
-            verbatim = {known[latex][0]: why for latex, why in failing.items()}
-    raise ReportError(_("The PDF could not be made."))
+            told = [_not_understood(*known[latex], why) for latex, why in failing.items()]
+            verbatim = frozenset(known[latex][0] for latex in failing)
 
 
 def _not_understood(latex: str, place: Place, why: str) -> tuple[str, Place]:
-    reason = " ".join(line.strip() for line in why.split("\n")[-2:])
+    lines = [line.strip() for line in why.split("\n")]  # the formula again, a mark below it, and then the reason
+    reason = next((line for line in lines if line.startswith("unexpected")), lines[-1])
     return (
         _("This formula is not understood, and stands in the report as it is typed: {latex} ({why})").format(
             latex=latex[:_LONGEST], why=reason[:_LONGEST]
@@ -176,11 +179,14 @@ def _compiled(markup: str, beside: dict[str, bytes], standard: str | None = _STA
         import typst
     except ImportError:
         raise ReportError(_("typst is not installed.")) from None
-    project: Any = {"main.typ": markup.encode(), **beside}
     standards: Any = [standard] if standard else []
-    try:
-        made = typst.compile(project, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)
-    except typst.TypstError as error:
-        raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
+    with tempfile.TemporaryDirectory() as folder:  # which is all that the markup could read
+        main = Path(folder, "main.typ")
+        for name, content in {main.name: markup.encode(), **beside}.items():
+            Path(folder, name).write_bytes(content)
+        try:
+            made = typst.compile(main, root=folder, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)
+        except RuntimeError as error:  # typst's own errors are
+            raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
     assert isinstance(made, bytes)
     return made
