@@ -14,7 +14,7 @@ import typer
 import typer.core
 
 from rotflex import __version__, bench_commands
-from rotflex.courseware import benches, course_file, course_place, files, student_id
+from rotflex.courseware import benches, course_file, course_place, files, messages, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.jupyterlab import open_jupyterlab
 from rotflex.courseware.messages import _
@@ -80,7 +80,7 @@ def _options(
         bool, typer.Option("--version", help="Show the version and stop.", is_eager=True, callback=_show_version)
     ] = False,
 ) -> None:
-    pass
+    messages.speak_to_reader(course_file.language(Path.cwd()))  # until it is known in which folder
 
 
 @app.command()
@@ -111,6 +111,8 @@ def lab(
     if student is not None:
         student = student_id.normalised(student)
     folder, said = course_place.choose(named, _names())
+    unspoken = messages.speak_to_reader(course_file.language(folder))
+    said = [*said, unspoken] if unspoken else said
     for line in said:
         typer.echo(line)
     if student is None:

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotflex.channels import FEWEST_SAMPLES, channel, signal_of
 from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
@@ -32,7 +33,6 @@ _HANN_BANDWIDTH = 1.5  # of the Hann window, in units of 1/length: it blurs a sp
 _SEGMENT = 2 / 3  # of the recording
 _STRIDE = 1 / 8  # of a segment, from one to the next
 _ZERO_PADDING = 4
-_FEWEST_SAMPLES = 64
 _AROUND_PEAK = 0.2  # of its frequency, to either side: the part of a response that a resonance is fitted to
 _COHERENT = 0.5  # a ratio of signals that share less than this is not looked at
 _LARGEST_DAMPING = 0.5  # beyond, there is hardly a peak
@@ -95,7 +95,7 @@ def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tup
     """
     from scipy.signal import welch
 
-    signal = _signal(_("The signal"), x)
+    signal = signal_of(_("The signal"), x)
     return welch(signal, **_segments(signal.size, dt, segment))
 
 
@@ -128,7 +128,7 @@ def frequency_response(
     if isinstance(data, Recording):
         x, y, dt = channel(data, input), channel(data, output), data.sample_time
     else:
-        x, y, dt = _signal(_("The input"), data[0]), _signal(_("The output"), data[1]), float(data[2])
+        x, y, dt = signal_of(_("The input"), data[0]), signal_of(_("The output"), data[1]), float(data[2])
     if x.size != y.size:
         raise IdentificationError(
             _("The input has {x_size} samples, the output {y_size}; record them together.").format(
@@ -270,7 +270,7 @@ def logarithmic_decrement(
         moving = np.abs(theta - theta[-1]) > standing
         start = int(np.flatnonzero(moving)[-1]) + 1 if moving.any() else 0
     else:
-        x, theta, start = _signal("alpha", data), np.zeros(np.size(data)), 0
+        x, theta, start = signal_of("alpha", data), np.zeros(np.size(data)), 0
     if dt is None or not dt > 0:
         raise IdentificationError(_("The sample time is {dt!r}; give dt, in s, with an array.").format(dt=dt))
     times, peaks = _turning_points(x[start:], dt, floor)
@@ -356,58 +356,17 @@ def _with_servo_clamped(s: complex, alpha: Vector, theta: Vector, dt: float) -> 
     return omega_n, damping / (2 * omega_n)
 
 
-# --- signals ---------------------------------------------------------------------------------------------------------
-
-
-def channel(recording: Recording, name: str, may_be_constant: bool = False) -> Vector:
-    """Samples (n,) of a channel that identification needs.
-
-    Raises
-    ------
-    IdentificationError
-        If the recording lacks it, or if it is too short or constant.
-    """
-    if name not in recording:
-        raise IdentificationError(
-            _("This needs the channel {name!r}; the recording has {names}.").format(
-                name=name, names=", ".join(recording.channels)
-            )
-        )
-    return _signal(_("The channel {name!r}").format(name=name), recording[name], may_be_constant)
-
-
-def _signal(what: str, values: ArrayLike, may_be_constant: bool = False) -> Vector:
-    signal = np.asarray(values, dtype=float)
-    if signal.ndim != 1 or not np.isfinite(signal).all():
-        raise IdentificationError(
-            _("{what} must be a vector of finite numbers; its shape is {signal_shape}.").format(
-                what=what, signal_shape=signal.shape
-            )
-        )
-    if signal.size < _FEWEST_SAMPLES:
-        raise IdentificationError(
-            _("{what} has {signal_size} samples; at least {fewest_samples} are needed.").format(
-                what=what, signal_size=signal.size, fewest_samples=_FEWEST_SAMPLES
-            )
-        )
-    if not may_be_constant and np.ptp(signal) == 0:
-        raise IdentificationError(
-            _("{what} is constant, {signal:g}: nothing moved, or a cable is loose.").format(what=what, signal=signal[0])
-        )
-    return signal
-
-
 def _segments(samples: int, dt: float, segment: float | None) -> dict[str, Any]:
     """How scipy.signal should cut ``samples`` into segments."""
     if not (math.isfinite(dt) and dt > 0):
         raise IdentificationError(_("The sample time is {dt!r}; it must be a positive number, in s.").format(dt=dt))
     length = round(samples * _SEGMENT if segment is None else segment / dt)
-    if not _FEWEST_SAMPLES // 2 <= length <= samples:
+    if not FEWEST_SAMPLES // 2 <= length <= samples:
         raise IdentificationError(
             _(
                 "Segments of {length:g} s do not fit a signal of {samples:g} s; choose between {fewest_samples:g} "
                 "s and its length."
-            ).format(length=length * dt, samples=samples * dt, fewest_samples=_FEWEST_SAMPLES // 2 * dt)
+            ).format(length=length * dt, samples=samples * dt, fewest_samples=FEWEST_SAMPLES // 2 * dt)
         )
     return {
         "fs": 1 / dt,

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex import mat_files, unanswered
+from rotflex import csv_files, mat_files, unanswered
 from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
@@ -364,70 +364,13 @@ def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
 
 def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any]]:
     arrays, described = mat_files.arrays(path)
-    return arrays, _metadata(described, path.name) if described else {}
+    return arrays, csv_files.metadata_of(described, path.name) if described else {}
 
 
 def _read_csv(path: Path) -> Recording:
+    time, columns, metadata = csv_files.columns(path, UNITS)
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:  # spreadsheets put a byte order mark first
-            first = file.readline()
-            metadata = _metadata(first[1:], path.name) if first.startswith("#") else {}
-            if not first.startswith("#"):
-                file.seek(0)
-            rows = [row for row in csv.reader(file) if any(row)]
-    except FileNotFoundError:
-        raise RecordingError(_("There is no file {path}.").format(path=path)) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RecordingError(
-            _("{path} cannot be read as a .csv file: {error}").format(path=path.name, error=error)
-        ) from None
-    scales = {"deg": ("rad", DEG), "rad": ("rad", 1.0), "V": ("V", 1.0)}
-    header = rows[0] if rows else []
-    if not header or header[0] != "t_s":
-        raise RecordingError(
-            _("{path}: the first column should be headed t_s; the header is {header}.").format(
-                path=path.name, header=header
-            )
-        )
-    for row in rows[1:]:
-        if len(row) != len(header):
-            raise RecordingError(
-                _("{path}: every row needs {count} numbers, as the header; one is {row}.").format(
-                    path=path.name, count=len(header), row=row
-                )
-            )
-    try:
-        table = np.array(rows[1:], dtype=np.float64).reshape(-1, len(header))
-    except ValueError as error:
-        raise RecordingError(
-            _("{path}: every row needs {count} numbers: {error}").format(path=path.name, count=len(header), error=error)
-        ) from None
-    channels: dict[str, Channel] = {}
-    for index, heading in enumerate(header[1:], start=1):
-        name, _sign, unit = heading.rpartition("_")
-        if unit not in scales or UNITS.get(name) != scales[unit][0]:
-            raise RecordingError(
-                _("{path}: column {heading!r} is none of {names} with its unit, as in theta_deg.").format(
-                    path=path.name, heading=heading, names=", ".join(UNITS)
-                )
-            )
-        if name in channels:
-            raise RecordingError(_("{path}: there are two columns for {name}.").format(path=path.name, name=name))
-        channels[name] = Channel(table[:, index] * scales[unit][1], UNITS[name])
-    time = table[:, 0]
-    try:
+        channels = {name: Channel(values, UNITS[name]) for name, values in columns.items()}
         return Recording(time - time[:1], channels, {"source": path.name, **metadata})
     except RecordingError as error:
         raise RecordingError(f"{path.name}: {error}") from None
-
-
-def _metadata(text: str, source: str) -> dict[str, Any]:
-    try:
-        metadata = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(
-            _("{source}: its description is not JSON: {error}").format(source=source, error=error)
-        ) from None
-    if not isinstance(metadata, dict):
-        raise RecordingError(_("{source}: its description should be a JSON object.").format(source=source))
-    return metadata

@@ -85,4 +85,4 @@ def _entry(values: Sequence[float], inputs: Sequence[tuple[float, ...]], here: t
             factors = np.linalg.lstsq(drawn[:, columns], wanted, rcond=None)[0]
             if np.all(np.abs(drawn[:, columns] @ factors - wanted) <= _EXACT * np.abs(wanted)):
                 return float(there[columns] @ factors)
-    raise LookupError("no sum of terms of a model")
+    raise LookupError(_("no sum of terms of a model"))

@@ -12,7 +12,7 @@ from rotflex.recording import Recording
 
 def require_motion(every: list[Recording], paths: list[Path]) -> None:
     """That something moves in each recording, or the message says in which it does not."""
-    from rotflex.identification import channel
+    from rotflex.channels import channel
 
     for path, recording in zip(paths, every, strict=True):
         try:

@@ -33,17 +33,21 @@ _spoken: tuple[str, NullTranslations | None] | None = None
 class Message(str):
     """A message that is made where no language is known yet, as when a module is imported: see :data:`N_`.
 
-    It is the English text; :func:`_` says it in the reader's language. Names to be put in are given along, and are
-    themselves translated where they are messages.
+    It is the English text: so it is compared, kept and packed. :func:`_` says it in the reader's language; so does
+    whatever text it is put into, as in ``_("Not {what}.").format(what=WHAT)``. Names to be put in are given along.
     """
 
     template: str
     names: dict[str, Any]
 
     def __new__(cls, template: str, /, **names: Any) -> Message:
-        made = super().__new__(cls, template.format(**names) if names else template)
+        english = {name: str(value) if isinstance(value, Message) else value for name, value in names.items()}
+        made = super().__new__(cls, template.format(**english) if names else template)
         made.template, made.names = template, names
         return made
+
+    def __format__(self, spec: str) -> str:
+        return format(_(self), spec)
 
 
 #: Marks a text for translation where it stands, and leaves it for ``_`` to be said: ``TITLE = N_("Stability")``, and
@@ -60,7 +64,7 @@ def _(text: str) -> str:
     would be said in one language for ever. There, :data:`N_` marks a text.
     """
     if isinstance(text, Message) and text.names:
-        return _found(text.template).format(**{name: _said(value) for name, value in text.names.items()})
+        return _found(text.template).format(**text.names)
     return _found(str(text))
 
 
@@ -145,10 +149,6 @@ def _now() -> tuple[str, NullTranslations | None]:
 def _found(text: str) -> str:
     catalogues = _now()[1]
     return catalogues.gettext(text) if catalogues is not None and text else text  # "" would be a catalogue's head
-
-
-def _said(value: Any) -> Any:
-    return _(value) if isinstance(value, Message) else value
 
 
 def _base(language: str) -> str:

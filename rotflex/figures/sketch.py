@@ -147,7 +147,7 @@ class Sketch:
 
     def damper(self, start: Point, end: Point, breadth: float = 0.7) -> None:
         """A horizontal dashpot between two points: the cup to the left, the piston to the right."""
-        (x0, y), (x1, _) = start, end
+        (x0, y), (x1, _y) = start, end
         cup, mouth, piston = x0 + 0.35 * (x1 - x0), x0 + 0.68 * (x1 - x0), x0 + 0.55 * (x1 - x0)
         half = breadth / 2
         self.line(start, (cup, y), width=THICK)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.identification import Vector, channel
+from rotflex.channels import Vector, channel
 from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Channel, Recording
 

@@ -29,7 +29,7 @@ from rotflex.hil.board import (
 from rotflex.hil.clock import Sampling, SimulatedClock, TimeSource
 from rotflex.hil.sensors import ANALOG_INPUTS, ENCODERS, Sensors, check_filter
 from rotflex.hil.terminals import AT_ONCE, Terminals, Timing
-from rotflex.hil.virtual_tasks import Task, Values
+from rotflex.hil.virtual_tasks import Task, Values, put, refuse_other
 from rotflex.plant import REST, Moving, Plant, PlantParameters, State
 
 MOTOR = 0
@@ -129,21 +129,21 @@ class VirtualBoard:
 
     def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the counters read now."""
-        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
+        chosen = self._channels(channels, num_channels, ENCODERS, _("encoder"))
         check_buffer(counts, num_channels, "encoder")
         self._catch_up(self.clock.now())
         self._sensors.set_counts(chosen, counts.tolist())
 
     def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: Channels) -> None:
         """Count all four edges, as the data sheet's counts per turn do, or fewer. What the counters read stays."""
-        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
+        chosen = self._channels(channels, num_channels, ENCODERS, _("encoder"))
         arguments.check_modes(modes, num_channels)
         self._catch_up(self.clock.now())
         self._sensors.set_modes(chosen, modes.tolist())
 
     def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
         """There is no noise here to be filtered; that the frequencies (Hz) can be is checked."""
-        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
+        chosen = self._channels(channels, num_channels, ENCODERS, _("encoder"))
         check_buffer(frequencies, num_channels, "analog")
         check_filter(chosen, frequencies.tolist())
 
@@ -182,16 +182,16 @@ class VirtualBoard:
         other_buffer: Vector | None,
     ) -> None:
         """Read inputs of all kinds at one instant. This board has no other channels."""
-        _refuse_other(num_other_channels)
+        refuse_other(num_other_channels)
         analog = self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, _("analog input"))
-        encoders = self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder")
-        digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital")
+        encoders = self._channels(encoder_channels, num_encoder_channels, ENCODERS, _("encoder"))
+        digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, _("digital"))
         check_buffer(analog_buffer, len(analog), "analog")
         check_buffer(encoder_buffer, len(encoders), "encoder")
         check_buffer(digital_buffer, len(digital), "digital")
         self._catch_up(self.clock.now())
         now = Task(analog, encoders, digital, Sampling(1))
-        _put(self._values(now), (analog_buffer, encoder_buffer, digital_buffer), 0)
+        put(self._values(now), (analog_buffer, encoder_buffer, digital_buffer), 0)
 
     def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Set analog outputs, V, within the converter's ±10 V."""
@@ -203,7 +203,7 @@ class VirtualBoard:
 
     def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Set digital lines."""
-        chosen = self._channels(channels, num_channels, _DIGITAL_LINES, "digital")
+        chosen = self._channels(channels, num_channels, _DIGITAL_LINES, _("digital"))
         check_buffer(buffer, num_channels, "digital")
         self._catch_up(self.clock.now())
         for channel, level in zip(chosen, buffer.tolist(), strict=False):
@@ -234,7 +234,7 @@ class VirtualBoard:
         num_other_channels: int,
     ) -> int:
         """Create a task that samples inputs of all kinds."""
-        _refuse_other(num_other_channels)
+        refuse_other(num_other_channels)
         if samples_in_buffer < 1:
             raise HILError(
                 _("A task needs a buffer of at least one sample; it was given {samples_in_buffer}.").format(
@@ -243,8 +243,8 @@ class VirtualBoard:
             )
         task = Task(
             analog=self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, _("analog input")),
-            encoders=self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder"),
-            digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital"),
+            encoders=self._channels(encoder_channels, num_encoder_channels, ENCODERS, _("encoder")),
+            digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, _("digital")),
             sampling=Sampling(capacity=samples_in_buffer),
         )
         handle = self._next_task
@@ -313,7 +313,7 @@ class VirtualBoard:
             if values is None:
                 self._catch_up(sampling.due)
                 values = self._values(chosen)
-            _put(values, (analog_buffer, encoder_buffer, digital_buffer), count)
+            put(values, (analog_buffer, encoder_buffer, digital_buffer), count)
             sampling.fetch()
             count += 1
         return count
@@ -397,16 +397,3 @@ class VirtualBoard:
         """Voltages by analog output, checked, and cut to what the converter can give."""
         chosen = self._channels(channels, count, _ANALOG_OUTPUTS, _("analog output"))
         return arguments.within(chosen, buffer, self._output_ranges)
-
-
-def _put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | None], at: int) -> None:
-    """Put one sample of each channel into the buffers, as sample number ``at``."""
-    for found, buffer in zip(values, buffers, strict=True):
-        if found and buffer is not None:
-            for place, value in enumerate(found, at * len(found)):
-                buffer[place] = value
-
-
-def _refuse_other(count: int) -> None:
-    if count:
-        raise HILError(_("The virtual board has no other channels."))

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from rotflex.courseware.messages import _
+from rotflex.errors import HILError
+from rotflex.hil.board import Counts, Levels, Vector
 from rotflex.hil.clock import Sampling
 
 Values = tuple[Sequence[float], Sequence[float], Sequence[float]]  #: analog, encoders, digital; counts are numbers, too
@@ -54,3 +57,17 @@ class Task:
     def kept(self) -> Values | None:
         """The sample that is fetched next, if it was put aside."""
         return self._kept.pop(self.sampling.remaining, None)
+
+
+def put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | None], at: int) -> None:
+    """Put one sample of each channel into the buffers, as sample number ``at``."""
+    for found, buffer in zip(values, buffers, strict=True):
+        if found and buffer is not None:
+            for place, value in enumerate(found, at * len(found)):
+                buffer[place] = value
+
+
+def refuse_other(count: int) -> None:
+    """Raise HILError where channels of another kind are asked for."""
+    if count:
+        raise HILError(_("The virtual board has no other channels."))

@@ -74,7 +74,7 @@ def _plain(report: CellReport) -> dict[str, Any]:
 def facts_of(record: RunRecord) -> Facts:
     """What the gradebook has of a run. Of those of earlier versions it has only what was said of them."""
     if not record.cells:
-        notes = tuple(note for note in record.notes if not note.endswith(UNMARKED))
+        notes = tuple(note for note in record.notes if not note.endswith((UNMARKED, _(UNMARKED))))
         return Facts(problems=record.problems, notes=notes, bench_of=record.student)
     about, *cells = record.cells
     reports = Reports(

@@ -43,25 +43,15 @@ SAFETY = N_(
 _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
-VALIDATION = "validation"
-_FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
+VALIDATION = N_("validation")
+_FEEDBACK = {N_("tracking, full state"): "full", N_("tracking, partial state"): "partial"}
+#: By their names; a recording has them as they stand here.
 _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
-    "free decay": experiments.free_decay,
-    "sweep": experiments.sweep,
+    N_("free decay"): experiments.free_decay,
+    N_("sweep"): experiments.sweep,
     VALIDATION: experiments.validation,
     **dict.fromkeys(_FEEDBACK, experiments.tracking),
-    "watch": experiments.watch,
-}
-
-
-#: As they are called for people; what a recording says of itself stays as it is.
-_CALLED = {
-    "free decay": N_("free decay"),
-    "sweep": N_("sweep"),
-    VALIDATION: N_("validation"),
-    "tracking, full state": N_("tracking, full state"),
-    "tracking, partial state": N_("tracking, partial state"),
-    "watch": N_("watch"),
+    N_("watch"): experiments.watch,
 }
 
 
@@ -354,7 +344,7 @@ class BenchConsole(Explorer):
                 Choice(
                     "experiment",
                     _("experiment"),
-                    {one: _(_CALLED.get(one, one)) for one in self._names()},
+                    {one: _(one) for one in self._names()},
                     self.choice,
                     running,
                 ),

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.messages import _
-from rotflex.errors import RotflexError, RunStopped, WatchdogExpired
+from rotflex.errors import HILError, RotflexError, RunStopped, WatchdogExpired
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.recording import Recording
 
@@ -137,7 +137,9 @@ def outcome(run: Running) -> tuple[str, str]:
         return _("finished"), _("The experiment is finished. The motor is at 0 V.")
     if isinstance(error, RunStopped):
         return _("stopped"), str(error)
-    if isinstance(error, WatchdogExpired):
+    if isinstance(error, WatchdogExpired) or (
+        isinstance(error, HILError) and "watchdog" in str(error)
+    ):  # a maker's words
         return _("ended"), _("The computer was too busy to control the bench, so its watchdog set the motor to 0 V.")
     if isinstance(error, RotflexError):
         return _("ended"), str(error)

@@ -15,19 +15,19 @@ from rotflex.workbook.catalogue_reports import CONTROL_ITEMS, CONTROL_REPORT, MO
 from rotflex.workbook.predictions import PREDICTIONS
 
 OUTCOMES = {
-    "A-1": N_("has a strategy to solve the problem"),
-    "A-2": N_("performs the calculations"),
-    "A-3": N_("explains the results"),
-    "B-5": N_("follows the procedure"),
-    "B-6": N_("documents the data"),
-    "B-7": N_("uses appropriate analysis"),
-    "B-8": N_("accounts for uncertainty"),
-    "B-9": N_("interprets the results against the hypothesis"),
-    "K-1": N_("uses software for analysis"),
-    "K-2": N_("uses software to present data"),
-    "K-3": N_("uses software to simulate"),
-    "GS-1": N_("content and organisation of the report"),
-    "GS-2": N_("professional appearance"),
+    "A-1": "has a strategy to solve the problem",
+    "A-2": "performs the calculations",
+    "A-3": "explains the results",
+    "B-5": "follows the procedure",
+    "B-6": "documents the data",
+    "B-7": "uses appropriate analysis",
+    "B-8": "accounts for uncertainty",
+    "B-9": "interprets the results against the hypothesis",
+    "K-1": "uses software for analysis",
+    "K-2": "uses software to present data",
+    "K-3": "uses software to simulate",
+    "GS-1": "content and organisation of the report",
+    "GS-2": "professional appearance",
 }
 
 _FORMAT_ROWS = (

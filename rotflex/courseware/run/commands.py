@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotflex.courseware import course_file, messages
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import by_program
 from rotflex.courseware.run.from_notebook import nothing_here
@@ -141,7 +142,9 @@ def _place(folder: Path | None) -> Path:
     from rotflex.courseware import released
     from rotflex.courseware.run import student_folder
 
-    return student_folder.find(folder, released.masters())
+    place = student_folder.find(folder, released.masters())
+    messages.speak_to_reader(course_file.language(place))
+    return place
 
 
 def _checked(folder: Path, student: str) -> Checked:

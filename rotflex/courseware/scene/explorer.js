@@ -22,6 +22,7 @@ export default { render };
 class View {
   constructor(model, el) {
     this.model = model;
+    this.words = model.get("words"); // what is said on the page, in the reader's language
     this.id = crypto.randomUUID?.() ?? String(Math.random());
     this.sent = 0;
     this.open = false; // an event is under way
@@ -112,7 +113,7 @@ class View {
     this.host.setAttribute("aria-busy", "false");
     this.forget();
     this.handles.letGo();
-    this.say({ kind: "error", text: "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this cell again." });
+    this.say({ kind: "error", text: this.words.no_answer });
   }
 
   answered(n) {
@@ -159,7 +160,7 @@ class View {
   showLife() {
     this.post({ kind: "alive" });
     if (performance.now() - this.updated > SILENCE) {
-      this.say({ kind: "error", text: "Nothing is heard of the running bench. STOP may not be heard either: use the bench's own emergency stop." });
+      this.say({ kind: "error", text: this.words.silent });
     }
   }
 

@@ -36,9 +36,10 @@ class Explorer(anywidget.AnyWidget):
     _css = _HERE / "explorer.css"
     scene = traitlets.Dict().tag(sync=True)
     data = traitlets.Bytes().tag(sync=True)
+    words = traitlets.Dict().tag(sync=True)
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(words=_words())
         self._version = 0
         self._loop = _running_loop()
         self._answered: dict[str, Any] = {}
@@ -157,6 +158,24 @@ class Explorer(anywidget.AnyWidget):
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
+
+
+def _words() -> dict[str, str]:
+    """What the page says by itself, by the names that the scripts have for it."""
+    return {
+        "play": _("▶ Play"),
+        "pause": _("❚❚ Pause"),
+        "time": _("Time in the recording, s"),
+        "number": _("number"),
+        "drag": _("Drag it, or use the arrow keys (with Shift: ten times as far)."),
+        "no_answer": _(
+            "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this "
+            "cell again."
+        ),
+        "silent": _(
+            "Nothing is heard of the running bench. STOP may not be heard either: use the bench's own emergency stop."
+        ),
+    }
 
 
 def _result(work: Callable[[], Any]) -> Any:

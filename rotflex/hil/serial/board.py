@@ -101,7 +101,7 @@ class SerialBoard:
 
     def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the counters read now."""
-        encoders = self._chosen(channels, num_channels, _ENCODERS, "encoder")
+        encoders = self._chosen(channels, num_channels, _ENCODERS, _("encoder"))
         check_buffer(counts, num_channels, "encoder")
         values = [0] * _ENCODERS
         for encoder, count in zip(encoders, counts.tolist(), strict=False):
@@ -111,13 +111,13 @@ class SerialBoard:
 
     def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: NDArray[Any]) -> None:
         """Every edge is counted: X4 is the one mode."""
-        self._chosen(channels, num_channels, _ENCODERS, "encoder")
+        self._chosen(channels, num_channels, _ENCODERS, _("encoder"))
         check_modes(modes, num_channels)
         same_for_all(modes, num_channels, _X4, _("The board counts every edge of its encoders (X4, mode 4), always."))
 
     def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
         """The board has no filter: refused."""
-        self._chosen(channels, num_channels, _ENCODERS, "encoder")
+        self._chosen(channels, num_channels, _ENCODERS, _("encoder"))
         raise HILError(
             _("The board has no filter at its encoders. Where one is needed, wire one (docs/serial_bench.md).")
         )
@@ -188,7 +188,7 @@ class SerialBoard:
 
     def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Set digital lines: 0 low, anything else high."""
-        lines = self._chosen(channels, num_channels, _DIGITAL_LINES, "digital")
+        lines = self._chosen(channels, num_channels, _DIGITAL_LINES, _("digital"))
         check_buffer(buffer, num_channels, "digital")
         levels = dict(zip(lines, buffer.tolist(), strict=False))
         mask = sum(1 << line for line in levels)
@@ -371,6 +371,6 @@ class SerialBoard:
             raise HILError(_("The serial board has no other channels."))
         return (
             self._chosen(*analog, _ANALOG_INPUTS, _("analog input")),
-            self._chosen(*encoders, _ENCODERS, "encoder"),
-            self._chosen(*digital, _DIGITAL_LINES, "digital"),
+            self._chosen(*encoders, _ENCODERS, _("encoder")),
+            self._chosen(*digital, _DIGITAL_LINES, _("digital")),
         )

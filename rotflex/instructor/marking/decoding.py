@@ -153,7 +153,7 @@ def _drop_functions(claims: Claims, catalogue: Catalogue) -> None:
     """Outputs on other inputs than those that were drawn say nothing."""
     for where in [where for where in claims.values if catalogue.everything[where[0]].part(where[1]).kind == "function"]:
         del claims.values[where]
-        claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
+        claims.malformed[where] = _("The function was not tried on the inputs that were drawn for it.")
 
 
 # --- JSON, strictly ---------------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ _SUPPLIED = N_(
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
 
-UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
+UNMARKED = N_("was answered; the key does not mark it.")  #: how a note on that ends
 _NONE = Verdict(Status.MISSING, 0.0, _MISSING)
 _PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
@@ -114,7 +114,7 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
                 one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
             if where in about.supplied:
                 why = about.missing.get(where, "")
-                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
+                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_(_SUPPLIED)}".strip())
             elif one.status is Status.MISSING and where in about.missing:
                 one = replace(one, reason=about.missing[where])
             marks.append(one)
@@ -157,7 +157,7 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
     else:
         verdict = _left_out(part, check, case)
     points = round(verdict.share * part.points, 6)
-    return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
+    return Mark(question.number, part.name, verdict.status, points, part.points, _(verdict.reason), given)
 
 
 def _left_out(part: Part, check: Check, case: Case) -> Verdict:

@@ -34,7 +34,8 @@ DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and 
 _COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
 _NEVER = ("__pycache__", "*.pyc", ".*")
 
-_README = N_("""\
+_README = N_(
+    """\
 # {title}
 
 You need Python {python} or newer. In this folder, once:
@@ -81,15 +82,18 @@ or a zip of it, is taken as well.) In a notebook the three are `lab.check()`, `l
 If your instructor hands out a newer release: unpack it somewhere else, not over this folder. Then, in this folder, say
 `.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
 become the new ones, and copies of your notebooks as they were are kept.
-""")
+"""
+)
 
 _BENCH = {
     OWN: N_("Your own virtual bench is made from it."),
     SAME: N_("Everybody in the course has the same virtual bench."),
     PRESET: N_("Everybody in the course has the same virtual bench."),
-    REAL: N_("""\
+    REAL: N_(
+        """\
 You are marked by what you record at the laboratory's own bench: your
-notebooks keep it in the folder `recordings`, which is handed in with them."""),
+notebooks keep it in the folder `recordings`, which is handed in with them."""
+    ),
 }
 
 
@@ -196,8 +200,8 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
     (folder / "LICENSE").write_text(_licence(distribution), encoding="utf-8", newline="\n")
     python = (distribution.metadata["Requires-Python"] or "").removeprefix(">=")
-    whose = _(_BENCH[course.settings.bench.which])
-    readme = _(_README).format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=whose)
+    whose = _BENCH[course.settings.bench.which]
+    readme = _(_README).format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=_(whose))
     (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
     project = _project_file(course, distribution, with_data)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")

@@ -92,6 +92,11 @@ class Shown:
         return _LOOK[self.mark.status][1]
 
     @property
+    def status(self) -> str:
+        """What became of it, in words."""
+        return _(self.mark.status.value)
+
+    @property
     def earned(self) -> str:
         """Points in words."""
         mark = self.mark
@@ -255,7 +260,7 @@ def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> l
         found.append(
             Asked(
                 number,
-                question.title,
+                _(question.title),
                 question.section,
                 question.notebook,
                 shown,
@@ -279,7 +284,7 @@ def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Mark
         given = Markup('<div class="given {}">{}</div>').format(kind, no_escapes(mark.given))
     else:
         given = Markup("")
-    return Shown(mark, part.prompt if part is not None else "", given)
+    return Shown(mark, _(part.prompt) if part is not None else "", given)
 
 
 def pictures_of(written: Mapping[str, Any]) -> dict[str, bytes]:

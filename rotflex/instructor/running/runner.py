@@ -16,7 +16,7 @@ from typing import Any
 
 import rotflex
 from rotflex.courseware.files import ANSWERS_FILE
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import RUNNING
 from rotflex.courseware.run.cell_reports import MAX_BYTES, REPORTS_FILE
 from rotflex.errors import GradingError
@@ -29,13 +29,15 @@ MAX_ANSWERS = 2_000_000  #: bytes
 _GIB = 1024**3
 _PARTLY = {
     inside.FINE: "",
-    inside.TIMED_OUT: "A cell took longer than {cell} s and was stopped; what came after it was run where it could.",
-    inside.DIED: "The Python process died while a notebook was run; the rest of that notebook was not run.",
+    inside.TIMED_OUT: N_(
+        "A cell took longer than {cell} s and was stopped; what came after it was run where it could."
+    ),
+    inside.DIED: N_("The Python process died while a notebook was run; the rest of that notebook was not run."),
 }
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
-_NOT_RUN = "The released course cannot be run here: {reason}"
-_ENDED_EARLY = "The run ended before all notebooks were run."
+_NOT_RUN = N_("The released course cannot be run here: {reason}")
+_ENDED_EARLY = N_("The run ended before all notebooks were run.")
 
 
 @dataclass(frozen=True)
@@ -182,9 +184,9 @@ def _environment(folder: Path, probe_seed: int) -> dict[str, str]:
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
     ended = {
         Ending.DEADLINE: _("The run took longer than {seconds:g} s and was stopped.").format(seconds=limits.submission),
-        Ending.OUTPUT: "The run was stopped: it said too much.",
-        Ending.CANCELLED: "The run was called off.",
-        Ending.FINISHED: _PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY),
+        Ending.OUTPUT: _("The run was stopped: it said too much."),
+        Ending.CANCELLED: _("The run was called off."),
+        Ending.FINISHED: _(_PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY)),
     }[outcome.ending].format(cell=limits.cell)
     left = f"{ANSWERS_FILE} {outcome.trouble}." if outcome.trouble else ""
     return tuple(filter(None, (ended, left)))
