@@ -148,6 +148,7 @@ def test_the_same_answers_get_the_same_marks_in_either_language(course, tmp_path
         marked = [json.loads((out / f"{who}-{one}" / "marks.json").read_text("utf-8"))["marks"] for one in ("de", "en")]
         assert len(marked[0]) == 5 and marked[0] == marked[1]
         assert float(rows[f"{who}-de"]["total"]) == float(rows[f"{who}-en"]["total"]) == total
+        assert '<html lang="de">' in (out / f"{who}-de" / "feedback.html").read_text(encoding="utf-8")
         # Each was recognised as what it is, and nothing of the course's taken for changed.
         assert "changed" not in rows[f"{who}-de"]["notes"] + rows[f"{who}-en"]["notes"]
         assert "earlier release" not in rows[f"{who}-de"]["notes"]
