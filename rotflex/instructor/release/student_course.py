@@ -25,7 +25,7 @@ from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
 from rotflex.instructor.release import dates, identity, student_notebooks
 from rotflex.instructor.release.dates import ZipTime
 from rotflex.instructor.release.identity import DATA, NOTEBOOKS
-from rotflex.instructor.translation import translated
+from rotflex.instructor.translation import po_files, translated
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode
@@ -135,7 +135,10 @@ def in_its_language(course: Course, path: Path) -> NotebookNode:
         If the notebook, or the file of its translation, cannot be read.
     """
     notebook = student_notebooks.read(path)
-    return translated.translated(notebook, path.name, course.folder, course.settings.language)[0]
+    language = course.settings.language
+    if not po_files.file_of(course.folder, language, path.name).exists():
+        return notebook
+    return translated.translated(notebook, path.name, course.folder, language)[0]
 
 
 def write_notebooks(course: Course) -> list[Path]:
