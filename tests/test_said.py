@@ -92,6 +92,7 @@ def _is_within(path, place: str) -> bool:
         ('axes.plot(x, y, label="measured")', "is shown by plot, and not translated"),
         ('axes.set_xlabel("time (s)")', "is not translated"),
         ('Row("state", ("stopped" if late else "connected",))', "is shown by Row, and not translated"),
+        ('LOOKS = {"a": N_("all of it"), "b": "nothing"}', "stands among messages, and is none"),
         ('print("Stopped.")', "is shown by print, and not translated"),
         ('def f():\n    for _ in range(3):\n        g(_("There is none."))', "is said where _ is something else"),
     ],

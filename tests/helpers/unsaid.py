@@ -22,6 +22,8 @@ SHOWS: dict[str, tuple[int, ...]] = {
     "band": (4,),
     "handle": (3, 7),
     **dict.fromkeys(("text", "block", "signal"), (2,)),
+    **dict.fromkeys(("progress", "with_progress"), (1, 2)),
+    "counter": (0, 1),
     **dict.fromkeys(
         ("set_xlabel", "set_ylabel", "set_title", "annotate", "print", "echo", "secho", "display", "Markdown", "HTML"),
         (0,),
@@ -69,6 +71,8 @@ def found_in(source: str) -> Iterator[Found]:
             yield from _of_call(node, parents, marked)
         elif isinstance(node, ast.FunctionDef | ast.comprehension):
             yield from _of_hidden(node, parents)
+        elif isinstance(node, ast.Dict):
+            yield from _among_messages(node, parents)
         else:
             text = _text(node, parents)
             if text and _is_sentence(text) and not _is_for_a_program(node, parents):
@@ -104,6 +108,15 @@ def _of_call(node: ast.Call, parents: dict[ast.AST, ast.AST], marked: set[str]) 
             text = _text(one, parents)
             if text and _WORD.search(_UNITS.sub("", text)) and not _is_sentence(text):
                 yield Found(one.lineno, text, f"is shown by {name}, and not translated")
+
+
+def _among_messages(node: ast.Dict, parents: dict[ast.AST, ast.AST]) -> Iterator[Found]:
+    """Words in a table whose others are messages."""
+    if any(isinstance(value, ast.Call) and _called(value) == "N_" for value in node.values):
+        for value in node.values:
+            text = _text(value, parents)
+            if _WORD.search(_UNITS.sub("", text)):
+                yield Found(value.lineno, text, "stands among messages, and is none")
 
 
 def _alternatives(node: ast.expr) -> Iterator[ast.expr]:
