@@ -288,7 +288,7 @@ class StateSpaceFunction:
         if own and not set(bad) - set("AB") and not self._differing(value, own):
             return follow_through(_("Not the model of the derivation, but it gives your own matrices of question 2.7."))
         reason = _("Called with other parameters, it gives another {names} than the derivation.").format(
-            names=" and ".join(bad)
+            names=_(" and ").join(bad)
         )
         if "A" in bad:
             reason += _(" Look at row {names} of A, and at the signs in it.").format(

@@ -118,6 +118,7 @@ DOMAINS = (
             "rotflex/instructor/reports/similar.py",
             "rotflex/instructor/running/bundles.py",
             "rotflex/instructor/running/executors.py",
+            "rotflex/instructor/running/inside",
             "rotflex/instructor/running/isolation_report.py",
         ),
     ),

@@ -76,7 +76,7 @@ def search(problem: Problem, progress: bool) -> Found:
         here = latest.get(unknowns.tobytes())
         return problem.jacobian(unknowns, problem.residual(unknowns) if here is None else here)
 
-    with counter("fit", "run", progress) as problem.count:
+    with counter(_("fit"), _("run"), progress) as problem.count:
         found = least_squares(
             value,
             np.maximum(problem.begin, problem.lowest + STEP),

@@ -118,7 +118,7 @@ def _sampled(
     if bench.recorded is not None:
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
-    coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
+    coming = enumerate(with_progress(targets.tolist(), _("experiment"), _("sample"), progress))
     with undisturbed(not bench.is_simulated):
         try:
             bench.start(described["sample_time"])

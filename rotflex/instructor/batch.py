@@ -273,6 +273,7 @@ class Batch:
             files=taken.prepared.files,
             limits=self._settings.limits,
             isolated=self._settings.isolated,
+            language=self._course.settings.language,
         )
         running = pool.executor.submit(runner.work, runner.job_bytes(job), taken.bundle.packed)
         run = runner.run_from(running.result())

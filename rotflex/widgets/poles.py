@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _FEEDBACK = {"full": N_("full state"), "partial": N_("partial (servo only)")}
 _BESIDE = {
-    "step": "nothing",
+    "step": N_("nothing"),
     "margins": N_("margins (Bode)"),
     "cloud": N_("uncertain K_s (cloud)"),
     "lqr": N_("LQR, to compare"),

@@ -83,11 +83,11 @@ def _keep_state_space(output: Any) -> list[Any]:
         vector = 1 in shape
         if piece.shape != shape and not (vector and piece.size == max(shape) and piece.ndim <= 2):
             raise FormError(
-                _("{name} is {map}, not {shape} × {shape_2}").format(
+                _("{name} is {given}, not {rows} × {columns}").format(
                     name=name,
-                    map=" × ".join(map(str, piece.shape)) or "a single number",
-                    shape=shape[0],
-                    shape_2=shape[1],
+                    given=" × ".join(map(str, piece.shape)) or _("a single number"),
+                    rows=shape[0],
+                    columns=shape[1],
                 )
             )
         kept.append([rounded(row) for row in piece.reshape(shape)])

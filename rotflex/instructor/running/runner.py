@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
+from rotflex.courseware import messages
 from rotflex.courseware.files import ANSWERS_FILE
 from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import RUNNING
@@ -77,6 +78,7 @@ class Job:
     files : the student's own, beside the notebooks: relative path → content
     limits : on time and size
     isolated : in a sandbox, or with the rights of whoever grades
+    language : in which is said what students read of it
     """
 
     student: str
@@ -87,6 +89,7 @@ class Job:
     files: Mapping[str, bytes] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)
     isolated: bool = True
+    language: str = messages.ENGLISH
 
 
 @dataclass(frozen=True)
@@ -158,22 +161,23 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         largest=MAX_ANSWERS,
         also={REPORTS_FILE: MAX_BYTES},
         stdin=json.dumps(spec).encode(),
-        environment=_environment(folder, job.probe_seed),
+        environment=_environment(folder, job),
         limits=job.limits.of_sandbox(),
         cancelled=cancelled,
     )
 
 
-def _environment(folder: Path, probe_seed: int) -> dict[str, str]:
+def _environment(folder: Path, job: Job) -> dict[str, str]:
     """Environment variables that a submission gets, besides those of its sandbox."""
     return {
         "LANG": "C.UTF-8",
+        messages.SETTING: job.language,
         "PYTHONPATH": str(folder),  # comes before where this rotflex is installed
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
         "ROTFLEX_PROGRESS": "off",
         RUNNING: "grade",
-        "ROTFLEX_PROBE_SEED": str(probe_seed),
+        "ROTFLEX_PROBE_SEED": str(job.probe_seed),
         # Submissions share the processors; each calculates on one.
         "OMP_NUM_THREADS": "1",
         "OPENBLAS_NUM_THREADS": "1",
@@ -209,6 +213,7 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
         raise GradingError(
             _("This worker has rotflex {version}; install the version that grades.").format(version=rotflex.__version__)
         )
+    messages.speak(asked["language"])  # as a process of its own has not loaded the course
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
     reports = b64encode(done.reports).decode("ascii")

@@ -59,14 +59,14 @@ def opened(text):
 
 def test_the_heading_names_course_term_and_student():
     text = seen(page(OMEGA, name="Ada L.", section="B"))
-    assert "A course · Spring Feedback for ada Ada L., section B 2 of 2 points ." in text
+    assert "A course · Spring Feedback for ada Ada L., section B 2 of 2 points." in text
 
 
 def test_what_waits_and_what_could_not_be_marked_is_said_and_is_no_0():
     waits = replace(WHY, status=Status.FOR_A_PERSON, points=0.0)
     fault = Mark("2.16", "comparison", Status.NOT_MARKED, 0.0, 2.0, "key.py, line 3.", "So.")
     text = seen(page(OMEGA, waits, fault))
-    assert "2 of 5 points so far; 1 more waits for a person to read your answers; 2 could not be marked" in text
+    assert "2 of 5 points so far. 1 more waits for a person to read your answers. 2 could not be marked" in text
     assert "1 point not decided yet" in text and "2 points not decided yet" in text
     assert re.search(r"2\.3\.2 03_model_validation 2 not marked 2 All", text)  # nothing earned is said of it
 

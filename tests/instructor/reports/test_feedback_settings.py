@@ -129,7 +129,7 @@ def test_where_one_does_the_student_reads_how_it_counts():
         "Together: 1.5 of 4 points. On the scale of 10: 1.5 / 4 × 10 = 3.75. "
         "Final grade: 3.75 of 10, rounded to 2 decimals (half up). Summary"
     ) in shown
-    first = "Final grade: 3.75 of 10 ; how it comes about is below. Before weights and times, your answers earned 1.5"
+    first = "Final grade: 3.75 of 10. How it comes about is below. Before weights and times, your answers earned 1.5"
     assert first in shown and shown.index(first) < shown.index("How it counts")
 
 
