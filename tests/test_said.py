@@ -107,6 +107,7 @@ def test_what_would_not_be_translated_is_found(source, what):
         '"""A docstring with words."""',
         'def f():\n    return _("There is no {name}.").format(name=name)',
         'NONE = N_("There is none.")\ndef f():\n    return _(NONE)',
+        'LINES = {"where there is none": N_("There is none.")}',
         'def f():\n    return plural(n, "{count} curve", "{count} curves")',
         'color = axes.plot(x, y, label=r"$\\theta$ (deg)")',
         'if "is not there" in told:\n    pass',
@@ -129,7 +130,7 @@ _IN_ATTRIBUTES = re.compile(r'\b(?:title|alt|aria-label)="([^"]*)"')
 def words_of(page: str) -> list[str]:
     """Words of a template that are no tag's, and not Python's."""
     own = _SAID_BY_PYTHON.sub("", page)
-    shown = re.sub(r"<[^>]*>", "", own)
+    shown = re.sub(r"<style>.*?</style>|<[^>]*>", "", own, flags=re.DOTALL)
     return re.findall(r"[^\W\d_]{2,}", " ".join([shown, *_IN_ATTRIBUTES.findall(own)]))
 
 
@@ -141,6 +142,7 @@ def test_a_page_has_no_words_of_its_own(page):
 def test_words_of_a_page_are_found():
     assert {"feedback.html", "head.html", "begin.html", "not_open_yet.html"} == {page.name for page in PAGES}
     assert words_of('<p class="a">{{ _("All") }} so far</p>') == ["so", "far"]
+    assert words_of("<style>p { color: red }</style><p>x</p>") == []
     assert words_of('<img alt="A curve"><a href="#x">{{ name }}</a>') == ["curve"]
 
 

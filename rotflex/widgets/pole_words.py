@@ -30,8 +30,7 @@ def verdicts(found: Design) -> Readout:
         value = finding.value
         shown = "–" if value is None else _("does not settle") if math.isinf(value) else f"{value / scale:.3g} {unit}"
         mark, words = _MARKS[finding.met]
-        words = _(words)
-        rows.append(Row(_(name), (shown, f"≤ {finding.specification.limit / scale:g} {unit}"), mark, words))
+        rows.append(Row(_(name), (shown, f"≤ {finding.specification.limit / scale:g} {unit}"), mark, _(words)))
     if found.runaway is not None:
         rows = _of_a_runaway(found.runaway)
     elif not found.findings:

@@ -189,6 +189,9 @@ def _is_for_a_program(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> bool:
         match node:
             case ast.Call() if inner is not node.func:
                 found = _called(node) in {*SAYS, *_FOR_PROGRAMS}
+            case ast.Dict() if inner in node.keys:  # the name of a message
+                value = node.values[node.keys.index(inner)]
+                found = isinstance(value, ast.Call) and _called(value) == "N_"
             case ast.keyword(arg=name):
                 found = name in _NAMES_OF_LOOKS
             case ast.Compare() | ast.arg():
