@@ -8,6 +8,7 @@ import pytest
 from gradebooks import graded, record
 
 from rotflex.courseware.benches import BenchPolicy
+from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
 from rotflex.courseware.words import Words
 from rotflex.instructor import graded_run
@@ -33,6 +34,7 @@ PARTS = {
     "asked": [("1", "x"), ("2", "y")],
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
+    "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
     "evidence": {"recordings/001-sweep.mat": b"\x00\xff"},
 }
 NOTHING = Facts(missing={})

@@ -285,7 +285,7 @@ def _part(
     recorded: tuple[Mapping[str, Mapping[str, Any]], int | None],
     home: _Home,
     why: str,
-    own_documents: Collection[str],
+    own_documents: Collection[str] = (),
 ) -> Part:
     """What became of a part. Of one that nobody has begun it is not told that it builds on others."""
     (question, name), (found, seed) = asked_for.where, recorded

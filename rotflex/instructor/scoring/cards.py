@@ -128,7 +128,7 @@ def _shown(desk: Desk, answer: Answer, first: str, round: int) -> Shown:
         [(f"{number} {name}", drawn) for (number, name), drawn in figures.items()],
         state(answer) if decided else "",
         "" if pdf is None else pdf.about,
-        pdf is not None and answer.mark.given == pdf.given,
+        pdf is not None and answer.mark.given == pdf.given and where[0] not in desk.catalogue.report_judged,
     )
 
 

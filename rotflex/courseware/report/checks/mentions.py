@@ -24,7 +24,7 @@ _LIST = rf"{_NUMBER}(?:\s*(?:,|;|and|und|or|oder|to|bis|[-–—]|&)\s*{_NUMBER}
 _ELSEWHERE = re.compile(r"\s*,?\s*(?:of|in|from|aus|von|des|der|im)\s+(?:the|a|dem|der|\[|[A-Z])|\s*\[")
 _RANGE = re.compile(rf"({_NUMBER})\s*(?:to|bis|[-–—])\s*({_NUMBER})")
 _CITED = re.compile(r"(?<!\w)\[\s*(\d{1,3}(?:\s*[,;–-]\s*\d{1,3})*)(?:\s*,[^\]\d][^\]]*)?\s*\](?![(\[:\w])")
-_INTERVAL = re.compile(r"\s*(?:[µμmkM]?(?:s|Hz|V|A|m|g|rad|deg)\b|°|%)")
+_INTERVAL = re.compile(r"\s*(?:[µμmkM]?(?:s|Hz|V|A|m|g|rad|deg)\b(?!\.\s\w)|°|%)")
 _YEAR = re.compile(r"\b(?:1[89]|20)\d\d\b")
 _ADDRESS = re.compile(r"(?:https?://|www\.)\S+", re.IGNORECASE)
 _FEWEST_WORDS = 3  # of a source that can be found again
@@ -156,11 +156,11 @@ def _order(document: Document) -> Iterator[Fault]:
             )
 
 
-def cited(reading: Reading) -> list[str]:
-    """Keys of the sources that a text cites by numbers, as in [1] and [2, 3]."""
+def cited(text: str) -> list[str]:
+    """Keys of the sources that a running text cites by numbers, as in [1] and [2, 3]."""
     found = []
-    for match in _CITED.finditer(reading.bare):
-        if _INTERVAL.match(reading.bare, match.end()) or re.search(r"(?:^|\D)0", match[1]):
+    for match in _CITED.finditer(text):
+        if _INTERVAL.match(text, match.end()) or re.search(r"(?:^|\D)0", match[1]):
             continue  # an interval: [1, 5] Hz, [0, 1]
         for piece in re.split(r"[,;]", match[1]):
             ends = [end.strip() for end in re.split(r"[–-]", piece)]
@@ -173,7 +173,7 @@ def _citations(document: Document, readings: Sequence[Reading]) -> Iterator[Faul
     listed = {one.key for one in document.references}
     used: set[str] = set()
     for reading in readings:
-        keys = dict.fromkeys(cited(reading))
+        keys = dict.fromkeys(cited(reading.bare))
         used.update(keys)
         used.update(key for key in listed if f"[{key}]" in reading.bare or f"@{key}" in reading.bare)
         for key in keys:

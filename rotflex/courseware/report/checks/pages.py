@@ -54,9 +54,7 @@ def faults(pages: Sequence[str], name: str, titles: Collection[str], limit: int 
             "scanned",
             _("There is hardly any text in it: its pages are pictures."),
             _("Nobody can search in it, and who does not see it cannot have it read out. It may be hard to read."),
-            _(
-                "If it was scanned or photographed, type it, and export that as PDF. No more can be told of it here."
-            ),
+            _("If it was scanned or photographed, type it, and export that as PDF. No more can be told of it here."),
             place,
         )
         return
@@ -68,7 +66,7 @@ def faults(pages: Sequence[str], name: str, titles: Collection[str], limit: int 
         yield from _sections(pages, titles, place)
     if language is not None:
         yield from _captions(readings, place)
-    yield from _sources(pages, readings, place)
+    yield from _sources(pages, place)
     yield from wording.faults(readings, language, of_pages=True)
     yield from numbers.of_pages(readings, language)
 
@@ -162,22 +160,20 @@ def _captions(readings: Sequence[Reading], place: Place) -> Iterator[Fault]:
                     )
 
 
-def _sources(pages: Sequence[str], readings: Sequence[Reading], place: Place) -> Iterator[Fault]:
+def _sources(pages: Sequence[str], place: Place) -> Iterator[Fault]:
     whole = "\n".join(pages)
     heading = [*_SOURCES.finditer(whole)]
     if not heading:
         yield Fault(
             "references",
             _("No list of sources is found."),
-            _(
-                "A reader cannot see what is yours and what you took over: a manual, a data sheet, this course."
-            ),
+            _("A reader cannot see what is yours and what you took over: a manual, a data sheet, this course."),
             _("List what you used at the end, under “References”, and cite each where you use it."),
             place,
         )
         return
     entries = _ENTRY.findall(whole[heading[-1].end() :])
-    used = [key for reading in readings for key in cited(reading)]
+    used = cited(" ".join(whole[: heading[-1].start()].split()))
     if not entries:  # they may be listed in another way
         return
     for key in dict.fromkeys(key for key in used if key not in entries):
@@ -189,7 +185,7 @@ def _sources(pages: Sequence[str], readings: Sequence[Reading], place: Place) ->
             place,
         )
     for key in entries:
-        if used.count(key) <= entries.count(key):  # each entry begins with its own key
+        if key not in used:
             yield Fault(
                 "never cited",
                 _("Source [{key}] is listed, and no text cites it.").format(key=key),

@@ -1,0 +1,285 @@
+"""A student's own PDF as the report: what is taken, what is said of it, and what no list asks for any more."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+import zipfile
+
+import pytest
+from good_reports import TERSE
+from made_notebooks import notebook, saved
+from pdfs import blank, composed, typeset
+
+from rotflex.courseware import report_files, reports
+from rotflex.courseware.catalogue import Catalogue
+from rotflex.courseware.parts import Question, ReportItem, number
+from rotflex.courseware.report import attaching, writing
+from rotflex.courseware.report.checks import pages
+from rotflex.courseware.run import reports_along, student_folder
+from rotflex.courseware.run.asked import Asked
+from rotflex.courseware.run.check import GOOD, State, _Home, _part
+from rotflex.courseware.run.submit import submit
+from rotflex.courseware.session import Session
+from rotflex.errors import AnswerError
+
+TITLES = ["Procedure", "Results", "Analysis", "Conclusion"]
+CATALOGUE = Catalogue(
+    [Question("1.1", "1", "01", "Swing", (), (number("k", "N/m", None, "", "?"),))],
+    report_items=[
+        *(
+            ReportItem("First report", str(n), f"{title}: it", "?", ("B",), part=title)
+            for n, title in enumerate(TITLES)
+        ),
+        ReportItem("First report", "F", "Looks", "?", ("G",), judged="looks"),
+    ],
+    reports={"First report": ("2", "02", "On the swing")},
+)
+NAME = "first_report.pdf"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    work = tmp_path / "work"
+    work.mkdir()
+    (work / "02.ipynb").write_bytes(saved(notebook()))
+    return work
+
+
+@pytest.fixture
+def lab(folder):
+    return Session("ada", folder, CATALOGUE, {}, 1)
+
+
+def attach(lab, capsys, data, name="mine.pdf"):
+    (lab._folder / name).write_bytes(data)
+    lab.report("first", pdf=name)
+    return capsys.readouterr().out
+
+
+# --- taking it --------------------------------------------------------------------------------------------------------
+
+
+def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder, capsys):
+    said = attach(lab, capsys, typeset())
+    assert (folder / NAME).read_bytes() == typeset()
+    assert "mine.pdf (2 pages)" in said and NAME in said
+    assert "nothing was found" in said and "were not looked at" in said
+
+
+def test_it_may_have_that_name_already(lab, folder, capsys):
+    attach(lab, capsys, typeset(), NAME)
+    assert (folder / NAME).read_bytes() == typeset()
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        (b"PK\x03\x04 a .docx", "no PDF"),
+        (b"", "no PDF"),
+        (b"%PDF-1.7\n nothing more", "cannot be read as a PDF"),
+        (blank(password="x"), "asks for a password"),
+        (blank(attaching.MOST_PAGES + 1), "150 at most"),
+        (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), "20 MB"),
+    ],
+    ids=["other", "empty", "damaged", "locked", "long", "large"],
+)
+def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder, capsys, data, why):
+    with pytest.raises(AnswerError, match=why):
+        attach(lab, capsys, data)
+    assert not (folder / NAME).exists()
+
+
+def test_a_file_that_is_not_there_is_named(lab):
+    with pytest.raises(AnswerError, match=r"nowhere\.pdf cannot be read"):
+        lab.report("first", pdf="nowhere.pdf")
+
+
+def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(lab, folder, capsys, monkeypatch):
+    monkeypatch.setattr(attaching, "find_spec", lambda name: None)
+    said = attach(lab, capsys, typeset())
+    assert (folder / NAME).exists()
+    assert "not looked at" in said and "pypdf" in said
+
+
+def test_the_notebooks_report_does_not_write_over_it(lab, folder, capsys):
+    attach(lab, capsys, typeset())
+    lab.report("first")
+    assert (folder / NAME).read_bytes() == typeset()
+    assert "document of your own" in capsys.readouterr().out
+
+
+# --- what is said of its format ---------------------------------------------------------------------------------------
+
+
+@functools.cache
+def texts():
+    return tuple(attaching.read(typeset(), "x"))
+
+
+def kinds(old="", new="", limit=None):
+    there = [text.replace(old, new) if old else text for text in texts()]
+    assert (there == [*texts()]) == (not old)
+    return [one.kind for one in pages.faults(there, NAME, TITLES, limit)]
+
+
+def test_of_a_good_document_there_is_nothing_to_say():
+    assert kinds(limit=2) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kind"),
+    [
+        ("20 November 2026", "", "date"),
+        ("Conclusion", "End", "sections"),
+        ("Figure 1 shows", "One plot shows", "not referred to"),
+        ("and Table 1", "and another", "not referred to"),
+        ("Figure 1 shows", "Figure 1 and Figure 7 show", "dangling"),
+        ("References\n", "", "references"),
+        ("the handbook [1]", "the handbook [3] and [1]", "no entry"),
+        ("the handbook [1]", "the handbook", "never cited"),
+        ("The peak is", "The the peak is", "repeated word"),
+        ("The peak is", "TODO: more. The peak is", "draft"),
+        ("The peak is at 3.85 Hz", "The peak is at 3.851562500 Hz", "digits"),
+        ("The peak is at 3.85 Hz", "The peak is at 3.85 hz", "unit spelt"),
+    ],
+)
+def test_a_fault_of_a_document_is_found_alone(old, new, kind):
+    assert kinds(old, new) == [kind]
+
+
+def test_pages_without_numbers_and_more_of_them_than_allowed_are_told():
+    bare = [text.removesuffix(f"\n{number}") for number, text in enumerate(texts(), start=1)]
+    assert [one.kind for one in pages.faults(bare, NAME, TITLES, None)] == ["page numbers"]
+    assert kinds(limit=1) == ["pages"]
+
+
+def test_of_a_scan_it_is_told_that_it_is_one_and_nothing_else(lab, capsys):
+    said = attach(lab, capsys, blank(3))
+    assert "its pages are pictures" in said
+    assert "No heading" not in said
+
+
+# --- what no list asks for any more -----------------------------------------------------------------------------------
+
+
+def test_its_texts_are_missing_nowhere(lab, capsys):
+    assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
+    attach(lab, capsys, typeset())
+    outline = reports.outline(CATALOGUE, "First report", lab)
+    assert "missing" not in outline and outline.count(f"in your own document, {NAME}") == 4
+    lab.progress("02")
+    assert f"On the swing: in your own document, {NAME}" in capsys.readouterr().out
+
+
+def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, folder):
+    (folder / NAME).write_bytes(composed())
+    assert lab.report_files.own("First report") is None
+    assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
+
+
+def test_a_report_that_lab_report_makes_says_that_it_is_made_of_the_notebooks_texts():
+    empty = dataclasses.replace(TERSE, sections=(), references=())
+    assert report_files.is_composed(writing.written(empty).pdf)
+    assert not report_files.is_composed(typeset())
+
+
+def test_a_document_that_is_gone_again_is_asked_for_again(lab, folder, capsys):
+    attach(lab, capsys, typeset())
+    (folder / NAME).unlink()
+    assert "missing" in reports.outline(CATALOGUE, "First report", lab)
+
+
+@pytest.mark.parametrize(
+    ("written", "own", "state"),
+    [
+        ([], [], State.EMPTY),
+        ([], ["First report"], State.IN_PDF),
+        ([("First report", "Results")], ["First report"], State.WRITTEN),
+        ([], ["Other report"], State.EMPTY),
+    ],
+)
+def test_what_a_check_says_of_a_text(written, own, state):
+    asked = Asked("02.ipynb", ("First report", "Results"), True, True)
+    assert _part(asked, dict.fromkeys(written), ({}, None), _Home(), "", own).state is state
+    assert (state in GOOD) == (state is not State.EMPTY)
+
+
+def along(folder, written=()):
+    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
+    return list(reports_along.notes(work, report_files.of_files(work.hand_in.reports, CATALOGUE), written, CATALOGUE))
+
+
+def test_a_check_names_the_texts_that_are_looked_for_in_it(folder):
+    (folder / NAME).write_bytes(typeset())
+    about, texts = along(folder)
+    assert "your own document" in about and NAME in about
+    assert "Procedure, Results, Analysis, Conclusion are not written in their cells" in texts
+    assert "some text cells are filled in, too" in along(folder, [("First report", "Results")])[-1]
+
+
+def test_a_report_that_is_older_than_its_notebook_is_asked_about(folder):
+    (folder / NAME).write_bytes(composed())
+    assert len(along(folder)) == 1
+    os.utime(folder / NAME, (0, 1000))
+    assert "was made before 02 was saved last" in along(folder)[1]
+
+
+# --- handing it in ----------------------------------------------------------------------------------------------------
+
+
+def packed(folder, **options):
+    done = submit(folder, ["02.ipynb"], student="ada", **{"catalogue": CATALOGUE, **options})
+    with zipfile.ZipFile(done.path) as found:
+        return {name: found.read(name) for name in found.namelist()}, "\n".join(done.lines)
+
+
+def test_it_is_packed_and_the_receipt_names_it_and_a_change_changes_the_content(folder):
+    (folder / NAME).write_bytes(typeset())
+    (folder / "first_report.html").write_text("for the student alone")
+    content, lines = packed(folder)
+    assert content[NAME] == typeset() and "first_report.html" not in content
+    assert f"Report     First report: your own document, {NAME}" in lines
+    (folder / NAME).write_bytes(blank(2))
+    assert packed(folder)[1].split("Content")[1].split("\n")[0] != lines.split("Content")[1].split("\n")[0]
+
+
+def test_a_report_is_no_file_of_ones_own_that_a_run_depends_on(folder):
+    (folder / NAME).write_bytes(typeset())
+    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
+    assert (dict(work.hand_in.files), list(work.hand_in.reports)) == ({}, [NAME])
+
+
+def test_another_pdf_beside_the_notebooks_is_asked_about_unless_there_is_a_report(folder):
+    (folder / "Report final.pdf").write_bytes(typeset())
+    (note,) = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).notes
+    assert "Report final.pdf" in note and "lab.report" in note
+    (folder / NAME).write_bytes(typeset())
+    assert student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).notes == ()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_what_is_no_pdf_or_a_link_is_not_handed_in_and_that_is_told(folder, tmp_path):
+    (folder / NAME).write_bytes(b"PK\x03\x04")
+    assert NAME in "".join(student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).problems)
+    (folder / NAME).unlink()
+    (tmp_path / "else.pdf").write_bytes(typeset())
+    (folder / NAME).symlink_to(tmp_path / "else.pdf")
+    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
+    assert work.hand_in.reports == {} and "it is a link" in work.problems[0]
+
+
+def test_while_a_program_runs_the_notebook_nothing_is_taken(lab, folder, capsys, monkeypatch):
+    (folder / "mine.pdf").write_bytes(typeset())
+    monkeypatch.setattr("rotflex.courseware.report.making.by_program", lambda: True)
+    lab.report("first", pdf="mine.pdf")
+    assert not (folder / NAME).exists() and "lab.report()" in capsys.readouterr().out
+
+
+def test_a_name_says_which_of_two_files_a_mark_was_given_for():
+    one, other = (report_files.of_data("First report", data) for data in (blank(1), blank(2)))
+    assert one.given != other.given
+    assert report_files.is_given(f"A text.\n\n{one.given}") and not report_files.is_given("[PDF: x.pdf]")
+    assert report_files.without_digests(one.given) == f"[PDF: {NAME}]"
+    assert report_files.ReportFile.from_plain(one.plain()) == one
