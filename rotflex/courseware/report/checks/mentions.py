@@ -67,9 +67,18 @@ def faults(document: Document, readings: Sequence[Reading], known_language: bool
     mentions = [one for reading in readings for one in of_text(reading.running, reading.place, reading.where)]
     yield from _dangling(document, mentions)
     if known_language and any(reading.words for reading in readings):
-        yield from _unmentioned(document, mentions)
+        yield from _unmentioned(document, [*mentions, *_by_name(document, readings)])
     yield from _order(document)
     yield from _citations(document, readings)
+
+
+def _by_name(document: Document, readings: Sequence[Reading]) -> Iterator[Mention]:
+    """Equations that a text calls by the name in their tag, as in "by (law)" and ``\\eqref{law}``."""
+    for tag in {one.tag for one in document.equations if one.tag}:
+        called = re.compile(rf"\({re.escape(tag)}\)|\\(?:eq)?ref\{{{re.escape(tag)}\}}")
+        for reading in readings:
+            if called.search(reading.running):
+                yield Mention(EQUATION, tag, reading.place, reading.where)
 
 
 def _keys(one: Figure | Table | Equation) -> set[str]:
