@@ -52,7 +52,7 @@ def test_more_points_are_taken_where_they_are_there():
     t = np.linspace(0, 10, 2000)
     few = axis(("a", t[::10], np.sin(40 * t[::10])))
     fine = [{"scales": ("linear", "linear"), "lines": [{"x": t, "y": np.sin(40 * t)}]}]
-    assert len(drawn([few], fine)[0]) > 2 * len(drawn([few])[0])
+    assert len(drawn([few], fine)[0]) > 1.5 * len(drawn([few])[0])
     assert drawn([few], [{"scales": ("linear", "linear"), "lines": []}]) == drawn([few])  # of another figure
 
 
