@@ -1,4 +1,4 @@
-"""A report put together of a student's folder: answers, texts of the saved notebook, captions; and what is said of it."""
+"""A report put together of a student's folder: answers, texts and captions of the saved notebook; and what is said."""
 
 from __future__ import annotations
 
