@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import ReportItem
@@ -53,11 +52,6 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     return "\n\n".join(
         f"**{item.number} {item.heading}**\n\n{texts.get(item.part, _NOT_WRITTEN)}" for item in items if item.part
     )
-
-
-def without_pictures(text: str) -> str:
-    """A text whose pictures are named: those pasted into a cell can be shown in that cell only."""
-    return PICTURE.sub(lambda match: _("*[picture {alt}]*").format(alt=match["alt"]).replace(" ]", "]"), text)
 
 
 def _items(catalogue: Catalogue, report: str) -> list[ReportItem]:

@@ -257,7 +257,8 @@ def test_the_card_links_to_it_and_says_where_to_look(scored):
         (answer,) = [one for one in scored.book.scores.answers([where]) if one.student == "ada"]
         shown = cards.card(scored, [answer]).first
         assert (shown.pdf, shown.look_in_pdf) == ("PDF, 7 pages", look)
-        html = ann.act("next", question=where[0], part=where[1], key=key_of("ada", where)).json()["html"]
+        sent = {"question": where[0], "part": where[1], "key": key_of("ada", where)}
+        html = ann.act("next", sent).json()["html"]
         assert "The report as handed in (PDF, 7 pages)" in html
         assert ("Its text cell is empty" in html) == look
 

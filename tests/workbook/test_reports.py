@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from rotflex.courseware.reports import in_one_piece
 from rotflex.courseware.session import Session
 from rotflex.errors import AnswerError
 from rotflex.workbook import reports
@@ -57,9 +58,9 @@ def test_rows_on_the_report_as_a_whole_rest_on_nothing(lab):
                 assert cells[3:] == ["", ""]
 
 
-def test_assembled_puts_the_texts_under_their_headings_in_order(lab):
-    lab.answer("Modeling report", model_conclusion="It is good.", stiffness_procedure="We shook it.")
-    text = reports.assembled("Modeling report", lab)
+def test_one_piece_has_the_texts_under_their_headings_in_order():
+    texts = {"model_conclusion": "It is good.", "stiffness_procedure": "We shook it."}
+    text = in_one_piece(CATALOGUE.items("Modeling report"), texts)
     assert "**I.1 Procedure: finding the stiffness**\n\nWe shook it." in text
     assert text.index("We shook it.") < text.index("It is good.")
     assert re.findall(r"^\*\*(\S+)", text, re.M) == ["I.1", "I.2", "I.3", "III.1", "III.2", "IV.1"]
@@ -67,6 +68,6 @@ def test_assembled_puts_the_texts_under_their_headings_in_order(lab):
 
 
 def test_unknown_report_is_refused_with_the_names_of_those_that_there_are(lab):
-    for function in (reports.outline, reports.assembled):
+    for function in (reports.outline, reports.button):
         with pytest.raises(AnswerError, match="Control report"):
             function("Table 3", lab)

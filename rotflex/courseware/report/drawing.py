@@ -15,7 +15,7 @@ from rotflex.courseware import pictures
 from rotflex.courseware.figure_words import evenly_logarithmic, in_words, plain_label
 
 _WIDTH, _HEIGHTS = 6.3, (2.5, 1.6, 1.25)  # inches: as wide as the text; of one diagram, of each of two, of each of more
-_SIZES = {
+_SIZES: Any = {
     "axes.labelsize": 9.5,
     "font.size": 9.0,
     "legend.fontsize": 9.0,
@@ -129,12 +129,8 @@ def _svg(figure: Figure) -> str:
         _save(figure, drawing)
     except ValueError:
         for ax in figure.axes:
-            for text in (
-                ax.xaxis.label,
-                ax.yaxis.label,
-                ax.title,
-                *(ax.get_legend().get_texts() if ax.get_legend() else ()),
-            ):
+            legend = ax.get_legend()
+            for text in (ax.xaxis.label, ax.yaxis.label, ax.title, *(legend.get_texts() if legend else ())):
                 text.set_text(plain_label(text.get_text()).replace("$", r"\$"))
         drawing = io.StringIO()
         _save(figure, drawing)

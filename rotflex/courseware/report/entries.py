@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterator
 from typing import Any
 
@@ -17,23 +18,29 @@ _NOISE = 1e-9  # of a matrix's largest entry: below, it is what rounding has lef
 _DIGITS = 4  # significant, as a results table in a notebook has them
 _LONGEST_SYMBOL = 3  # letters; what has more is a word
 _RATE = "1/s"  # unit of poles
-_GREEK = re.compile(
-    "(?i:alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|phi|chi|psi|omega)"
-)
 _EXPONENT = re.compile(r"^(?P<number>.*)e(?P<sign>[+-])0*(?P<power>\d+)$")
 
 
 def symbol(name: str, unit: str = "") -> str:
-    """The name of a part as a formula: ``omega_n`` as ``\\omega_{n}``; what follows is a subscript, without a unit."""
+    """The name of a part as a formula: ``mu_n`` as ``\\mu_{n}``; what follows is a subscript, without a unit."""
     first, *rest = name.split("_")
-    if len(first) > _LONGEST_SYMBOL and not _GREEK.fullmatch(first):
+    if len(first) > _LONGEST_SYMBOL and not _is_greek(first):
         return rf"\text{{{' '.join([first, *rest])}}}"
-    rest = [one for one in rest if one != unit or len(one) == 1]  # t_s in s is a settling time
-    head = rf"\{first}" if _GREEK.fullmatch(first) else first if len(first) == 1 else rf"\mathrm{{{first}}}"
+    rest = [one for one in rest if one != unit or len(one) == 1]  # an "s" below may be no unit
+    head = rf"\{first}" if _is_greek(first) else first if len(first) == 1 else rf"\mathrm{{{first}}}"
     if not rest:
         return head
     below = r",\,".join(one if len(one) == 1 else rf"\mathrm{{{one}}}" for one in rest)
     return f"{head}_{{{below}}}"
+
+
+def _is_greek(name: str) -> bool:
+    case = "CAPITAL" if name[:1].isupper() else "SMALL"
+    try:
+        unicodedata.lookup(f"GREEK {case} LETTER {name.upper()}")
+    except KeyError:
+        return False
+    return True
 
 
 def number(value: float) -> str:

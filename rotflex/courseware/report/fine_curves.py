@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rotflex.courseware.answers import AnswerBook
 
 FOLDER = ".rotflex-figures"  #: beside the notebooks
-_POINTS = 2000  # of a curve: four to each millimetre of a page's width
+_POINTS = 2000  # of a curve: a dozen to each millimetre of a page's width
 _MAX_BYTES = 20_000_000  # of a file: all curves that a figure may have
 
 

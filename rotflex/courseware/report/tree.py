@@ -250,9 +250,9 @@ def words(text: str) -> list[Node]:
 
 def _words(nodes: list[Node]) -> str:
     """The words of nodes, without the rest."""
-    found = []
+    found: list[str] = []
     for node in nodes:
-        content = node.get("c")
+        content: Any = node.get("c")
         if node["t"] == "Str":
             found.append(content)
         elif node["t"] in (*_SPACES, "LineBreak"):

@@ -181,8 +181,8 @@ def _compiled(markup: str, beside: dict[str, bytes], standard: str | None = _STA
         raise ReportError(_("typst is not installed.")) from None
     standards: Any = [standard] if standard else []
     with tempfile.TemporaryDirectory() as folder:  # which is all that the markup could read
-        main = Path(folder, "main.typ")
-        for name, content in {main.name: markup.encode(), **beside}.items():
+        main = str(Path(folder, "main.typ"))
+        for name, content in {"main.typ": markup.encode(), **beside}.items():
             Path(folder, name).write_bytes(content)
         try:
             made = typst.compile(main, root=folder, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)

@@ -14,7 +14,7 @@ from report_texts import png
 from rotflex.courseware import parts
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, ReportItem
-from rotflex.courseware.report import composing, fine_curves, making
+from rotflex.courseware.report import checklist, composing, fine_curves, making
 from rotflex.courseware.report.button import button
 from rotflex.courseware.report.document import Equation, Place
 from rotflex.courseware.run import RUNNING
@@ -236,6 +236,12 @@ def test_a_course_sets_title_term_and_limit(lab, tmp_path):
     assert (document.course, document.term, document.page_limit) == ("Mechanics", "2026", 2)
     assert making.over_limit(document, 2) == []
     assert "has 3 pages; your course allows 2" in making.over_limit(document, 3)[0][0]
+
+
+def test_an_equation_that_is_called_by_its_name_is_not_asked_about(lab, tmp_path):
+    assert not [one for one in checklist.faults(composed(lab, tmp_path)) if "(law)" in str(one)]
+    save(tmp_path, text_cell("procedure", "We measured.\n\n$$ a = b \\tag{law} $$"), text_cell("analysis", "No."))
+    assert [one for one in checklist.faults(composed(lab, tmp_path)) if "(law)" in str(one)]
 
 
 # --- making it -------------------------------------------------------------------------------------------------------

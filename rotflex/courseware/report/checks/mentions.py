@@ -67,7 +67,7 @@ def faults(document: Document, readings: Sequence[Reading], known_language: bool
     mentions = [one for reading in readings for one in of_text(reading.running, reading.place, reading.where)]
     yield from _dangling(document, mentions)
     if known_language and any(reading.words for reading in readings):
-        yield from _unmentioned(document, mentions)
+        yield from _unmentioned(document, mentions, " ".join(reading.bare for reading in readings))
     yield from _order(document)
     yield from _citations(document, readings)
 
@@ -105,11 +105,13 @@ def _dangling(document: Document, mentions: Sequence[Mention]) -> Iterator[Fault
         )
 
 
-def _unmentioned(document: Document, mentions: Sequence[Mention]) -> Iterator[Fault]:
+def _unmentioned(document: Document, mentions: Sequence[Mention], text: str) -> Iterator[Fault]:
     for sort, things in _there(document).items():
         named = {key for one in mentions if one.sort == sort for key in (one.number, one.number.rstrip("abcdefgh"))}
         for one in things:
-            if (isinstance(one, Equation) and not one.tag) or _keys(one) & named:
+            if isinstance(one, Equation) and (not one.tag or f"({one.tag})" in text):
+                continue
+            if _keys(one) & named:
                 continue
             if isinstance(one, Table) and not one.rows:
                 continue  # it stands in the text, which is about it

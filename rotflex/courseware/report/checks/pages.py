@@ -155,7 +155,7 @@ def _captions(readings: Sequence[Reading], place: Place) -> Iterator[Fault]:
                             name=text.format(number=number)
                         ),
                         _("A reader looks for it, and does not know which one is meant."),
-                        _("Look up its number, and correct it; begin each caption with “Figure 2.” or “Table 2.”."),
+                        _("Look up its number, and correct it; begin each caption with its name and number."),
                         place,
                     )
 
