@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from rotflex.hil.student_benches import DRAW, PRESETS
+from rotflex.hil.student_benches import DRAW, PRESETS, student_seed
 from rotflex.instructor.course import Course
 from rotflex.recordings_folder import FOLDER
 from rotflex.workbook.questions import CATALOGUE
@@ -27,6 +27,7 @@ COURSE = Course(
     bench=TrueBench,
     presets=tuple(PRESETS),
     draw=DRAW,
+    own_seed=student_seed,
     benches=real_benches.faults(),
     evidence=FOLDER,
     bench_of_files=RealBench,

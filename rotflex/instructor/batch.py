@@ -74,6 +74,7 @@ class Settings:
     supplied : values in place of missing answers
     times : name of what lies among the submissions, or a student's, → when it was handed in
     zone : of times in names and in zips, which do not say theirs
+    again : IDs of persons who were erased, and begin anew
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -85,6 +86,7 @@ class Settings:
     supplied: tuple[Supplied, ...] = ()
     times: Mapping[str, datetime] = field(default_factory=dict)
     zone: tzinfo = UTC
+    again: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,9 +133,9 @@ class Batch:
         roster = [one for one in gradebook.students() if one.enrolled]
         self._gradebook = gradebook
         found = intake.find(submissions, roster, self._settings.times, self._settings.zone, stages.named_in(gradebook))
-        self._submissions, self.ignored = found.submissions, found.ignored
-        self._course = course
-        self._key_digest = marking_digest(course)
+        self._submissions, erased = stages.without_erased(gradebook, found.submissions, self._settings.again)
+        self.ignored = [*found.ignored, *erased]
+        self._course, self._key_digest = course, marking_digest(course)
         self._bundles = Bundles(course)
         self.ignored += self._bundles.releases.problems
         self._masters = {

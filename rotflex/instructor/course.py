@@ -68,6 +68,8 @@ class Course:
     title : of the course, for people; that of its settings counts, where they have one
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
+    own_seed : a student's ID → the seed of their own bench, by which a partner keeps it when the student is erased;
+        None where benches are not drawn from seeds
     benches : names of the laboratory's benches whose truth it has, and what is wrong with it, if anything
     evidence : folder of students' own files that the truth of a laboratory's bench is made with
     bench_of_files : student's ID, policy, these files (path → content) → the bench that they were made at, for a policy
@@ -91,6 +93,7 @@ class Course:
     title: str = ""
     presets: tuple[str, ...] = ()
     draw: int = FIRST_DRAW
+    own_seed: Callable[[str], int] | None = None
     benches: Mapping[str, str] = field(default_factory=dict)
     evidence: str = ""
     bench_of_files: Callable[[str, BenchPolicy, Mapping[str, bytes]], Any] | None = None

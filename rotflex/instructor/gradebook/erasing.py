@@ -213,22 +213,36 @@ def _rewrite(
 
 
 def _hand_over(connection: Connection, person: Person, number: int, of_others: OfOthers) -> None:
-    """Let what a person handed in be kept as that of others, too, whose work it is by the person's word alone."""
+    """Let files that a person handed in be kept as those of others, too, whose work they are by the person's word."""
     found = connection.execute(select(deliveries).where(deliveries.c.student_id == number)).mappings().all()
     theirs = [{name: value for name, value in row.items() if name != "id"} for row in found]
     for student_id in connection.scalars(select(runs.c.student_id).where(runs.c.current, runs.c.student_id != number)):
         current = rows.current_run(connection, student_id)
-        which = deliveries.c.student_id == student_id
-        has_own = connection.scalar(select(deliveries.c.id).where(which).limit(1)) is not None
-        if theirs and not has_own and current is not None and of_others.shares(current.graded.run, person):
-            connection.execute(insert(deliveries), [{**row, "student_id": student_id} for row in theirs])
+        if current is not None and of_others.shares(current.graded.run, person):
+            own = set(connection.scalars(select(deliveries.c.name).where(deliveries.c.student_id == student_id)))
+            new = [{**row, "student_id": student_id} for row in theirs if row["name"] not in own]
+            if new:
+                connection.execute(insert(deliveries), new)
 
 
 # --- what stays -------------------------------------------------------------------------------------------------------
 
 
 def _left(connection: Connection, person: Person, whose: Mapping[int, str]) -> Iterator[str]:
-    """Where a person is named still: in what others wrote themselves, where nothing could be struck out, as who decided."""
+    """Where a person is named still."""
+    yield from _in_own_work(connection, person, whose)
+    for table, names in _WRITTEN.items():
+        for row in connection.execute(select(table)):
+            if _is_named(person, *(row._mapping[name] for name in names), row._mapping.get("replaced")):
+                yield _place(table, row._mapping, whose)
+    for table, column in _ACTORS.items():
+        for actor in connection.scalars(select(table.c[column]).distinct()):
+            if _is_named(person, actor):
+                yield _("{actor} is named as who marked, wrote, published or erased").format(actor=actor)
+
+
+def _in_own_work(connection: Connection, person: Person, whose: Mapping[int, str]) -> Iterator[str]:
+    """Where others wrote of a person, in what they handed in."""
     for row in connection.execute(select(deliveries.c.student_id, deliveries.c.name, deliveries.c.content)):
         if _is_named(person, row.name, row.content):
             yield _("{student} handed in: {name}").format(student=whose[row.student_id], name=row.name)
@@ -242,22 +256,16 @@ def _left(connection: Connection, person: Person, whose: Mapping[int, str]) -> I
                 yield _("{student}: answer {question}, {part}").format(
                     student=whose[row.student_id], question=row.question, part=row.part
                 )
-    for table, names in _WRITTEN.items():
-        for row in connection.execute(select(table)):
-            if _is_named(person, *(row._mapping[name] for name in names), row._mapping.get("replaced")):
-                yield _place(table, row._mapping, whose)
-    for table, column in _ACTORS.items():
-        for actor in connection.scalars(select(table.c[column]).distinct()):
-            if _is_named(person, actor):
-                yield _("{actor} is named as who marked, wrote, published or erased").format(actor=actor)
 
 
 def _is_named(person: Person, *contents: Any) -> bool:
     for content in contents:
         if isinstance(content, dict | list):
-            content = json.dumps(content, ensure_ascii=False)
-        if isinstance(content, str | bytes | memoryview) and person.named_in(
-            content if isinstance(content, str) else bytes(content)
-        ):
+            found = person.named_in(json.dumps(content, ensure_ascii=False))
+        elif isinstance(content, str):
+            found = person.named_in(content)
+        else:
+            found = isinstance(content, bytes | memoryview) and person.named_in(bytes(content))
+        if found:
             return True
     return False

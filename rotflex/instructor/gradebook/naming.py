@@ -27,6 +27,7 @@ class Person:
 
     Attributes
     ----------
+    student : the ID
     words : by which they are named in texts, the longest first
     unsought : those that are so short that they are not looked for
     mark : what stands in the place of each
@@ -34,6 +35,7 @@ class Person:
 
     def __init__(self, about: StudentRecord, number: int) -> None:
         given = dict.fromkeys(filter(None, (about.student, about.name, about.email, *about.aliases)))
+        self.student = about.student
         self.words = tuple(sorted(filter(_tells, given), key=len, reverse=True))
         self.unsought = tuple(word for word in given if not _tells(word))
         self.mark = f"[erased {number}]"
