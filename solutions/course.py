@@ -9,6 +9,7 @@ from rotflex.recordings_folder import FOLDER
 from rotflex.workbook.questions import CATALOGUE
 
 from . import real_benches
+from .given import given
 from .key import KEY
 from .real_bench import RealBench
 from .stated import STATED
@@ -28,6 +29,7 @@ COURSE = Course(
     presets=tuple(PRESETS),
     draw=DRAW,
     own_seed=student_seed,
+    given=given,
     benches=real_benches.faults(),
     evidence=FOLDER,
     bench_of_files=RealBench,
