@@ -1,8 +1,8 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "language", "bench", "reflect"}``, and ``"page_limit"`` where
-the course sets one for reports. The one that a release brings names no student; old ones name nothing else. What a
-later release may add is kept.
+It is ``{"student", "release", "draw", "title", "term", "language", "bench", "reflect"}``; ``"page_limit"`` where the
+course sets one for reports, and ``"given"`` where a class begins in the middle (:mod:`rotflex.courseware.starts`). The
+one that a release brings names no student; old ones name nothing else. What a later release may add is kept.
 """
 
 from __future__ import annotations

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from rotflex.courseware import reports
 from rotflex.courseware.report.button import button
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.courseware.session import Session
 
 __all__ = ["button", "outline"]
 
-outline = partial(reports.outline, CATALOGUE)
+
+def outline(report: str, lab: Session) -> str:
+    """See :func:`rotflex.courseware.reports.outline`; of what is asked of the student's class."""
+    return reports.outline(lab.catalogue, report, lab)

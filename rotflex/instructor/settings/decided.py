@@ -202,6 +202,7 @@ class CourseSettings:
     term : as "2026 autumn"
     language : in which students read messages and feedback, as "de"
     bench : which bench each student has
+    given : name of what is given to a class that begins in the middle; "" where it begins at the beginning
     feedback : what students see of their marks, and when
     reflect : whether and when their own answers are held against each other for them
     report : what their lab reports may be like
@@ -217,6 +218,7 @@ class CourseSettings:
     term: str = ""
     language: str = ENGLISH
     bench: BenchPolicy = THEIR_OWN
+    given: str = ""
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)
     reflect: ReflectSettings = field(default_factory=ReflectSettings)
     report: ReportSettings = field(default_factory=ReportSettings)
@@ -236,6 +238,7 @@ class CourseSettings:
         usual = CourseSettings()
         return replace(
             self,
+            given=usual.given,  # each run knows its own
             feedback=usual.feedback,
             report=usual.report,
             marks=usual.marks,

@@ -72,6 +72,7 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
         term=about.get("term", usual.term),
         language=about.get("language", usual.language),
         bench=BenchPolicy(**bench, draw=draw),
+        given=found.get("given", {}).get("from", usual.given),
         feedback=FeedbackSettings(
             points=seen.get("points", usual.feedback.points),
             reasons=seen.get("reasons", usual.feedback.reasons),
