@@ -22,7 +22,7 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.courseware.run import RUNNING
 from rotflex.courseware.session import DEMO, Session, student_of
-from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_bench, student_seed
 from rotflex.practice import Practice
 from rotflex.recordings_folder import ADDRESS, RecordingsFolder
 from rotflex.workbook.questions import CATALOGUE
@@ -92,6 +92,8 @@ class Lab(Session):
         print(f"Answers   {self.book.path.name}")
         if self.policy.which in (SAME, PRESET):
             print(_("          Everybody in your course has this same bench."))
+        for line in self.beginning.lines():
+            print(line)
         if self.policy.which == REAL:
             print(
                 _(
@@ -99,6 +101,11 @@ class Lab(Session):
                     "Elsewhere your recordings stand in, which are in the folder recordings: {number}."
                 ).format(number=len(self.recordings.paths))
             )
+
+    @property
+    def true_stiffness(self) -> float:
+        """The stiffness (N·m/rad) of the student's own virtual bench, for a class to which it is given."""
+        return student_bench(self.seed, draw=self.policy.draw).parameters.K_s
 
     def bench(self, address: str | None = None, run: int = FIRST_RUN) -> hil.Bench:
         """This student's bench, to be opened in a ``with`` statement; or the one at another address.

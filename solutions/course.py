@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from rotflex.hil.student_benches import DRAW, PRESETS
+from rotflex.hil.student_benches import DRAW, PRESETS, student_seed
 from rotflex.instructor.course import Course
 from rotflex.recordings_folder import FOLDER
 from rotflex.workbook.questions import CATALOGUE
 
 from . import real_benches
+from .given import given
 from .key import KEY
 from .real_bench import RealBench
 from .stated import STATED
@@ -27,6 +28,8 @@ COURSE = Course(
     bench=TrueBench,
     presets=tuple(PRESETS),
     draw=DRAW,
+    own_seed=student_seed,
+    given=given,
     benches=real_benches.faults(),
     evidence=FOLDER,
     bench_of_files=RealBench,

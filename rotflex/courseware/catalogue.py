@@ -5,12 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question, ReportItem, prose, whole
 from rotflex.courseware.predictions import Foretold
 from rotflex.errors import AnswerError
+
+if TYPE_CHECKING:
+    from rotflex.courseware.starts import Start
 
 
 class Catalogue:
@@ -25,11 +28,12 @@ class Catalogue:
     reports : number of a report → its section, notebook and title
     outcomes : what the outcome codes stand for
     predictions : number of a question → what can be predicted of its experiment
+    starts : where a class may begin in the middle
 
     Attributes
     ----------
     warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
-    report_items, outcomes, predictions : as given
+    report_items, outcomes, predictions, starts : as given
     everything : all that can be answered, by number
     judged : the reports as a whole, by number: a person judges them so; there is nothing to answer, and no cell
     report_judged : number of a report as a whole → number of the report
@@ -47,7 +51,9 @@ class Catalogue:
         reports: Mapping[str, tuple[str, str, str]] | None = None,
         outcomes: Mapping[str, str] | None = None,
         predictions: Mapping[str, tuple[Foretold, ...]] | None = None,
+        starts: Iterable[Start] = (),
     ) -> None:
+        self.starts = tuple(starts)
         self.warm_up = {question.number: question for question in warm_up}
         self.questions = {question.number: question for question in questions}
         self.tables = {table.number: table for table in tables}

@@ -1,6 +1,7 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "bench", "reflect"}``. The one that a release brings names no
+It is ``{"student", "release", "draw", "title", "term", "bench", "reflect"}``, and ``"given"`` where a class begins in
+the middle (:mod:`rotflex.courseware.starts`). The one that a release brings names no
 student; old ones name nothing else. What a later release may add is kept.
 """
 

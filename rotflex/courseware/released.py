@@ -104,6 +104,20 @@ def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:
     )
 
 
+def asked_of(notebooks: Mapping[str, Notebook], folder: Path) -> Catalogue:
+    """The catalogue of what is asked of whoever works in a folder: a class may begin in the middle.
+
+    Raises
+    ------
+    ConfigurationError
+        If no module has a catalogue, or the folder's ``course.json`` cannot be understood.
+    """
+    from rotflex.courseware import starts
+
+    catalogue = catalogue_of(notebooks)
+    return starts.narrowed(catalogue, starts.chosen(course_file.of(folder) or {}, catalogue))
+
+
 def _modules(notebook: Notebook) -> Iterator[str]:
     """Modules that a master imports, or may, those first whose name says that they are a course's laboratory."""
     names = []

@@ -15,6 +15,7 @@ from typing import Any
 
 from rotflex.courseware import course_file, forms, predicting, reflection, student_id
 from rotflex.courseware.answers import AnswerBook
+from rotflex.courseware.beginning import Beginning
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _, plural
@@ -77,15 +78,17 @@ class Session:
     Attributes
     ----------
     student : as given
-    questions : everything that can be answered, by number
+    beginning : where the class begins, and what is given to it
+    catalogue, questions : of what is asked of this class; everything of it that can be answered, by number
     book : the answers so far, but for those in words
     saved_words : the answers in words, as the notebooks in the folder hold them
     """
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
         self.student = student
-        self.catalogue = catalogue
-        self.questions = catalogue.everything
+        self.beginning = Beginning(course_file.of(folder) or {}, catalogue, self)
+        self.catalogue = self.beginning.catalogue
+        self.questions = self.catalogue.everything
         self._folder = folder
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
@@ -95,7 +98,7 @@ class Session:
             seed if given_seed is None else check_seed(given_seed),
             None if by_program() else time.time,
         )
-        self.saved_words = SavedWords(folder, catalogue)
+        self.saved_words = SavedWords(folder, self.catalogue)
 
     def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""
@@ -123,12 +126,15 @@ class Session:
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
         """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""
-        replies = self.book.answer(self.catalogue.find(question), parts, cell_now())
+        parts, unasked = self.beginning.sorted_out(question, parts)
+        if unasked and not parts:
+            return unasked
+        replies = self.book.answer(self.beginning.whole.find(question), parts, cell_now())
         for reply in replies:
             if reply.refused:
                 cell_reports.refused(reply.question, reply.part, reply.refused)
         self.print_notices()
-        return [str(reply) for reply in replies]
+        return [*map(str, replies), *unasked]
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
         """An answer that was given earlier, here or in another notebook.
@@ -148,9 +154,10 @@ class Session:
             If there is no such question or part, or no answer yet and no default; the message names the notebook that
             asks for it.
         """
-        asked = self.catalogue.find(question)
+        asked = self.beginning.whole.find(question)
         wanted = asked.part(part)
         self.refresh()
+        self.beginning.tell(question, part)
         content = self.content(question, part)
         if content is not None:
             try:
@@ -161,6 +168,8 @@ class Session:
                         question=question, part=part, error=error
                     )
                 ) from None
+        if default is not _RAISE and self.beginning.tell_unasked(question, part):
+            return default
         cell_reports.lacked(question, part)
         missing = _("{question}  {part}  not answered yet: notebook {notebook} asks for it").format(
             question=question, part=part, notebook=asked.notebook
@@ -180,7 +189,7 @@ class Session:
         AnswerError
             If there is no such question or part.
         """
-        self.catalogue.find(question).part(part)
+        self.beginning.whole.find(question).part(part)
         self.refresh()
         return self.content(question, part) is not None
 
@@ -197,7 +206,7 @@ class Session:
         AnswerError
             If there is no such question.
         """
-        asked = [self.catalogue.find(number.strip()).number for number in questions.split(",")]
+        asked = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
         if not any(value is None for value in values):
             return True
         if len(asked) == 1:
@@ -208,8 +217,9 @@ class Session:
         return False
 
     def content(self, question: str, part: str) -> dict[str, Any] | None:
-        """An answer as plain data, or None: words as the saved notebook has them, else what was recorded."""
-        return self.saved_words.get(question, part) or self.book.get(question, part)
+        """An answer as plain data, or None: what is given; words as the saved notebook has them; what was recorded."""
+        own = self.saved_words.get(question, part) or self.book.get(question, part)
+        return self.beginning.content(question, part) or own
 
     def table(self, number: str) -> ResultsTable:
         """A results table, by its number as "Table 1", as filled in so far, to be shown.
@@ -337,12 +347,13 @@ class Session:
             print(silent)
             return
         self.refresh()
-        print(reflection.reflect(reflection.of_notebooks(self.checks(), self.catalogue, notebooks), self._found))
+        checks = self.beginning.possible(self.checks())
+        print(reflection.reflect(reflection.of_notebooks(checks, self.beginning.whole, notebooks), self._found))
 
     def _found(self, question: str, part: str) -> Any:
         """An answer that is there; raises AnswerError where none is, or none that can be read."""
         content = self.content(question, part)
-        return forms.decode(self.catalogue.everything[question].part(part), content)
+        return forms.decode(self.beginning.whole.everything[question].part(part), content)
 
     # --- before it is handed in ------------------------------------------------------------------------------------
 

@@ -32,6 +32,7 @@ from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecor
 from rotflex.instructor.graded_run import (
     Facts,
     facts_of,
+    mark_records,
     plain_words,
     recorded_in,
     supplied_parts,
@@ -40,7 +41,7 @@ from rotflex.instructor.graded_run import (
 )
 from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
-from rotflex.instructor.marking.marking import Mark
+from rotflex.instructor.marking.marking import About
 from rotflex.instructor.marking.marking_processes import Marker
 from rotflex.instructor.running import executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
@@ -74,6 +75,7 @@ class Settings:
     supplied : values in place of missing answers
     times : name of what lies among the submissions, or a student's, → when it was handed in
     zone : of times in names and in zips, which do not say theirs
+    again : IDs of persons who were erased, and begin anew
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -85,6 +87,7 @@ class Settings:
     supplied: tuple[Supplied, ...] = ()
     times: Mapping[str, datetime] = field(default_factory=dict)
     zone: tzinfo = UTC
+    again: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,9 +134,9 @@ class Batch:
         roster = [one for one in gradebook.students() if one.enrolled]
         self._gradebook = gradebook
         found = intake.find(submissions, roster, self._settings.times, self._settings.zone, stages.named_in(gradebook))
-        self._submissions, self.ignored = found.submissions, found.ignored
-        self._course = course
-        self._key_digest = marking_digest(course)
+        self._submissions, erased = stages.without_erased(gradebook, found.submissions, self._settings.again)
+        self.ignored = [*found.ignored, *erased]
+        self._course, self._key_digest = course, marking_digest(course)
         self._bundles = Bundles(course)
         self.ignored += self._bundles.releases.problems
         self._masters = {
@@ -294,7 +297,7 @@ class Batch:
             prepared.merged,
             ran.reports,
             (recorded_in(ran.answers) | set(prepared.words)) - supplied_parts(record),
-            self._course.catalogue,
+            bundle_.catalogue or self._course.catalogue,
             handed_in=prepared.handed_in,
             claim=prepared.claim,
             seconds=self._settings.limits.cell,
@@ -305,19 +308,28 @@ class Batch:
             (*taken.problems, *ran.ended, *reasons.stops, *reasons.lost),
             (*taken.notes, *reasons.harmless),
             reasons.missing,
-            None if bundle_.release == self._bundles.current.release else sorted(bundle_.asked),
+            self._asked_by(bundle_),
             taken.bench_of,
             bundle_.policy,
+            bundle_.start.name if bundle_.start else "",
             self._course.evidence_in(prepared.files) if bundle_.policy.which == REAL else {},
         )
         return replace(record, answers=ran.answers, problems=facts.problems, notes=facts.notes, cells=facts.plain())
 
     def _marked(self, record: RunRecord, taken: _Taken, marker: Marker) -> Graded:
         if not taken.prepared.handed_in:
-            marks = tuple(marking.nothing_earned(self._course, _NOTHING_READ))
-            return Graded(record, mark_records(marks), self._key_digest)
+            return Graded(record, self._nothing_earned(_NOTHING_READ, taken.bundle), self._key_digest)
         marked = marker.mark(to_be_marked(record))
         return Graded(with_messages(record, marked), mark_records(marked.marks), self._key_digest)
+
+    def _asked_by(self, bundle: Bundle) -> list[tuple[str, str]] | None:
+        """What a release asks for; None if that is all that the course asks."""
+        is_all = bundle.start is None and bundle.release == self._bundles.current.release
+        return None if is_all else sorted(bundle.asked)
+
+    def _nothing_earned(self, why: str, under: Bundle, status: Status = Status.MISSING) -> tuple[MarkRecord, ...]:
+        about = About(asked=self._asked_by(under))
+        return mark_records(tuple(marking.nothing_earned(self._course, why, status, about)))
 
     def _supplied(self, student: str) -> Sequence[Supplied]:
         """What stands in place of a student's missing answers: given before, and not taken back, or given now."""
@@ -349,9 +361,7 @@ class Batch:
             problems=(fault,),
             supplied=supplied,
         )
-        return Graded(
-            record, mark_records(tuple(marking.nothing_earned(self._course, _OUR_FAULT, Status.NOT_MARKED))), ""
-        )
+        return Graded(record, self._nothing_earned(_OUR_FAULT, self._bundles.current, Status.NOT_MARKED), "")
 
 
 @dataclass(frozen=True)
@@ -384,14 +394,6 @@ def _is_known(current: Graded, record: RunRecord, key_digest: str) -> bool:
     """Whether nothing has changed since: neither what is run, nor words, nor key."""
     before = current.run
     return (before.key, before.submission, current.key_digest) == (record.key, record.submission, key_digest)
-
-
-def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
-    """Marks as the gradebook takes them."""
-    return tuple(
-        MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
-        for one in marks
-    )
 
 
 def _digest(content: object) -> str:

@@ -68,6 +68,10 @@ class Course:
     title : of the course, for people; that of its settings counts, where they have one
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
+    own_seed : a student's ID → the seed of their own bench, by which a partner keeps it when the student is erased;
+        None where benches are not drawn from seeds
+    given : name of a start of the catalogue's, student's ID, policy → the values that are given to a class that begins
+        there: (question, part) → value
     benches : names of the laboratory's benches whose truth it has, and what is wrong with it, if anything
     evidence : folder of students' own files that the truth of a laboratory's bench is made with
     bench_of_files : student's ID, policy, these files (path → content) → the bench that they were made at, for a policy
@@ -91,6 +95,8 @@ class Course:
     title: str = ""
     presets: tuple[str, ...] = ()
     draw: int = FIRST_DRAW
+    own_seed: Callable[[str], int] | None = None
+    given: Callable[[str, str, BenchPolicy], Mapping[tuple[str, str], Any]] | None = None
     benches: Mapping[str, str] = field(default_factory=dict)
     evidence: str = ""
     bench_of_files: Callable[[str, BenchPolicy, Mapping[str, bytes]], Any] | None = None
@@ -124,6 +130,14 @@ class Course:
         """Those of a student's own files (path → content) that the truth of their bench is made with."""
         within = f"{self.evidence}/"
         return {name: content for name, content in files.items() if self.evidence and name.startswith(within)}
+
+    @property
+    def asked(self) -> Catalogue:
+        """What is asked of the class now: all of the catalogue, unless it begins in the middle."""
+        from rotflex.courseware import starts
+
+        name = self.settings.given
+        return starts.narrowed(self.catalogue, starts.find(self.catalogue, name) if name else None)
 
     @property
     def notebooks(self) -> list[Path]:

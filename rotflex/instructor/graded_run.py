@@ -16,8 +16,8 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
 from rotflex.courseware.words import Where, Words
 from rotflex.errors import AnswerError
-from rotflex.instructor.gradebook import Graded, RunRecord
-from rotflex.instructor.marking.marking import UNMARKED, About
+from rotflex.instructor.gradebook import Graded, MarkRecord, RunRecord
+from rotflex.instructor.marking.marking import UNMARKED, About, Mark
 from rotflex.instructor.marking.marking_processes import Asked, Marked
 from rotflex.instructor.verdicts import Status
 
@@ -35,6 +35,7 @@ class Facts:
     asked : (question, part) that the student's release asks; None if it is the course's
     bench_of : whose bench it was run on
     policy : which bench each student had; None if it is not known
+    start : name of what was given to a class that began in the middle; "" where it began at the beginning
     evidence : of the student's own files, those that the truth of a laboratory's bench is made with: path → content
     """
 
@@ -46,6 +47,7 @@ class Facts:
     asked: Sequence[Where] | None = None
     bench_of: str = ""
     policy: BenchPolicy | None = None
+    start: str = ""
     evidence: Mapping[str, bytes] = field(default_factory=dict)
 
     def plain(self) -> tuple[dict[str, Any], ...]:
@@ -60,6 +62,8 @@ class Facts:
             "policy": None if self.policy is None else asdict(self.policy),
             "refusals": [asdict(one) for one in self.reports.refusals],
         }
+        if self.start:
+            about["start"] = self.start
         if self.evidence:
             about["evidence"] = {name: b64encode(content).decode("ascii") for name, content in self.evidence.items()}
         return (about, *(_plain(report) for report in self.reports.cells))
@@ -100,6 +104,7 @@ def facts_of(record: RunRecord) -> Facts:
         None if asked is None else [(question, part) for question, part in asked],
         about["bench_of"],
         None if about["policy"] is None else BenchPolicy(**about["policy"]),
+        about.get("start", ""),
         {name: b64decode(content) for name, content in about.get("evidence", {}).items()},
     )
 
@@ -138,7 +143,7 @@ def supplied_parts(record: RunRecord) -> set[Where]:
 def to_be_marked(record: RunRecord) -> Asked:
     """What marking is given of a run."""
     facts = facts_of(record)
-    about = About(facts.missing or {}, supplied_parts(record), facts.asked)
+    about = About(facts.missing or {}, supplied_parts(record), facts.asked, facts.start)
     student = facts.bench_of or record.student
     return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy, facts.evidence)
 
@@ -149,6 +154,14 @@ def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
     return replace(record, problems=tuple(problems), notes=tuple(notes))
+
+
+def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
+    """Marks as the gradebook takes them."""
+    return tuple(
+        MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
+        for one in marks
+    )
 
 
 def key_faults(graded: Graded) -> list[str]:

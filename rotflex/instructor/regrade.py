@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError, RotflexError
-from rotflex.instructor.batch import mark_records
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
-from rotflex.instructor.graded_run import to_be_marked, with_messages
+from rotflex.instructor.graded_run import mark_records, to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
 

@@ -6,6 +6,8 @@ import hashlib
 from collections.abc import Callable, Sequence
 
 from rotflex.courseware.files import COURSE_FILE
+from rotflex.courseware.messages import _
+from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Delivery, Gradebook
 from rotflex.instructor.running import intake
 from rotflex.instructor.running.intake import Delivered, Item, Submission
@@ -48,6 +50,39 @@ def kept(gradebook: Gradebook, submission: Submission, read: Sequence[Delivered]
         return names, [*earlier, *delivered]
     gradebook.deliver(holder, delivered)
     return names, gradebook.delivered(holder)
+
+
+def without_erased(
+    gradebook: Gradebook, found: Sequence[Submission], again: Sequence[str]
+) -> tuple[list[Submission], list[str]]:
+    """What was found, but for what is of persons who were erased, and a sentence on each of these.
+
+    Parameters
+    ----------
+    gradebook : which knows who was erased
+    found : in the class's folder
+    again : IDs of those who are taken in as new persons
+    """
+    theirs = gradebook.persons.erased([one.student for one in found])
+    wanted = set(map(caseless, again))
+    gone = {one: when for one, when in theirs.items() if caseless(one) not in wanted}
+    told = [
+        _(
+            "{student} was erased on {when:%Y-%m-%d}, and what they handed in is here still. It is not taken in: take "
+            "it away. If they begin anew, say --again {student}."
+        ).format(student=one, when=when)
+        for one, when in gone.items()
+    ]
+    benches = gradebook.persons.erased(list({one.bench_of for one in found if one.bench_of}))
+    told += [
+        _(
+            "{student} handed in work that names {other}, who was erased on {when:%Y-%m-%d}: take {other} out of its "
+            "course.json and its name, or the gradebook names them again."
+        ).format(student=one.student, other=one.bench_of, when=benches[one.bench_of])
+        for one in found
+        if one.student not in gone and one.bench_of in benches and caseless(one.bench_of) not in wanted
+    ]
+    return [one for one in found if one.student not in gone], told
 
 
 def _delivery(item: Item) -> Delivery:

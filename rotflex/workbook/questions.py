@@ -12,6 +12,7 @@ from rotflex.workbook.catalogue_control import CONTROL, TABLE_3
 from rotflex.workbook.catalogue_modeling import MODELING, TABLE_2, WARM_UP_QUESTION
 from rotflex.workbook.catalogue_reports import CONTROL_ITEMS, CONTROL_REPORT, MODELING_ITEMS, MODELING_REPORT
 from rotflex.workbook.predictions import PREDICTIONS
+from rotflex.workbook.starts import STARTS
 
 OUTCOMES = {
     "A-1": "has a strategy to solve the problem",
@@ -66,4 +67,5 @@ CATALOGUE = Catalogue(
     },
     outcomes=OUTCOMES,
     predictions=PREDICTIONS,
+    starts=STARTS,
 )

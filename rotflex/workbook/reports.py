@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from rotflex.courseware import reports
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.courseware.session import Session
 
-outline = partial(reports.outline, CATALOGUE)
-assembled = partial(reports.assembled, CATALOGUE)
+
+def outline(report: str, lab: Session) -> str:
+    """See :func:`rotflex.courseware.reports.outline`; of what is asked of the student's class."""
+    return reports.outline(lab.catalogue, report, lab)
+
+
+def assembled(report: str, lab: Session) -> str:
+    """See :func:`rotflex.courseware.reports.assembled`; of what is asked of the student's class."""
+    return reports.assembled(lab.catalogue, report, lab)

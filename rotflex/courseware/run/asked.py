@@ -43,16 +43,22 @@ def asked(masters: Mapping[str, dict[str, Any]], merged: Merged, catalogue: Cata
         for cell in master["cells"]:
             here: list[Asked] = []
             in_words = words.where_of(cell)
-            if in_words is not None:
+            if in_words is not None and _has(catalogue, in_words):
                 here.append(Asked(name, in_words, True, False))
             one = recorders.get(alignment.name_of(cell))
             if one is not None and one.question in catalogue.everything:
                 parts = one.of(catalogue.everything[one.question])
+                parts = [part for part in parts if _has(catalogue, (one.question, part))]
                 here += [Asked(name, (one.question, part), False, begun.get(one.cell, False)) for part in parts]
             for part in here:
                 if part.where not in seen:
                     seen.add(part.where)
                     yield part
+
+
+def _has(catalogue: Catalogue, where: Where) -> bool:
+    question = catalogue.everything.get(where[0])
+    return question is not None and where[1] in question.names
 
 
 def _begun(master: Mapping[str, Any], ran: Mapping[str, Any]) -> dict[str, bool]:

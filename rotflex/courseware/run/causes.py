@@ -117,7 +117,7 @@ class Causes:
                 if question is None or one.cell not in places:
                     continue
                 self.questions.setdefault(name, {})[places[one.cell]] = question.number
-                for part in one.of(question):
+                for part in filter(question.names.__contains__, one.of(question)):
                     self.recorder[question.number, part] = name, places[one.cell]
         self._causes: dict[Where, Cause] = {}
         self._roots: dict[RunCell, Cause] = {}

@@ -151,7 +151,9 @@ def _checked(folder: Path, student: str) -> Checked:
     masters = released.masters()
     progress = _Progress(len(masters))
     try:
-        return checking.check(folder, masters, released.catalogue_of(masters), student=student, report=progress.report)
+        return checking.check(
+            folder, masters, released.asked_of(masters, folder), student=student, report=progress.report
+        )
     finally:
         progress.close()
 

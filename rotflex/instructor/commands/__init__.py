@@ -8,6 +8,7 @@
 ``day``       class, publish, request, answer, requests
 ``outcomes``  outcomes, sheets
 ``export``    export: marks into other platforms' files
+``person``    forget, copy: a person's data is erased, or given to them
 ``options``   what several of them take, their exit codes, and how a gradebook is opened
 ============  ==========================================================================
 """
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 import typer
 
-from rotflex.instructor.commands import course, day, export, grade, marks, outcomes, score
+from rotflex.instructor.commands import course, day, export, grade, marks, outcomes, person, score
 
 _COMMANDS = (
     *(course.release, course.notebooks, course.check_course),
@@ -26,6 +27,7 @@ _COMMANDS = (
     *(day.publish, day.request, day.answer, day.requests),
     *(outcomes.outcomes, outcomes.sheets),
     export.export,
+    *(person.forget, person.copy),
 )
 
 

@@ -18,6 +18,7 @@ from rotflex.instructor.commands.options import (
     ALL_WELL,
     NOT_ISOLATED,
     SOME_TROUBLE,
+    Again,
     CourseFolder,
     Json,
     open_gradebook,
@@ -82,6 +83,7 @@ def grade(
     time_zone: Annotated[
         str, typer.Option(help="Of times in names and zips, which do not say theirs, as Europe/Berlin.")
     ] = "UTC",
+    again: Again = None,
     as_json: Json = False,
     unsafe_no_isolation: Annotated[
         bool, typer.Option("--unsafe-no-isolation", help="Run students' code with your own rights.")
@@ -117,7 +119,8 @@ def grade(
         found = courses.find(course)
         values = tuple(supplied.read(one, found.catalogue) for one in supply or ())
         settings = Settings(
-            limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone
+            *(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone),
+            again=tuple(again or ()),
         )
         _check_isolation(settings)
         make_folder(out)

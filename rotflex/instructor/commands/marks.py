@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,7 @@ from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
     SOME_TROUBLE,
+    Again,
     Book,
     CourseFolder,
     Json,
@@ -210,6 +212,7 @@ def roster(
             help="Take this student out, of whom there is nothing but their name; may be given several times.",
         ),
     ] = None,
+    again: Again = None,
 ) -> None:
     """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read.
 
@@ -224,7 +227,7 @@ def roster(
     # Without a roster a slip in the gradebook's name must not make a new one.
     with open_existing(gradebook) if file is None else open_or_make(gradebook) as book:
         if file is not None:
-            troubles += _taken_in(book, file)
+            troubles += _taken_in(book, file, again or ())
         for student in remove or ():
             try:
                 gone = book.remove(student)
@@ -238,9 +241,9 @@ def roster(
         raise typer.Exit(SOME_TROUBLE)
 
 
-def _taken_in(book: Gradebook, file: Path) -> tuple[str, ...]:
+def _taken_in(book: Gradebook, file: Path, again: Sequence[str]) -> tuple[str, ...]:
     """Take a roster in, and tell of it; what was not taken."""
-    taken = book.import_roster(file)
+    taken = book.import_roster(file, again)
     typer.echo(
         _("{added} added, {changed} changed, {unchanged} as they were.").format(
             added=taken.added, changed=taken.changed, unchanged=taken.unchanged

@@ -35,6 +35,10 @@ Out = Annotated[
     Path | None,
     typer.Option(help="The folder of results.", file_okay=False, show_default=_("that of the gradebook")),
 ]
+Again = Annotated[
+    list[str] | None,
+    typer.Option(metavar="ID", help="Take in a person who was erased, as a new one; may be given several times."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an object a line.")]
 
 

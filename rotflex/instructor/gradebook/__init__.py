@@ -10,12 +10,15 @@
 ``database``    SQLite or PostgreSQL behind one pair of transactions, reading and writing
 ``rows``        records ↔ rows, inside a transaction
 ``removal``     taking out a student of whom there is nothing
+``erasing``     erasing a person, and what stays of them
+``naming``      what names a person in a text
 ``deciding``    a person's decision on a mark: what is refused, what is written
 ``decided``     acts of scoring, answers as scorers see them, requests, publications: plain dataclasses
 ``score_rows``  acts and claims ↔ rows
 ``scores``      what scorers do, one transaction to a method
 ``requests``    requests to look again; when feedback was given back
 ``store``       :class:`Gradebook`, one transaction to a method
+``persons``     all that there is of a person, one transaction to a method
 ``dump``        the whole content in canonical order
 ==============  ======================================================================================================
 
@@ -26,12 +29,15 @@ It is a general package: it knows of students, questions and points, but of no c
 from __future__ import annotations
 
 from rotflex.instructor.gradebook.decided import FIRST, SECOND, Act, Answer, Publication, Request
+from rotflex.instructor.gradebook.erasing import OfOthers
+from rotflex.instructor.gradebook.naming import Person
 from rotflex.instructor.gradebook.records import (
     FOR_A_PERSON,
     GIVEN_BY_A_PERSON,
     AuditRecord,
     CommentRecord,
     Delivery,
+    Erased,
     GivenMark,
     Graded,
     MarkRecord,
@@ -52,11 +58,14 @@ __all__ = [
     "AuditRecord",
     "CommentRecord",
     "Delivery",
+    "Erased",
     "GivenMark",
     "Gradebook",
     "Graded",
     "MarkRecord",
     "MarkState",
+    "OfOthers",
+    "Person",
     "Publication",
     "Request",
     "RosterReport",

@@ -9,7 +9,7 @@ that may lie on a network drive. A connection ends with its transaction, so that
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -75,13 +75,29 @@ class Database:
         with self._transaction(self._start_writing) as connection:
             yield connection
 
+    def rebuild(self, names: Sequence[str]) -> None:
+        """Write the tables of these names anew, so that nothing is left where rows were; with what was known of them.
+
+        What was deleted lies on in free pages until then, and a server keeps common values of each column.
+        """
+        with self._told_in_words(), self._engine.connect() as connection:
+            if connection.dialect.name == "sqlite":
+                connection.exec_driver_sql("VACUUM")
+            else:
+                alone = connection.execution_options(isolation_level="AUTOCOMMIT")
+                alone.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {', '.join(names)}")
+
     @contextmanager
     def _transaction(self, start: list[str]) -> Iterator[Connection]:
+        with self._told_in_words(), self._engine.begin() as connection:
+            for statement in start:
+                connection.exec_driver_sql(statement)
+            yield connection
+
+    @contextmanager
+    def _told_in_words(self) -> Iterator[None]:
         try:
-            with self._engine.begin() as connection:
-                for statement in start:
-                    connection.exec_driver_sql(statement)
-                yield connection
+            yield
         except DBAPIError as error:
             raise GradebookError(
                 _("The gradebook {where}: {message}").format(where=self.where, message=_message(error))
@@ -131,6 +147,7 @@ def _sqlite(address: URL) -> Engine:
     def _prepare(connection: Any, _: object) -> None:
         connection.isolation_level = None  # transactions begin where we say so
         connection.execute("PRAGMA foreign_keys = ON")
+        connection.execute("PRAGMA secure_delete = ON")  # what is deleted is overwritten, and lies in no free page
 
     return engine
 

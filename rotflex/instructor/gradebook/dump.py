@@ -14,6 +14,7 @@ from rotflex.instructor.gradebook.tables import (
     comments,
     decisions,
     deliveries,
+    erasures,
     marks,
     publications,
     requests,
@@ -82,7 +83,12 @@ def content(connection: Connection) -> dict[str, Any]:
 
     everybody = sorted(_rows(connection, students), key=lambda one: one["folded"])
     given_back = sorted(_rows(connection, publications), key=lambda one: one["id"])
-    return {"students": list(map(student, everybody)), "publications": list(map(_plain, given_back))}
+    gone = sorted(_rows(connection, erasures), key=lambda one: one["number"])
+    return {
+        "students": list(map(student, everybody)),
+        "publications": list(map(_plain, given_back)),
+        "erasures": [{"actor": one["actor"], "lines": one["lines"]} for one in gone],
+    }
 
 
 def _rows(connection: Connection, table: Table) -> list[dict[str, Any]]:

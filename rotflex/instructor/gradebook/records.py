@@ -206,3 +206,25 @@ class CommentRecord:
     text: str
     actor: str
     when: datetime
+
+
+@dataclass(frozen=True)
+class Erased:
+    """What became of a person who was erased, or would.
+
+    Attributes
+    ----------
+    about : what was known of them
+    counts : name of a table → how many rows of it were theirs
+    struck : where their name was taken out of what is said of others, in words
+    left : where they are named still, in words: others' own work, and as who decided
+    sources : what their hand-ins came in, as the names of zips
+    unsought : of what names them, what is too short to be looked for
+    """
+
+    about: StudentRecord
+    counts: Mapping[str, int]
+    struck: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ()
+    unsought: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Row, Select, delete, insert, select, update
+from sqlalchemy import ColumnElement, Connection, Row, Select, delete, func, insert, select, update
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
@@ -28,6 +28,7 @@ from rotflex.instructor.gradebook.tables import (
     audit,
     decisions,
     deliveries,
+    erasures,
     marks,
     runs,
     students,
@@ -91,9 +92,10 @@ def student_for(connection: Connection, student: str) -> int:
 
 
 def add_student(connection: Connection, student: str, details: Mapping[str, Any]) -> int:
-    """A new row for a student; its number."""
+    """A new row for a student; its number, which nobody had before, erased or not."""
+    taken = (connection.scalar(select(func.max(number))) or 0 for number in (students.c.id, erasures.c.number))
     nothing = {"name": "", "email": "", "section": "", "enrolled": False}
-    row = {"student": student, "folded": caseless(student), **nothing, **details}
+    row = {"id": max(taken) + 1, "student": student, "folded": caseless(student), **nothing, **details}
     return added(connection, insert(students).values(row))
 
 
@@ -152,6 +154,13 @@ def find_run(connection: Connection, key: str) -> Stored | None:
 def current_run(connection: Connection, student_id: int) -> Stored | None:
     """The run of a student that counts."""
     return _stored(connection, (runs.c.student_id == student_id) & runs.c.current)
+
+
+def numbered_run(connection: Connection, run_id: int) -> RunRecord:
+    """The run of a row that is there."""
+    found = _stored(connection, runs.c.id == run_id)
+    assert found is not None
+    return found.graded.run
 
 
 def _stored(connection: Connection, which: ColumnElement[bool]) -> Stored | None:

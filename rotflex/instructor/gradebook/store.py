@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -16,6 +16,7 @@ from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import deciding, removal, roster, rows, schema, storable
 from rotflex.instructor.gradebook.database import Database
 from rotflex.instructor.gradebook.dump import content
+from rotflex.instructor.gradebook.persons import Persons
 from rotflex.instructor.gradebook.records import (
     AuditRecord,
     CommentRecord,
@@ -47,6 +48,7 @@ class Gradebook:
     ----------
     scores : what scorers do
     requests : what students ask to have looked at again, and when feedback was given back
+    persons : all that there is of a person, and erasing it
 
     Raises
     ------
@@ -64,6 +66,7 @@ class Gradebook:
             raise
         self.scores = Scores(self._database)
         self.requests = Requests(self._database)
+        self.persons = Persons(self._database, self.secret)
 
     def __enter__(self) -> Gradebook:
         return self
@@ -87,10 +90,11 @@ class Gradebook:
 
     # --- students -----------------------------------------------------------------------------------------------------
 
-    def import_roster(self, path: Path) -> RosterReport:
+    def import_roster(self, path: Path, again: Collection[str] = ()) -> RosterReport:
         """Take in a class from a CSV, see :mod:`rotflex.instructor.gradebook.roster`. Students who are not in it stay.
 
-        So does what it says nothing of: it has no such column, or the cell is empty.
+        So does what it says nothing of: it has no such column, or the cell is empty. Who was erased is not taken in,
+        and that is told, unless their ID is in ``again``.
 
         Raises
         ------
@@ -100,9 +104,13 @@ class Gradebook:
         found = roster.read(path)
         added = changed = 0
         notes = found.notes()
+        gone = self.persons.erased([entry.student for entry in found.entries])
+        kept_out = {one: when for one, when in gone.items() if caseless(one) not in set(map(caseless, again))}
         with self._database.writing() as connection:
             there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
             for entry in found.entries:
+                if entry.student in kept_out:
+                    continue
                 student_id, record = there.get(caseless(entry.student), (None, StudentRecord(entry.student)))
                 new, words = entry.added_to(record)
                 notes += words
@@ -112,7 +120,10 @@ class Gradebook:
                 elif new != record:
                     connection.execute(update(students).where(students.c.id == student_id).values(vars(new)))
                     changed += 1
-        return RosterReport(added, changed, len(found.entries) - added - changed, found.problems, tuple(notes))
+        told = _("{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in.")
+        problems = (*found.problems, *(told.format(student=one, when=when) for one, when in kept_out.items()))
+        unchanged = len(found.entries) - len(kept_out) - added - changed
+        return RosterReport(added, changed, unchanged, problems, tuple(notes))
 
     def remove(self, student: str) -> StudentRecord:
         """Take a student out of whom there is nothing but their line of the roster, as a slip in their ID makes one.

@@ -258,3 +258,17 @@ publications = Table(
     _must("note", Text),
     _must("published", Instant),
 )
+
+#: Who was erased, without a word of who it was: the number that their row had and nobody's has again, and by what the
+#: same ID would be known if it came once more. Grows only; the guards of the tables above go by it (revision 0004).
+erasures = Table(
+    "erasures",
+    metadata,
+    Column("number", Integer, primary_key=True, autoincrement=False),
+    # The negative number until the student's row is gone: nothing has that, so that a transaction cannot end before.
+    Column("gone", Integer, ForeignKey("erasures.number", deferrable=True, initially="DEFERRED"), nullable=False),
+    _must("fingerprint", LargeBinary),
+    _must("actor", Text),
+    _must("lines", Integer),
+    _must("erased", Instant),
+)

@@ -68,11 +68,13 @@ class About:
     missing : (question, part) → why there is no answer
     supplied : (question, part) of values that an instructor supplied
     asked : (question, part) that the release which was worked with asks; None if that is all that the course asks
+    start : name of what was given to a class that began in the middle; "" where it began at the beginning
     """
 
     missing: Mapping[tuple[str, str], str] = field(default_factory=dict)
     supplied: Collection[tuple[str, str]] = ()
     asked: Collection[tuple[str, str]] | None = None
+    start: str = ""
 
 
 class KeyFault(Exception):
@@ -216,10 +218,11 @@ def unmarked(key: Key, claims: Claims) -> list[str]:
     return [_("Question {number} {unmarked}").format(number=number, unmarked=UNMARKED) for number in numbers]
 
 
-def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING) -> list[Mark]:
+def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING, about: About = About()) -> list[Mark]:
     """Marks for a submission of which nothing could be read, or none that could be marked."""
     return [
         Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key
         for part in course.catalogue.find_marked(number).parts
+        if _is_asked(course, (number, part.name), about)
     ]

@@ -188,6 +188,9 @@ def _mark(asked: Asked) -> Marked:
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
     claims = decoding.with_words(claims, asked.words, course.catalogue)
+    if asked.about.start and course.given is not None:
+        policy = course.settings.bench if asked.policy is None else asked.policy
+        claims.values.update(course.given(asked.about.start, asked.student, policy))
     marks = marking.mark(course, claims, bench, asked.probe_seed, asked.about)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
 

@@ -82,7 +82,7 @@ def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetim
     counting = None if graded is None else counted.of_run(graded, counts)
     if graded is not None and not came and not unread:
         return Student(about, counting)  # nobody knows when anything came
-    due = counted.notebooks(course.catalogue, counts)
+    due = counted.notebooks(course.asked, counts)
     missing = [name for name in due if f"{name}.ipynb" not in (*came, *unread)]
     # What is not there is overdue if it would be late now.
     would = ((name, timing(course.settings, about, name, now)) for name in missing)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, files
+from rotflex.courseware import course_file, files, starts
 from rotflex.courseware.benches import OWN, PRESET, REAL, SAME
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
@@ -165,7 +165,7 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
                 packages=", ".join(course.packages) or _("none"), name=DISTRIBUTION
             )
         )
-    texts = derived(course)
+    texts = {name: text for name, text in derived(course).items() if not _is_skipped(course, name)}
     distribution = _distribution()
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
@@ -233,8 +233,26 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         "bench": settings.bench.plain(),
         course_file.REFLECT: settings.reflect.plain(),
     }
+    if settings.given:
+        about[starts.GIVEN] = _given(course)
     name = identity.name_of(identity.contents(folder), about, settings.term or course.name)
     return {**about, course_file.RELEASE: name}
+
+
+def _is_skipped(course: Course, file: str) -> bool:
+    """Whether a class that begins in the middle does not get a notebook."""
+    name = course.settings.given
+    return bool(name) and Path(file).stem in starts.find(course.catalogue, name).skips
+
+
+def _given(course: Course) -> dict[str, Any]:
+    """What is given: where benches are the students' own, each session works the values out."""
+    start, bench = starts.find(course.catalogue, course.settings.given), course.settings.bench
+    if bench.which == OWN:
+        return starts.plain(start, None)
+    if course.given is None:
+        raise GradingError(_("The course does not say what is given: course.py should define it (Course.given)."))
+    return starts.plain(start, course.given(start.name, "", bench))
 
 
 def _copy_package(package: Path, target: Path) -> None:

@@ -18,13 +18,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware import course_file
+from rotflex.courseware import course_file, starts
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
-from rotflex.errors import GradingError
+from rotflex.courseware.starts import Start
+from rotflex.errors import ConfigurationError, GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.release import student_course, student_notebooks
 from rotflex.instructor.release.identity import NOTEBOOKS
@@ -53,6 +54,8 @@ class Bundle:
     release : name of the release that it is
     policy : which bench each student has
     asked : the (question, part) that its notebooks ask for, of those that the course has
+    start : where it begins in the middle; None for at the beginning
+    catalogue : of the course, of what is asked of a class that begins there; None if that is not known
     """
 
     packed: bytes
@@ -64,6 +67,8 @@ class Bundle:
     release: str = ""
     policy: BenchPolicy = THEIR_OWN
     asked: frozenset[tuple[str, str]] = frozenset()
+    start: Start | None = None
+    catalogue: Catalogue | None = None
 
 
 def build(course: Course) -> Bundle:
@@ -105,6 +110,8 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
     notebooks = {path.name: student_notebooks.read(path) for path in paths}
     about = folder / NOTEBOOKS / COURSE_FILE
+    start = _start(about, course)
+    catalogue = starts.narrowed(course.catalogue, start)
     if about.exists():  # where an installed release has it: it says which bench students have
         place = folder / student_course.DISTRIBUTION / course_file.RELEASED
         place.mkdir(parents=True)
@@ -123,8 +130,20 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
         digest=digest,
         release=release,
         policy=policy,
-        asked=frozenset(_asked(notebooks, course.catalogue)),
+        asked=frozenset(_asked(notebooks, catalogue)),
+        start=start,
+        catalogue=catalogue,
     )
+
+
+def _start(about: Path, course: Course) -> Start | None:
+    """Where a release begins, by its ``course.json``."""
+    try:
+        return (
+            starts.chosen(json.loads(about.read_text(encoding="utf-8")), course.catalogue) if about.exists() else None
+        )
+    except (ValueError, ConfigurationError) as error:
+        raise GradingError(f"{COURSE_FILE}: {error}") from None
 
 
 def _is_there(module: str, folder: Path, packages: tuple[str, ...]) -> bool:

@@ -99,7 +99,12 @@ class Bundles:
             )
         if meant != self.current.release:
             notes.append(_("Run and marked under an earlier release, {meant}.").format(meant=meant))
-        return Chosen(self.built(meant), tuple(problems), tuple(notes))
+        built = self.built(meant)
+        if built.start is not None:
+            given = ", ".join(f"{question} {part}" for question, part in built.start.gives)
+            told = _("Given to this class: {title} ({parts}). It was not asked; later answers may follow from it.")
+            notes.append(told.format(title=built.start.title, parts=given))
+        return Chosen(built, tuple(problems), tuple(notes))
 
     def built(self, name: str) -> Bundle:
         """The bundle of a release.

@@ -44,6 +44,7 @@ def contradictions(found: Mapping[str, Any], decided: CourseSettings, known: Kno
     known : what the course has
     """
     yield from _of_bench(found.get("bench", {}), known)
+    yield from _of_given(decided, known)
     reflect = found.get("reflect", {})
     if not reflect.get("asks", True) and "from" in reflect:
         yield _("reflect.from: it goes with asks = true, and asks is false. Leave one of them out.")
@@ -74,6 +75,29 @@ def _of_bench(bench: Mapping[str, Any], known: Known) -> Iterator[str]:
             )
         elif known.benches[name]:
             yield _("bench.benches: {fault}").format(fault=known.benches[name])
+
+
+def _of_given(decided: CourseSettings, known: Known) -> Iterator[str]:
+    """What is wrong with beginning in the middle: what the course does not give, or not on such benches."""
+    if not decided.given or known.catalogue is None:
+        return
+    there = {start.name: start for start in known.catalogue.starts}
+    start = there.get(decided.given)
+    if start is None:
+        yield _("given.from: the course gives nothing called {name!a}; it has {known}.").format(
+            name=decided.given, known=_listed(there)
+        )
+    elif decided.bench.which == OWN and start.on_own_bench is None:
+        yield _(
+            'given.from: "{name}" is for classes in which everybody has the same bench. On benches of their own it '
+            "could only be worked out on students' machines, by code that answers what other classes are asked. Choose "
+            '[bench] which = "same" or "preset".'
+        ).format(name=start.name)
+    elif decided.bench.which == REAL and len(decided.bench.benches) > 1:
+        yield _(
+            "given.from: what is given is of one bench, and [bench] names {count} of the laboratory's. Name one, or "
+            "hand out a release for each."
+        ).format(count=len(decided.bench.benches))
 
 
 def _listed(names: Collection[str]) -> str:

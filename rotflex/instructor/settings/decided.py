@@ -188,6 +188,7 @@ class CourseSettings:
     title : of the course, for people; "" leaves it to ``course.py``
     term : as "2026 autumn"
     bench : which bench each student has
+    given : name of what is given to a class that begins in the middle; "" where it begins at the beginning
     feedback : what students see of their marks, and when
     reflect : whether and when their own answers are held against each other for them
     releases : the folder in which releases are kept, from the one above the course's
@@ -201,6 +202,7 @@ class CourseSettings:
     title: str = ""
     term: str = ""
     bench: BenchPolicy = THEIR_OWN
+    given: str = ""
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)
     reflect: ReflectSettings = field(default_factory=ReflectSettings)
     releases: str = "releases"
@@ -219,6 +221,7 @@ class CourseSettings:
         usual = CourseSettings()
         return replace(
             self,
+            given=usual.given,  # each run knows its own
             feedback=usual.feedback,
             marks=usual.marks,
             levels=usual.levels,

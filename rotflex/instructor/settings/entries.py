@@ -133,6 +133,9 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
             _("names of the laboratory's benches"), 'benches = ["north"]', lambda value: is_names(value) and bool(value)
         ),
     },
+    "given": {
+        "from": Entry(_("what is given to a class that begins in the middle"), 'from = "speed"', _is_name, needed=True),
+    },
     "feedback": {
         "points": _switch("points = true"),
         "reasons": _switch("reasons = true"),

@@ -70,6 +70,7 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
         title=about.get("title", usual.title),
         term=about.get("term", usual.term),
         bench=BenchPolicy(**bench, draw=draw),
+        given=found.get("given", {}).get("from", usual.given),
         feedback=FeedbackSettings(
             points=seen.get("points", usual.feedback.points),
             reasons=seen.get("reasons", usual.feedback.reasons),

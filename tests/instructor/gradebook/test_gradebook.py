@@ -221,7 +221,7 @@ def nested(inner, levels):
 def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
     with pytest.raises(GradebookError):
         record(book, unfit)
-    assert book.dump() == {"students": [], "publications": []}
+    assert book.dump() == {"students": [], "publications": [], "erasures": []}
 
 
 class Status(StrEnum):

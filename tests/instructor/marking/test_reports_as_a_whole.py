@@ -13,8 +13,8 @@ from made_courses import OURS
 from rotflex.courseware.words import Words
 from rotflex.errors import GradingError
 from rotflex.instructor import regrade
-from rotflex.instructor.batch import mark_records
 from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.graded_run import mark_records
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.marking import About

@@ -1,0 +1,95 @@
+"""A class that begins in the middle: what is given to it, from the settings through release and hand-in to marks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_courses import OURS, copied
+
+from rotflex.courseware.benches import BenchPolicy
+from rotflex.instructor import course as courses
+from rotflex.instructor.batch import Batch, Settings
+from rotflex.instructor.gradebook import Gradebook
+from rotflex.instructor.graded_run import facts_of
+from rotflex.instructor.release import student_course, student_notebooks
+from rotflex.instructor.reports.grades import Reports
+from rotflex.instructor.verdicts import Status
+
+NOTEBOOKS = [path.name for path in OURS.notebooks]
+SAME = '[bench]\nwhich = "same"\nseed = 7\n'
+#: What is given → the bench of the class, the notebooks that it has, and some of what it is not asked.
+CLASSES = {
+    "stiffness": ("", [NOTEBOOKS[0], *NOTEBOOKS[3:]], [("2.12", "K_s"), ("2.7", "A"), ("Table 2", "omega_n")]),
+    "gain": (
+        SAME,
+        [NOTEBOOKS[0], *NOTEBOOKS[7:]],
+        [("3.8", "K"), ("2.14", "A"), ("Table 3", "W"), ("3.4", "strategy")],
+    ),
+}
+
+
+def handed_in(folder: Path, released: Path, student: str) -> None:
+    """A release with the solutions in its answer cells; what it recorded at home is not among it."""
+    sources = {
+        cell.id: cell.source
+        for path in OURS.notebooks
+        for cell in student_notebooks.read(path).cells
+        if student_notebooks.is_answer(cell)
+    }
+    folder.mkdir(parents=True)
+    for path in sorted((released / "notebooks").glob("*.ipynb")):
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        for cell in notebook["cells"]:
+            cell["source"] = sources.get(cell["id"], cell["source"])
+        (folder / path.name).write_text(json.dumps(notebook), encoding="utf-8")
+    about = json.loads((released / "notebooks" / "course.json").read_text(encoding="utf-8"))
+    (folder / "course.json").write_text(json.dumps({**about, "student": student}), encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_path, name):
+    bench, notebooks, not_asked = CLASSES[name]
+    source = copied(tmp_path / "course", NOTEBOOKS)
+    (source / "course.toml").write_text(f'[given]\nfrom = "{name}"\n{bench}', encoding="utf-8")
+    course = courses.load(source)
+    made = student_course.release(course, tmp_path / "out")
+    assert list(made.notebooks) == notebooks
+    given = json.loads((made.folder / "notebooks" / "course.json").read_text(encoding="utf-8"))["given"]
+    assert given["from"] == name and ("values" in given) == (name == "gain")
+    handed_in(tmp_path / "in" / "ada", made.folder, "ada")
+    with Gradebook(tmp_path / "book.sqlite") as book:
+        (step,) = Batch(tmp_path / "in", course, book, Settings()).grade()
+        Reports(tmp_path / "marks", course, book).write_all()
+    marks = {(one.question, one.part): one for one in step.graded.marks}
+    assert not set(not_asked) & set(marks)
+    wanted = {(number, part.name) for number, one in course.asked.marked.items() for part in one.parts}
+    assert set(marks) == wanted & {(number, part) for number, parts in OURS.key.items() for part in parts}
+    lost = [
+        (*where, one.reason) for where, one in marks.items() if one.status not in (Status.RIGHT, Status.FOR_A_PERSON)
+    ]
+    assert lost == []
+    assert not [line for line in step.graded.run.problems if "Table" in line or "is missing" in line]
+    facts = facts_of(step.graded.run)
+    assert facts.start == name and set(facts.asked) >= set(marks) - {one for one in marks if "as a whole" in one[0]}
+    page = (tmp_path / "marks" / "ada" / "feedback.html").read_text(encoding="utf-8")
+    assert "Given to this class" in page and "K_s" in page
+    total = json.loads((tmp_path / "marks" / "ada" / "marks.json").read_text(encoding="utf-8"))["out_of"]
+    assert (
+        total
+        == pytest.approx(sum(one.out_of for one in marks.values()))
+        < sum(question.points for question in OURS.catalogue.marked.values())
+    )
+
+
+def test_the_model_that_is_given_is_that_of_the_bench_and_the_gain_places_its_poles():
+    policy = BenchPolicy("same", seed=7, draw=OURS.draw)
+    values = OURS.given("gain", "", policy)
+    assert values["2.12", "K_s"] == pytest.approx(OURS.true_bench("", policy).K_s, rel=1e-3)
+    servo = OURS.true_bench("", policy).servo
+    b, a = servo.torque_per_volt, servo.back_emf_damping
+    A = values["2.14", "A"] - values["2.14", "B"] @ np.array([[0, 0, a, 0]])
+    poles = np.linalg.eigvals(A - b * values["2.14", "B"] @ values["3.8", "K"])
+    assert np.sort_complex(poles) == pytest.approx(np.array([-40, -30, -12 - 16j, -12 + 16j]), rel=1e-6)
