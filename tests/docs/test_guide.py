@@ -30,6 +30,7 @@ from guide_pages import (
 
 from rotflex import cli, experiments, lab
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, srv02
+from rotflex.courseware import starts
 from rotflex.hil import bench_file, kinds, real, student_benches
 from rotflex.instructor import design, model, settings
 from rotflex.instructor.course_check import times
@@ -443,7 +444,23 @@ def test_what_is_drawn_lies_where_is_said():
     assert f"by up to {100 * student_benches.RUN_FRICTION:g} %" in said
 
 
-def test_what_is_given_to_a_class_is_what_the_page_prints(capsys):
+def test_classes_that_begin_in_the_middle_have_the_notebooks_and_points_that_are_said():
+    table = {row[0].strip('`"'): row for row in rows("middle.md", "A course on control")}
+    assert [*table] == [start.name for start in CATALOGUE.starts]
+    for start in CATALOGUE.starts:
+        _, _given, released, worth, which = table[start.name]
+        first, begin, last = re.findall(r"`(\d\d)`", released)
+        left = [number for number in NOTEBOOKS if NOTEBOOKS[number] not in start.skips]
+        assert left == [first, *(number for number in NOTEBOOKS if begin <= number <= last)]
+        assert float(worth) == points(starts.narrowed(CATALOGUE, start).marked.values())[0]
+        own = [one for one in CATALOGUE.starts if one.name == "stiffness" or one is start]
+        assert set(re.findall(r"\d\.\d+", " ".join(table[one.name][1] for one in own))) == {
+            one for one, _ in start.gives
+        }
+        assert (which == "any") == (start.on_own_bench is not None)
+
+
+def test_what_is_given_by_hand_is_what_the_page_prints(capsys):
     (program,) = fences("middle.md", "python")
     exec(program, {})
     printed = capsys.readouterr().out
