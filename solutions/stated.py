@@ -49,7 +49,6 @@ _SPECIFICATIONS = (
         r"\\alpha\\rvert\\le\$ # deg",
         r"\\alpha\\rvert_\{\\max\}\$ \| ≤ # deg",
         r"near the limit of # deg",
-        r"more than the # deg allowed",
         r"deflection exceeds # deg on the bench",
         r'"alpha_max_deg", #, "deg"',
     ),

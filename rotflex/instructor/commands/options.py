@@ -55,8 +55,18 @@ def open_existing(url: str) -> Gradebook:
 
 
 def open_or_make(url: str) -> Gradebook:
-    """A gradebook, which is made if there is none yet; of the folder of results, the one in it."""
-    return open_gradebook(str(Path(url) / GRADEBOOK_FILE) if "://" not in url and Path(url).is_dir() else url)
+    """A gradebook, made if there is none yet, with the folder that it lies in.
+
+    A name of which there is nothing yet is the folder of results, unless it has an ending: a term begins with the
+    roster, before ``rotflex grade`` has made that folder, and a file in its place would be in the way.
+    """
+    if "://" in url:
+        return open_gradebook(url)
+    path = Path(url)
+    named = path.is_file() or (path.suffix and not path.is_dir())
+    file = path if named else path / GRADEBOOK_FILE
+    file.parent.mkdir(parents=True, exist_ok=True)
+    return open_gradebook(str(file))
 
 
 def _file_of(path: Path) -> Path:

@@ -150,12 +150,22 @@ def students(book):
         return [one.student for one in opened.students()]
 
 
-def test_a_roster_goes_into_the_gradebook_of_a_folder_of_results_which_is_made_if_needed(tmp_path, names):
-    (tmp_path / "MARKS").mkdir()
+@pytest.mark.parametrize(
+    ("there", "named", "file"),
+    [
+        ("MARKS", "MARKS", "MARKS/gradebook.sqlite"),
+        ("", "MARKS", "MARKS/gradebook.sqlite"),
+        ("", "term/MARKS", "term/MARKS/gradebook.sqlite"),
+        ("", "MARKS/gradebook.sqlite", "MARKS/gradebook.sqlite"),
+        ("", "class.db", "class.db"),
+    ],
+)
+def test_a_roster_makes_the_gradebook_that_it_goes_into_and_its_folder(tmp_path, names, there, named, file):
+    (tmp_path / there).mkdir(exist_ok=True)
     for told in ("3 added, 0 changed, 0 as they were.", "0 added, 0 changed, 3 as they were."):
-        done = rotflex("roster", names, "--gradebook", tmp_path / "MARKS")
+        done = rotflex("roster", names, "--gradebook", tmp_path / named)
         assert done.exit_code == 0 and told in said(done) and "Columns that are not read: tutorial." in said(done)
-    assert students(tmp_path / "MARKS" / "gradebook.sqlite") == ["ada", "bod", "ebe"]
+    assert (tmp_path / file).is_file() and students(tmp_path / file) == ["ada", "bod", "ebe"]
 
 
 def test_whose_id_was_a_slip_can_be_taken_out_and_whoever_has_marks_cannot(book, names):
