@@ -13,10 +13,12 @@ import importlib
 import shutil
 import sys
 import tempfile
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 
 import nbformat
+from nbformat import NotebookNode
 from sphinx.cmd.build import main as sphinx_build
 
 from rotflex.errors import RotflexError
@@ -27,8 +29,16 @@ KEPT = BUILD / "site-notebooks"  #: runs of the notebooks, which take half a min
 MATHJAX = ("sphinx-mathjax-offline", "static/mathjax/tex-svg.js")  #: distribution, file: formulas without a network
 
 
-def stage(folder: Path, instructors: bool = False, code: str = "", kept: Path = KEPT) -> staging.Stage:
+def stage(
+    folder: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = ""
+) -> staging.Stage:
     """Put the pages of a site together, for Sphinx.
+
+    Parameters
+    ----------
+    folder : where
+    run : the student notebooks as they were run before any answer
+    instructors, code : see :class:`website.staging.Stage`
 
     Raises
     ------
@@ -39,7 +49,7 @@ def stage(folder: Path, instructors: bool = False, code: str = "", kept: Path = 
     made.write()
     still = arm(moving=False)
     (folder / "moving_arm.html").write_text(arm(moving=True), encoding="utf-8")
-    for name, notebook in chapters.run_before_answers(kept).items():
+    for name, notebook in run.items():
         chapters.chapter(notebook, Path(name).stem, folder / "chapters" / name, chapters.AS_IT_BEGINS, still)
     for source, page in made.pages.items():
         if source.startswith("solutions/"):
@@ -64,7 +74,8 @@ def build(out: Path, instructors: bool = False, code: str = "", kept: Path = KEP
     """Build a site; 0 if it is good. What is not is told on standard error."""
     with tempfile.TemporaryDirectory(prefix="rotflex-site-") as begun:
         folder, made = Path(begun) / "pages", Path(begun) / "site"
-        stage(folder, instructors, code, kept)
+        run = chapters.run_before_answers(kept)
+        stage(folder, run, instructors, code)
         tags = ["-t", "instructor"] if instructors else []
         options = ["-W", "--keep-going", "-q", "-E", "-d", str(Path(begun) / "doctrees"), *tags]
         status = sphinx_build(["-b", "html", "-c", str(staging.DOCS), *options, str(folder), str(made)])
@@ -75,7 +86,7 @@ def build(out: Path, instructors: bool = False, code: str = "", kept: Path = KEP
         (made / "_static" / "mathjax.js").write_bytes(source.read_bytes())
         (made / ".buildinfo").unlink(missing_ok=True)
         if not instructors:
-            found = secrets.Secrets.of_the_course().found_in(made)
+            found = secrets.Secrets.of_the_course(run.values()).found_in(made)
             for one in found:
                 print(one, file=sys.stderr)
             if found:

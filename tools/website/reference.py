@@ -12,6 +12,7 @@ from typing import Any
 
 _SECTION = re.compile(r"^(Parameters|Attributes|Returns|Yields)$")
 _ENTRY = re.compile(r"^(\*{0,2}[\w.]+(?:, \*{0,2}[\w.]+)*) : (.+)$")
+_BAR = re.compile(r"\|(?=(?:[^`]*`[^`]*`)*[^`]*$)")  #: outside of code; reStructuredText would look for a substitution
 _NAMES = re.compile(r"^[A-Za-z_][\w.]*$")
 
 
@@ -20,7 +21,7 @@ def process_docstring(_app: Any, what: str, name: str, item: Any, options: Any, 
 
     Types stand in the annotations, from which Sphinx takes them.
     """
-    lines[:] = as_numpydoc(lines)
+    lines[:] = [_BAR.sub(r"\|", line) for line in as_numpydoc(lines)]
 
 
 def as_numpydoc(lines: Sequence[str]) -> list[str]:

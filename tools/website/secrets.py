@@ -1,7 +1,11 @@
 """What must not be in the public site: what the solutions and the instructor's package say, and a student's copy does not.
 
-A secret is a run of tokens: so many words and signs after each other, white space aside. What students are handed out
-anyway is none. Numbers are looked at one by one: those of several digits that solutions print.
+A secret is a run of tokens: so many words and signs after each other, white space aside; of a solution in code, each line
+as well. What students are handed out anyway is none, and neither is what their notebooks show before an answer. Numbers are
+looked at one by one: those of several digits that solutions print.
+
+Of the instructor's guide and the scoring notebook (91, 92) the code and its results are secrets. Their text says much that
+other pages may say; they are no part of the public site, and neither is any other page that ``staging`` names.
 """
 
 from __future__ import annotations
@@ -12,17 +16,19 @@ import io
 import json
 import re
 import tokenize
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from website.staging import DOCS, ROOT
 
 RUN = 12  #: tokens; shorter runs are found in any two texts on the same matter
+LINE = 7  #: tokens that a line of a solution has at least, to be looked for by itself
 DIGITS = 4  #: significant ones that make a number telling
 PAGES = (".html", ".js", ".txt", ".json", ".svg", ".xml", ".inv")
 
-_TOKEN = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?|[^\w\s]")
+_TOKEN = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?|[^\w\s*`#]")  # without what is Markdown in one text and gone in another
 _NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:[eE][-+]?\d+)?(?![\w])")
 _SOLUTION = re.compile(r"(?:###|<!--) BEGIN SOLUTION(.*?)(?:###|<!--) END SOLUTION", re.DOTALL)
 _TAG = re.compile(r"<(script|style)\b.*?</\1>|<[^>]*>", re.DOTALL)
@@ -48,7 +54,7 @@ class Secrets:
 
     Attributes
     ----------
-    runs : run of tokens → where it stands
+    runs : run of tokens → where it stands; of RUN tokens, and lines of fewer
     numbers : number, as its significant digits → where it stands
     """
 
@@ -56,16 +62,26 @@ class Secrets:
     numbers: dict[str, str]
 
     @classmethod
-    def of_the_course(cls) -> Secrets:
-        """All of this course's."""
-        public = "\n".join(text for _origin, text in _handed_out())
-        known, known_numbers = set(runs(public)), set(numbers(public))
+    def of_the_course(cls, chapters: Iterable[Mapping[str, Any]]) -> Secrets:
+        """All of this course's.
+
+        Parameters
+        ----------
+        chapters : the student notebooks as they were run before any answer
+        """
+        public = "\n".join([*_handed_out(), *(text for notebook in chapters for text in _shown(notebook))])
+        known_numbers = set(numbers(public))
+        known = {length: set(runs(public, length)) for length in range(LINE, RUN + 1)}
         secret: dict[str, str] = {}
         told: dict[str, str] = {}
         for origin, text in _kept_back():
             for run in runs(text):
-                if run not in known:
+                if run not in known[RUN]:
                     secret.setdefault(run, origin)
+        for origin, line in _solution_lines():
+            count = len(_TOKEN.findall(line))
+            if LINE <= count < RUN:
+                secret.update({run: origin for run in runs(line, count) if run not in known[count]})
         for origin, text in _results():
             for number in numbers(text):
                 if number not in known_numbers:
@@ -79,7 +95,8 @@ class Secrets:
             page = path.relative_to(site).as_posix()
             text = path.read_text(encoding="utf-8", errors="replace")
             text = html.unescape(_TAG.sub("", text)) if path.suffix == ".html" else text
-            for run in runs(text):
+            lengths = {run.count(" ") + 1 for run in self.runs}
+            for run in (run for length in lengths for run in runs(text, length)):
                 if run in self.runs:
                     found.setdefault((page, self.runs[run]), Found(page, self.runs[run], run))
             for number in numbers(text) if path.suffix == ".html" else ():
@@ -89,19 +106,21 @@ class Secrets:
         return list(found.values())
 
 
-def runs(text: str) -> Iterator[str]:
-    """All runs of tokens in a text."""
+def runs(text: str, length: int = RUN) -> Iterator[str]:
+    """All runs of so many tokens in a text."""
     tokens = _TOKEN.findall(text)
-    for at in range(len(tokens) - RUN + 1):
-        run = tokens[at : at + RUN]
+    for at in range(len(tokens) - length + 1):
+        run = tokens[at : at + length]
         # Rules and rows of zeros tell nothing.
-        if sum(token[0].isalnum() for token in run) >= RUN // 2 - 1 and len(set(run)) > RUN // 2:
+        if len(set(run)) > length // 2 and sum(token[0].isalnum() for token in run) >= length // 2 - 1:
             yield " ".join(run)
 
 
 def numbers(text: str) -> Iterator[str]:
     """The telling numbers in a text, as their significant digits."""
     for found in _NUMBER.findall(text):
+        if re.fullmatch(r"(?:19|20)\d\d", found):
+            continue  # a year
         digits = re.sub(r"[eE].*|\.", "", found).lstrip("0")
         if len(digits) >= DIGITS and digits.strip("0") and len(set(digits)) > 1:
             yield digits
@@ -110,30 +129,34 @@ def numbers(text: str) -> Iterator[str]:
 # --- where texts come from --------------------------------------------------------------------------------------------
 
 
-def _cells(path: Path) -> Iterator[dict[str, object]]:
+def _cells(path: Path) -> Iterator[Mapping[str, Any]]:
     yield from json.loads(path.read_text(encoding="utf-8"))["cells"]
 
 
-def _source(cell: dict[str, object]) -> str:
-    source = cell["source"]
-    return source if isinstance(source, str) else "".join(source)  # type: ignore[arg-type]
+def _source(cell: Mapping[str, Any]) -> str:
+    return "".join(cell["source"])
 
 
-def _outputs(cell: dict[str, object]) -> Iterator[str]:
-    for output in cell.get("outputs", ()):  # type: ignore[attr-defined]
+def _shown(notebook: Mapping[str, Any]) -> Iterator[str]:
+    for cell in notebook["cells"]:
+        yield from _outputs(cell)
+
+
+def _outputs(cell: Mapping[str, Any]) -> Iterator[str]:
+    for output in cell.get("outputs", ()):
         yield "".join(output.get("text", ""))
         for kind in ("text/plain", "text/markdown"):
             yield "".join(output.get("data", {}).get(kind, ""))
 
 
-def _handed_out() -> Iterator[tuple[str, str]]:
+def _handed_out() -> Iterator[str]:
     """What each student gets."""
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        yield path.name, "\n".join(_source(cell) for cell in _cells(path))
+        yield "\n".join(_source(cell) for cell in _cells(path))
     for path in sorted((ROOT / "rotflex").rglob("*.py")):
         if "instructor" not in path.relative_to(ROOT).parts:
-            yield path.name, path.read_text(encoding="utf-8")
-    yield "course.toml", (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
+            yield path.read_text(encoding="utf-8")
+    yield (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
 
 
 def _kept_back() -> Iterator[tuple[str, str]]:
@@ -141,17 +164,29 @@ def _kept_back() -> Iterator[tuple[str, str]]:
     for path in sorted((ROOT / "solutions").glob("*.ipynb")):
         for cell in _cells(path):
             source = _source(cell)
-            mine = path.name.startswith("9") or "instructor" in cell["metadata"].get("tags", ())  # type: ignore[attr-defined]
-            for text in [source] if mine else _SOLUTION.findall(source):
+            whole = path.name.startswith("90") or (path.name.startswith("9") and cell["cell_type"] == "code")
+            mine = "instructor" in cell["metadata"].get("tags", ()) and not path.name.startswith("9")
+            for text in [source] if whole or mine else _SOLUTION.findall(source):
                 yield f"solutions/{path.name}, cell {cell.get('id')}", text
+            if path.name.startswith("9"):
+                yield f"solutions/{path.name}, cell {cell.get('id')}", "\n".join(_outputs(cell))
     for path in sorted((ROOT / "solutions").glob("*.*")):
         if path.suffix in (".py", ".toml") and path.name not in _HARMLESS:
             text = path.read_text(encoding="utf-8")
             yield f"solutions/{path.name}", code(text) if path.suffix == ".py" else text
     for path in sorted((ROOT / "rotflex" / "instructor").rglob("*.py")):
-        yield path.relative_to(ROOT).as_posix(), code(path.read_text(encoding="utf-8"))
+        yield path.relative_to(ROOT).as_posix(), code(path.read_text(encoding="utf-8"), bodies=True)
     derivation = (DOCS / "derivation.html").read_text(encoding="utf-8")
     yield "docs/derivation.html", html.unescape(_TAG.sub("", derivation))
+
+
+def _solution_lines() -> Iterator[tuple[str, str]]:
+    """The lines of code that students are to write."""
+    for path in sorted((ROOT / "solutions").glob("[01]*.ipynb")):
+        for cell in _cells(path):
+            for solution in _SOLUTION.findall(_source(cell)) if cell["cell_type"] == "code" else ():
+                for line in solution.split("\n"):
+                    yield f"solutions/{path.name}, cell {cell.get('id')}", line.partition("  #")[0]
 
 
 def _results() -> Iterator[tuple[str, str]]:
@@ -162,20 +197,16 @@ def _results() -> Iterator[tuple[str, str]]:
             yield f"solutions/{path.name}, cell {cell.get('id')}", "\n".join([*_SOLUTION.findall(source), *_outputs(cell)])
 
 
-def code(source: str) -> str:
-    """A module without its docstrings, imports and comments: what it does."""
+def code(source: str, bodies: bool = False) -> str:
+    """A module without its docstrings, imports and comments: what it does. With ``bodies``, its functions' alone."""
     tree = ast.parse(source)
-    left_out: set[int] = set()
+    kept: set[int] = set() if bodies else set(range(1, source.count("\n") + 2))
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            left_out.update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
-        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            first = node.body[0] if node.body else None
-            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant) and isinstance(first.value.value, str):
-                left_out.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.body:
-                # The head is in the reference.
-                left_out.update(range(node.lineno, node.body[0].lineno))
-    tokens: Iterable[tokenize.TokenInfo] = tokenize.generate_tokens(io.StringIO(source).readline)
-    kept = (one for one in tokens if one.start[0] not in left_out and one.type != tokenize.COMMENT)
-    return " ".join(one.string for one in kept)
+        if bodies and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            kept.update(range(node.body[0].lineno, (node.end_lineno or node.lineno) + 1))
+    for node in ast.walk(tree):
+        constant = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if isinstance(node, ast.Import | ast.ImportFrom) or constant:
+            kept.difference_update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
+    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
+    return " ".join(one.string for one in tokens if one.start[0] in kept and one.type != tokenize.COMMENT)

@@ -42,6 +42,7 @@ HANDED_OUT = (".png", ".svg", ".jpg", ".gif", ".m", ".toml", ".csv", ".ino")
 
 _FENCE = re.compile(r"^( *)(```+|~~~+).*?^\1\2 *$", re.MULTILINE | re.DOTALL)
 _CODE = re.compile(r"(`+)(?!`).+?(?<!`)\1(?!`)", re.DOTALL)
+_CONTENTS = re.compile(r"^(```\{toctree\}\n(?::[^\n]*\n)*\n)(.*?)\n```$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 
 
@@ -78,7 +79,7 @@ class Stage:
         for source, page in self.pages.items():
             if source.endswith(".md"):
                 text = (ROOT / source).read_text(encoding="utf-8")
-                self.add(page, self.relinked(text, source, page))
+                self.add(page, self._listed(self.relinked(text, source, page), page))
         licence = (ROOT / "LICENSE").read_text(encoding="utf-8")
         self.add(SAME["LICENSE"], f"# Licence\n\n```text\n{licence}```\n")
 
@@ -111,6 +112,18 @@ class Stage:
             return words if path.strip("/") in words else f"{words} (`{path}`)"
 
         return outside_code(text, lambda piece: _LINK.sub(replaced, piece))
+
+    def _listed(self, text: str, page: str) -> str:
+        """A text whose tables of contents name pages of this site alone: a group may be empty, or for instructors."""
+        folder = PurePosixPath(page).parent
+        there = [PurePosixPath(one).with_suffix("") for one in (*self.pages.values(), SAME["LICENSE"])]
+
+        def kept(found: re.Match[str]) -> str:
+            head, entries = found[1], found[2].split("\n")
+            entries = [one for one in entries if one and any(name.match((folder / one).as_posix()) for name in there)]
+            return f"{head}{chr(10).join(entries)}\n```" if entries else ""
+
+        return _CONTENTS.sub(kept, text)
 
     def _handed_out(self, path: str) -> str:
         target = self.folder / "files" / PurePosixPath(path).name
