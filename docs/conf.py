@@ -42,6 +42,7 @@ html_theme = "furo"
 html_title = "rotflex"
 html_static_path = [str(HERE / "_static")]
 html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
@@ -54,6 +55,14 @@ html_theme_options = {
 }
 
 
+def name_levels(_app: Any, _page: str, _template: str, context: dict[str, Any], _doctree: Any) -> None:
+    """The menu's captions are headings, and the theme does not say of which level."""
+    tree = context.get("furo_navigation_tree", "")
+    context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
+
+
 def setup(app: Any) -> None:
-    """Docstrings as Sphinx takes them."""
+    """Docstrings as Sphinx takes them, and what the theme leaves out."""
     app.connect("autodoc-process-docstring", reference.process_docstring, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", reference.with_colons, priority=600)
+    app.connect("html-page-context", name_levels, priority=900)  # after the theme

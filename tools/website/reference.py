@@ -12,6 +12,7 @@ from typing import Any
 
 _SECTION = re.compile(r"^(Parameters|Attributes|Returns|Yields)$")
 _ENTRY = re.compile(r"^(\*{0,2}[\w.]+(?:, \*{0,2}[\w.]+)*) : (.+)$")
+_VALUES, _COLON = ("attribute", "data", "property"), "\ue000"
 _BAR = re.compile(r"\|(?=(?:[^`]*`[^`]*`)*[^`]*$)")  #: outside of code; reStructuredText would look for a substitution
 _NAMES = re.compile(r"^[A-Za-z_][\w.]*$")
 
@@ -22,6 +23,13 @@ def process_docstring(_app: Any, what: str, name: str, item: Any, options: Any, 
     Types stand in the annotations, from which Sphinx takes them.
     """
     lines[:] = [_BAR.sub(r"\|", line) for line in as_numpydoc(lines)]
+    if what in _VALUES:  # what stands before a colon would be taken for a type
+        lines[:] = [line.replace(":", _COLON) for line in lines]
+
+
+def with_colons(_app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
+    """After napoleon: the colons that were kept from it."""
+    lines[:] = [line.replace(_COLON, ":") for line in lines]
 
 
 def as_numpydoc(lines: Sequence[str]) -> list[str]:
