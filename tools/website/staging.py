@@ -103,7 +103,7 @@ class Stage:
             there = self.pages.get(path) or self.pages.get(SAME.get(path, "")) or SAME.get(path, "")
             if there and (there in self.pages.values() or path == "LICENSE"):
                 return f"[{words}]({_from(page, there)}{hash_}{anchor})"
-            if path.startswith("docs/") and not self.instructors and _is_for_instructors(path):
+            if path.startswith("docs/") and not self.instructors and is_for_instructors(path):
                 return f"{words} (in the instructors' site)"
             if path.endswith(HANDED_OUT) and not path.startswith(("solutions/", "rotflex/instructor/")):
                 return f"{picture}[{words}]({_from(page, self._handed_out(path))})"
@@ -167,7 +167,7 @@ def _pages(instructors: bool) -> Iterator[tuple[str, str]]:
     for path in sorted(DOCS.rglob("*.md")):
         inside = path.relative_to(DOCS)
         name = f"docs/{inside.as_posix()}"
-        if inside.parts[0].startswith("_") or (_is_for_instructors(name) and not instructors):
+        if inside.parts[0].startswith("_") or (is_for_instructors(name) and not instructors):
             continue
         yield name, (PurePosixPath(_group(inside)) / inside.name).as_posix()
 
@@ -178,7 +178,7 @@ def _group(inside: Path) -> str:
     return next((group for group, pages in GROUPS.items() if inside.stem in pages), MORE)
 
 
-def _is_for_instructors(path: str) -> bool:
+def is_for_instructors(path: str) -> bool:
     return any(PurePosixPath(path).match(f"docs/{pattern}") for pattern in FOR_INSTRUCTORS)
 
 
