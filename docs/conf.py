@@ -25,6 +25,8 @@ myst_heading_anchors = 4
 nb_execution_mode = "off"  # they have been run
 nb_render_markdown_format = "myst"
 nb_merge_streams = True
+nb_code_prompt_show = "Show the code"
+nb_code_prompt_hide = "Hide the code"
 
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import functools
+import html
 import http.server
+import inspect
+import json
+import re
 import threading
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -18,6 +22,8 @@ from checkout import ROOT
 from website import chapters, secrets, staging
 from website.built import Built
 
+from rotflex.instructor import model
+
 pytestmark = pytest.mark.slow
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -31,6 +37,36 @@ KINDS = (
     "search.html",
 )
 MOST_CLICKS = 3
+
+
+def solution(notebook, sign):
+    """A line with this sign of what students are to write."""
+    cells = json.loads((ROOT / "solutions" / f"{notebook}.ipynb").read_text(encoding="utf-8"))["cells"]
+    for cell in cells:
+        _before, begun, rest = "".join(cell["source"]).partition("BEGIN SOLUTION")
+        for line in rest.split("\n") if begun else ():
+            if sign in line:
+                return line.strip()
+    raise AssertionError(f"no line of a solution in {notebook} has {sign}")
+
+
+def line_of(path, sign):
+    """A line of a file."""
+    lines = (ROOT / path).read_text(encoding="utf-8").split("\n")
+    return next(line for line in lines if sign in line)
+
+
+#: Something of each sort that must not be told.
+PLANTS = {
+    "code": lambda: solution("02_finding_stiffness", "arm.m_1 * arm.L_1**2"),
+    "words": lambda: solution("02_finding_stiffness", "The spectrum of"),
+    "key": lambda: line_of("solutions/loop_checks.py", "np.shape(reached) == "),
+    "tolerance": lambda: (ROOT / "solutions/tolerances.py").read_text(encoding="utf-8")[-400:],
+    "rubric": lambda: max((ROOT / "solutions/rubric.toml").read_text(encoding="utf-8").split("\n"), key=len),
+    "model": lambda: inspect.getsource(model.controllability),
+    "errata": lambda: (ROOT / "docs/errata_answers.md").read_text(encoding="utf-8"),
+    "number": lambda: "The first gain is 480000.",
+}
 
 
 @pytest.fixture(scope="session")
@@ -133,17 +169,75 @@ class TestSecrets:
     def test_nothing_of_the_solutions_is_told(self, site, kept):
         assert not kept.found_in(site)
 
-    @pytest.mark.parametrize(
-        "planted",
-        [
-            "A = sympy.Matrix([[0, 0, 1, 0]])  # of a solution",
-            "first companion gain 480000",
-        ],
-    )
+    @pytest.mark.parametrize("planted", ["code", "words", "key", "tolerance", "rubric", "model", "errata", "number"])
     def test_what_is_planted_is_found(self, planted, site, kept, tmp_path):
-        """A line that is in a solution, and a number that a solution prints."""
-        line = next(run for run in kept.runs if len(run.split()) < secrets.RUN)
-        number = next(iter(kept.numbers))
-        text = line if "sympy" in planted else f"the value is {number[0]}.{number[1:]}"
-        (tmp_path / "page.html").write_text(f"<p>{text}</p>", encoding="utf-8")
+        """Of each sort something that stands in the sources, in a page as Sphinx makes it: with tags, in entities."""
+        text = re.sub(r"(\w+)", r"<span>\1</span>", html.escape(PLANTS[planted]()))
+        page = (site / "student.html").read_text(encoding="utf-8")
+        (tmp_path / "student.html").write_text(page.replace("</article>", f"<p>{text}</p></article>"), encoding="utf-8")
         assert kept.found_in(tmp_path)
+
+
+class TestInABrowser:
+    @pytest.mark.parametrize("scheme", ["light", "dark"])
+    def test_pages_are_accessible_and_ask_for_nothing_from_elsewhere(self, scheme, visit):
+        opened, wrong = visit
+        found = {}
+        for name in KINDS:
+            page = opened(name, scheme)
+            page.wait_for_load_state("networkidle")
+            found[name] = findings(page)
+        assert found == dict.fromkeys(KINDS, [])
+        assert not wrong
+
+    def test_search_finds_without_a_network(self, visit):
+        opened, wrong = visit
+        page = opened("search.html?q=settling+time")
+        page.wait_for_selector("#search-results li a", timeout=30_000)
+        found = page.eval_on_selector_all("#search-results li a", "all => all.map((one) => one.getAttribute('href'))")
+        assert any("07_control_simulation" in link or "simulation.html" in link for link in found)
+        assert not wrong
+
+    def test_formulas_are_drawn(self, visit):
+        opened, wrong = visit
+        page = opened("chapters/01_modeling_prelab.html")
+        page.wait_for_selector("mjx-container svg", timeout=60_000)
+        page.wait_for_function("document.querySelectorAll('mjx-container').length > 100", timeout=60_000)
+        assert page.locator("mjx-merror, [data-mml-node=merror]").count() == 0
+        assert not wrong
+
+    def test_the_arm_stands_still_for_who_asks_for_less_motion(self, visit):
+        opened, _wrong = visit
+        page = opened("index.html")
+        assert page.evaluate("getComputedStyle(document.querySelector('.arm .moves')).animationName") == "none"
+
+    def test_the_arm_moves_and_can_be_stopped(self, browser, address):
+        page = browser.new_page(reduced_motion="no-preference")
+        page.goto(f"{address}index.html")
+        assert page.evaluate("document.querySelector('svg.arm').getAnimations({subtree: true}).length") > 3
+        page.check("#arm-stopped")
+        states = page.evaluate(
+            "document.querySelector('svg.arm').getAnimations({subtree: true}).map((one) => one.playState)"
+        )
+        assert set(states) == {"paused"}
+        page.close()
+
+
+def test_the_arm_is_small_and_needs_nothing():
+    text = (ROOT / "docs" / "moving_arm.svg").read_text(encoding="utf-8")
+    assert len(text) < 500_000
+    assert "http" not in text.replace("http://www.w3.org/2000/svg", "")
+    assert "<script" not in text
+    assert "aria-label" in text
+
+
+def test_a_dead_link_is_told(tmp_path):
+    stage = staging.Stage(tmp_path)
+    with pytest.raises(staging.DeadLink, match=r"nowhere\.md"):
+        stage.relinked("See [there](nowhere.md).", "docs/student.md", "student.md")
+
+
+def test_links_in_code_stay():
+    stage = staging.Stage(Path())
+    text = "`[a](b.md)` and\n\n```text\n[a](b.md)\n```\n"
+    assert stage.relinked(text, "docs/student.md", "student.md") == text

@@ -25,6 +25,7 @@ from website.staging import ROOT
 
 NOTEBOOKS = ROOT / "notebooks"
 VIEW = "application/vnd.jupyter.widget-view+json"
+_NAME = re.compile(r"(?<![`\[])`(\d\d_\w+)`(?!`)")
 CELL_TIMEOUT = 120  # s; the slowest takes three
 #: No bars, which end up as lines of their own; and one thread, for there may be other programs.
 QUIET = {"ROTFLEX_PROGRESS": "off", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -148,6 +149,7 @@ def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str
         hidden = cell.metadata.get("jupyter", {}).get("source_hidden") or "parameters" in tags
         cell.metadata = NotebookNode({"tags": ["hide-input"]} if hidden else {})
         if cell.cell_type != "code":
+            cell.source = _linked(cell.source, name)
             continue
         shown += 1
         cell.execution_count = shown
@@ -155,6 +157,17 @@ def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str
     notebook.metadata.pop("widgets", None)
     page.parent.mkdir(parents=True, exist_ok=True)
     nbformat.write(notebook, page)
+
+
+def _linked(text: str, name: str) -> str:
+    """A text in which the names of other notebooks are links, but for lines of HTML."""
+
+    def link(found: re.Match[str]) -> str:
+        there = (NOTEBOOKS / f"{found[1]}.ipynb").is_file() and found[1] != name
+        return f"[`{found[1]}`](../chapters/{found[1]}.ipynb)" if there else found[0]
+
+    lines = text.split("\n")
+    return "\n".join(line if line.startswith("<") else _NAME.sub(link, line) for line in lines)
 
 
 def _for_a_page(output: NotebookNode, name: str, page: Path, still: str) -> NotebookNode:
@@ -171,16 +184,13 @@ def _for_a_page(output: NotebookNode, name: str, page: Path, still: str) -> Note
 def _instead_of_explorer(
     data: Mapping[str, Any], name: str, about: Mapping[str, Any], page: Path, still: str
 ) -> NotebookNode:
-    words = re.sub(r"\s+", " ", data.get("text/plain", "")).strip()
     if "image/png" in data:
         what, shown = "an interactive picture.", "the picture that it begins with"
         body = _picture(data["image/png"], about.get("image/png", {}), name, page)
     elif "text/html" in data:
         what, shown, body = "a table that can be sorted and copied.", "the plain table", data["text/html"]
     else:
-        _, _, alt = words.partition(": ")
         what, shown, body = "the bench, which is run and watched there.", "a drawing of it", still
-        body += f"\n\n{alt}" if alt else ""
     return _markdown(f"{EXPLORER.format(what=what, shown=shown)}\n\n{body}")
 
 

@@ -121,7 +121,8 @@ def numbers(text: str) -> Iterator[str]:
     for found in _NUMBER.findall(text):
         if re.fullmatch(r"(?:19|20)\d\d", found):
             continue  # a year
-        digits = re.sub(r"[eE].*|\.", "", found).lstrip("0")
+        whole = f"{float(found):.0f}" if "e" in found.lower() else found
+        digits = whole.replace(".", "").lstrip("0")
         if len(digits) >= DIGITS and digits.strip("0") and len(set(digits)) > 1:
             yield digits
 
@@ -198,7 +199,7 @@ def _results() -> Iterator[tuple[str, str]]:
 
 
 def code(source: str, bodies: bool = False) -> str:
-    """A module without its docstrings, imports and comments: what it does. With ``bodies``, its functions' alone."""
+    """A module without its docstrings and imports: what it does, and its comments. With ``bodies``, its functions' alone."""
     tree = ast.parse(source)
     kept: set[int] = set() if bodies else set(range(1, source.count("\n") + 2))
     for node in ast.walk(tree):
@@ -209,4 +210,4 @@ def code(source: str, bodies: bool = False) -> str:
         if isinstance(node, ast.Import | ast.ImportFrom) or constant:
             kept.difference_update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    return " ".join(one.string for one in tokens if one.start[0] in kept and one.type != tokenize.COMMENT)
+    return " ".join(one.string for one in tokens if one.start[0] in kept)
