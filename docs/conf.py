@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "tools")]
 
@@ -48,6 +50,7 @@ html_js_files = [("site.js", {"defer": "defer"})]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
+html_domain_indices = False  # the reference has its own list of modules
 # One file with letters and all: it asks for nothing else.
 mathjax_path = "mathjax.js"
 mathjax3_config = {"tex": {"tags": "none"}, "svg": {"fontCache": "local"}, "options": {"enableMenu": False}}
@@ -63,8 +66,18 @@ def name_levels(_app: Any, _page: str, _template: str, context: dict[str, Any], 
     context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
 
 
+def keep_tags(_app: Any, doctree: nodes.document) -> None:
+    """Formulas with a number of their own are left as they are: Sphinx would put lines into ``split``, which has none."""
+    for formula in doctree.findall(nodes.math_block):
+        text = formula.astext()
+        if "\\tag" in text:
+            formula["nowrap"] = formula["no-wrap"] = True
+            formula.children = [nodes.Text(f"\\[{text}\\]")]
+
+
 def setup(app: Any) -> None:
     """Docstrings as Sphinx takes them, and what the theme leaves out."""
     app.connect("autodoc-process-docstring", reference.process_docstring, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", reference.with_colons, priority=600)
+    app.connect("doctree-read", keep_tags)
     app.connect("html-page-context", name_levels, priority=900)  # after the theme

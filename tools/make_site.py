@@ -70,11 +70,10 @@ def arm(moving: bool) -> str:
     )
 
 
-def build(out: Path, instructors: bool = False, code: str = "", kept: Path = KEPT) -> int:
-    """Build a site; 0 if it is good. What is not is told on standard error."""
+def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = "") -> int:
+    """Build a site; 0 if it is good. What is not is told on standard error. See :func:`stage`."""
     with tempfile.TemporaryDirectory(prefix="rotflex-site-") as begun:
         folder, made = Path(begun) / "pages", Path(begun) / "site"
-        run = chapters.run_before_answers(kept)
         stage(folder, run, instructors, code)
         tags = ["-t", "instructor"] if instructors else []
         options = ["-W", "--keep-going", "-q", "-E", "-d", str(Path(begun) / "doctrees"), *tags]
@@ -86,7 +85,7 @@ def build(out: Path, instructors: bool = False, code: str = "", kept: Path = KEP
         (made / "_static" / "mathjax.js").write_bytes(source.read_bytes())
         (made / ".buildinfo").unlink(missing_ok=True)
         if not instructors:
-            found = secrets.Secrets.of_the_course(run.values()).found_in(made)
+            found = secrets.of_the_course(run.values()).found_in(made)
             for one in found:
                 print(one, file=sys.stderr)
             if found:
@@ -105,7 +104,7 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     out = options.out or BUILD / ("site-instructor" if options.instructor else "site")
     try:
-        status = build(out, options.instructor, options.code)
+        status = build(out, chapters.run_before_answers(KEPT), options.instructor, options.code)
     except RotflexError as error:
         print(error, file=sys.stderr)
         return 1

@@ -58,22 +58,36 @@ def line_of(path, sign):
 
 #: Something of each sort that must not be told.
 PLANTS = {
-    "code": lambda: solution("02_finding_stiffness", "arm.m_1 * arm.L_1**2"),
-    "words": lambda: solution("02_finding_stiffness", "The spectrum of"),
-    "key": lambda: line_of("solutions/loop_checks.py", "np.shape(reached) == "),
-    "tolerance": lambda: (ROOT / "solutions/tolerances.py").read_text(encoding="utf-8")[-400:],
-    "rubric": lambda: max((ROOT / "solutions/rubric.toml").read_text(encoding="utf-8").split("\n"), key=len),
-    "model": lambda: inspect.getsource(model.controllability),
-    "errata": lambda: (ROOT / "docs/errata_answers.md").read_text(encoding="utf-8"),
-    "number": lambda: "The first gain is 480000.",
+    "code": lambda _kept: solution("02_finding_stiffness", "arm.m_1 * arm.L_1**2"),
+    "words": lambda _kept: solution("02_finding_stiffness", "The spectrum of"),
+    "key": lambda _kept: line_of("solutions/loop_checks.py", "np.shape(reached) == "),
+    "tolerance": lambda _kept: (ROOT / "solutions/tolerances.py").read_text(encoding="utf-8")[-400:],
+    "rubric": lambda _kept: max((ROOT / "solutions/rubric.toml").read_text(encoding="utf-8").split("\n"), key=len),
+    "model": lambda _kept: inspect.getsource(model.controllability),
+    "errata": lambda _kept: (ROOT / "docs/errata_answers.md").read_text(encoding="utf-8"),
+    "number": lambda kept: next(digits for digits, origin in kept.numbers.items() if "06_control" in origin),
 }
 
 
 @pytest.fixture(scope="session")
-def site(tmp_path_factory):
+def run(tmp_path_factory):
+    return chapters.run_before_answers(tmp_path_factory.mktemp("notebooks") / "kept")
+
+
+@pytest.fixture(scope="session")
+def site(run, kept, tmp_path_factory):
     """The folder of the public site. Building it fails on a warning, a dead link, and what is of the solutions."""
-    folder = tmp_path_factory.mktemp("site")
-    assert make_site.build(folder / "site", kept=folder / "notebooks") == 0
+    folder, held = tmp_path_factory.mktemp("site"), []
+
+    class Watched:  # made once, and it is seen that the build asks
+        def found_in(self, made):
+            held.append(kept.found_in(made))
+            return held[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(make_site.secrets, "of_the_course", lambda _chapters: Watched())
+        assert make_site.build(folder / "site", run) == 0
+    assert held == [[]]
     return folder / "site"
 
 
@@ -83,9 +97,9 @@ def built(site):
 
 
 @pytest.fixture(scope="session")
-def kept(site):
+def kept(run):
     """What may not be told, by a student's chapters as they were run for the site."""
-    return secrets.Secrets.of_the_course(chapters.run_before_answers(site.parent / "notebooks").values())
+    return secrets.of_the_course(run.values())
 
 
 @pytest.fixture(scope="session")
@@ -150,11 +164,13 @@ class TestPages:
                 assert any(page.endswith(f"{path.stem}.html") for page in built.pages), name
 
     def test_every_notebook_is_a_chapter_with_pictures(self, site):
+        pictures = 0
         for path in (ROOT / "notebooks").glob("*.ipynb"):
             page = (site / "chapters" / f"{path.stem}.html").read_text(encoding="utf-8")
             assert "Loading widget" not in page
             assert "widget-view" not in page
-            assert page.count("<img") or path.stem.endswith("_results")
+            pictures += page.count("<img")
+        assert pictures > 25
 
     def test_links_that_leave_are_few_and_known(self, built):
         hosts = {urlsplit(link).hostname for link in built.outside}
@@ -166,13 +182,10 @@ class TestSecrets:
         forbidden = ("derivation", "errata_answers", "reference/answers", "guide/", "solutions/", "chapters/9")
         assert not [page for page in built.pages if any(word in page for word in forbidden)]
 
-    def test_nothing_of_the_solutions_is_told(self, site, kept):
-        assert not kept.found_in(site)
-
     @pytest.mark.parametrize("planted", ["code", "words", "key", "tolerance", "rubric", "model", "errata", "number"])
     def test_what_is_planted_is_found(self, planted, site, kept, tmp_path):
         """Of each sort something that stands in the sources, in a page as Sphinx makes it: with tags, in entities."""
-        text = re.sub(r"(\w+)", r"<span>\1</span>", html.escape(PLANTS[planted]()))
+        text = re.sub(r"(\w+)", r"<span>\1</span>", html.escape(PLANTS[planted](kept)))
         page = (site / "student.html").read_text(encoding="utf-8")
         (tmp_path / "student.html").write_text(page.replace("</article>", f"<p>{text}</p></article>"), encoding="utf-8")
         assert kept.found_in(tmp_path)
@@ -200,10 +213,12 @@ class TestInABrowser:
 
     def test_formulas_are_drawn(self, visit):
         opened, wrong = visit
-        page = opened("chapters/01_modeling_prelab.html")
-        page.wait_for_selector("mjx-container svg", timeout=60_000)
-        page.wait_for_function("document.querySelectorAll('mjx-container').length > 100", timeout=60_000)
-        assert page.locator("mjx-merror, [data-mml-node=merror]").count() == 0
+        for name, most in (("01_modeling_prelab", 250), ("05_control_prelab", 150), ("06_control_design", 100)):
+            page = opened(f"chapters/{name}.html")
+            page.wait_for_function("window.MathJax?.startup?.promise", timeout=60_000)
+            page.evaluate("MathJax.startup.promise.then(() => 0)")
+            assert page.locator("mjx-container svg").count() > most
+            assert page.locator("[data-mml-node=merror]").count() == 0
         assert not wrong
 
     def test_the_arm_stands_still_for_who_asks_for_less_motion(self, visit):

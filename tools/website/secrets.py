@@ -61,41 +61,14 @@ class Secrets:
     runs: dict[str, str]
     numbers: dict[str, str]
 
-    @classmethod
-    def of_the_course(cls, chapters: Iterable[Mapping[str, Any]]) -> Secrets:
-        """All of this course's.
-
-        Parameters
-        ----------
-        chapters : the student notebooks as they were run before any answer
-        """
-        public = "\n".join([*_handed_out(), *(text for notebook in chapters for text in _shown(notebook))])
-        known_numbers = set(numbers(public))
-        known = {length: set(runs(public, length)) for length in range(LINE, RUN + 1)}
-        secret: dict[str, str] = {}
-        told: dict[str, str] = {}
-        for origin, text in _kept_back():
-            for run in runs(text):
-                if run not in known[RUN]:
-                    secret.setdefault(run, origin)
-        for origin, line in _solution_lines():
-            count = len(_TOKEN.findall(line))
-            if LINE <= count < RUN:
-                secret.update({run: origin for run in runs(line, count) if run not in known[count]})
-        for origin, text in _results():
-            for number in numbers(text):
-                if number not in known_numbers:
-                    told.setdefault(number, origin)
-        return cls(secret, told)
-
     def found_in(self, site: Path) -> list[Found]:
         """What the files of a site give away: of each file and origin, the first."""
         found: dict[tuple[str, str], Found] = {}
+        lengths = {run.count(" ") + 1 for run in self.runs}
         for path in sorted(path for path in site.rglob("*") if path.suffix in PAGES and path.name != "mathjax.js"):
             page = path.relative_to(site).as_posix()
             text = path.read_text(encoding="utf-8", errors="replace")
             text = html.unescape(_TAG.sub("", text)) if path.suffix == ".html" else text
-            lengths = {run.count(" ") + 1 for run in self.runs}
             for run in (run for length in lengths for run in runs(text, length)):
                 if run in self.runs:
                     found.setdefault((page, self.runs[run]), Found(page, self.runs[run], run))
@@ -104,6 +77,33 @@ class Secrets:
                     origin = f"{self.numbers[number]} (a number)"
                     found.setdefault((page, origin), Found(page, origin, number))
         return list(found.values())
+
+
+def of_the_course(chapters: Iterable[Mapping[str, Any]]) -> Secrets:
+    """All of this course's.
+
+    Parameters
+    ----------
+    chapters : the student notebooks as they were run before any answer
+    """
+    public = "\n".join([*_handed_out(), *(text for notebook in chapters for text in _shown(notebook))])
+    known_numbers = set(numbers(public))
+    known = {length: set(runs(public, length)) for length in range(LINE, RUN + 1)}
+    secret: dict[str, str] = {}
+    told: dict[str, str] = {}
+    for origin, text in _kept_back():
+        for run in runs(text):
+            if run not in known[RUN]:
+                secret.setdefault(run, origin)
+    for origin, line in _solution_lines():
+        count = len(_TOKEN.findall(line))
+        if LINE <= count < RUN:
+            secret.update({run: origin for run in runs(line, count) if run not in known[count]})
+    for origin, text in _results():
+        for number in numbers(text):
+            if number not in known_numbers:
+                told.setdefault(number, origin)
+    return Secrets(secret, told)
 
 
 def runs(text: str, length: int = RUN) -> Iterator[str]:
