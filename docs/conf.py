@@ -11,8 +11,9 @@ from docutils import nodes
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "tools")]
 
-import rotflex  # noqa: E402
 from website import reference  # noqa: E402
+
+import rotflex  # noqa: E402
 
 project = "rotflex"
 author = "The rotflex authors"
@@ -67,7 +68,7 @@ def name_levels(_app: Any, _page: str, _template: str, context: dict[str, Any], 
 
 
 def keep_tags(_app: Any, doctree: nodes.document) -> None:
-    """Formulas with a number of their own are left as they are: Sphinx would put lines into ``split``, which has none."""
+    """Formulas with a number of their own stay as they are: Sphinx would put lines into ``split``, which has none."""
     for formula in doctree.findall(nodes.math_block):
         text = formula.astext()
         if "\\tag" in text:

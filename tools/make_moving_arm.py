@@ -2,8 +2,8 @@
 
     python tools/make_moving_arm.py
 
-The servo jumps there and back, is held, and the arm swings. The picture moves by CSS alone, stands still for readers who
-ask for less motion, and takes the colours of a page that it is put into.
+The servo jumps there and back, is held, and the arm swings. The picture moves by CSS alone, stands still for readers
+who ask for less motion, and takes the colours of a page that it is put into.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ COLOURS = {
     "model": ("--arm-model", "#005a9c"),
 }
 ALT = (
-    "The bench from above, as it was recorded: the servo jumps by 30 degrees and is held, and the arm on its springs swings "
-    "until friction has used up its energy; then the same the other way. Beside it the servo angle and the deflection of "
-    "the arm are drawn against time."
+    "The bench from above, as it was recorded: the servo jumps by 30 degrees and is held, and the arm on its springs "
+    "swings until friction has used up its energy; then the same the other way. Beside it the servo angle and the "
+    "deflection of the arm are drawn against time."
 )
 
 Motion = tuple[NDArray[np.float64], NDArray[np.float64]]  #: x and y of a point in each frame
@@ -113,7 +113,9 @@ def shape(item: dict[str, Any], points: Sequence[Motion]) -> str:
         case "rectangle":
             x3, y3 = (float(value[0]) for value in points[3])
             height = (-(y1 - y0) * (x3 - x0) + (x1 - x0) * (y3 - y0)) / length
-            return f'<rect y="{min(0.0, height):.1f}" width="{length:.1f}" height="{abs(height):.1f}" class="fill-body"/>'
+            return (
+                f'<rect y="{min(0.0, height):.1f}" width="{length:.1f}" height="{abs(height):.1f}" class="fill-body"/>'
+            )
     raise ValueError(f"a shape of kind {item['kind']!r} is not known here")
 
 
@@ -160,10 +162,14 @@ def picture(recording: Recording) -> str:
         animated = f"animation-name:{name};" if moving else ""
         body.append(f'<g class="moves {item["role"]}" style="{animated}transform:{begins}">{shape(item, points)}</g>')
     css.append(f"@keyframes arm-now{{to{{transform:translateX({TRACES[2]}px)}}}}.now{{animation-name:arm-now}}")
-    css.append(f".moves,.now{{animation-duration:{time[-1]:.2f}s;animation-timing-function:linear;"
-               "animation-iteration-count:infinite;stroke-linecap:round;stroke-linejoin:round}")
+    css.append(
+        f".moves,.now{{animation-duration:{time[-1]:.2f}s;animation-timing-function:linear;"
+        "animation-iteration-count:infinite;stroke-linecap:round;stroke-linejoin:round}"
+    )
     for role, (variable, fallback) in COLOURS.items():
-        css.append(f".arm .{role}{{stroke:var({variable},{fallback})}}.arm .fill-{role}{{fill:var({variable},{fallback})}}")
+        css.append(
+            f".arm .{role}{{stroke:var({variable},{fallback})}}.arm .fill-{role}{{fill:var({variable},{fallback})}}"
+        )
     css.append(".arm text{font:13px sans-serif;fill:var(--color-foreground-primary,#1a1a1a)}")
     css.append("@media(prefers-reduced-motion:reduce){.moves,.now{animation:none}}")
     rows = [

@@ -2,8 +2,8 @@
 
     python tools/make_site.py [--instructor] [--out FOLDER] [--code ADDRESS]
 
-Needs the extra ``site`` and no network. ``--code`` is the address under which a code host shows the repository's files, as
-``https://…/blob/main``. A warning of Sphinx's is an error, and so is whatever the public site says of the solutions.
+Needs the extra ``site`` and no network. ``--code`` is the address under which a code host shows the repository's
+files, as ``https://…/blob/main``. A warning of Sphinx's is an error, and so is whatever the public site says of the solutions.
 """
 
 from __future__ import annotations
@@ -20,18 +20,16 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 from sphinx.cmd.build import main as sphinx_build
+from website import chapters, secrets, staging
 
 from rotflex.errors import RotflexError
-from website import chapters, secrets, staging
 
 BUILD = staging.ROOT / "build"
 KEPT = BUILD / "site-notebooks"  #: runs of the notebooks, which take half a minute
 MATHJAX = ("sphinx-mathjax-offline", "static/mathjax/tex-svg.js")  #: distribution, file: formulas without a network
 
 
-def stage(
-    folder: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = ""
-) -> staging.Stage:
+def stage(folder: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = "") -> staging.Stage:
     """Put the pages of a site together, for Sphinx.
 
     Parameters

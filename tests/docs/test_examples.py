@@ -1,7 +1,7 @@
 """Examples in the documentation: Python runs, and commands and their options exist.
 
-The ``python`` fences of a page are run one after the other, as in one session, in an empty folder. One that cannot stand
-alone has its reason in the line before, ``<!-- not run: … -->``. What a page takes as given is prepared here.
+The ``python`` fences of a page are run one after the other, as in one session, in an empty folder. One that cannot
+stand alone has its reason in the line before, ``<!-- not run: … -->``. What a page takes as given is prepared here.
 """
 
 from __future__ import annotations
@@ -22,9 +22,7 @@ from rotflex import cli, experiments, greybox, hil
 from rotflex.workbook import spare_design
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-FENCE = re.compile(
-    r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL
-)
+FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
 
 
@@ -47,7 +45,7 @@ def name_of(path):
 
 
 def own_bench(monkeypatch):
-    """Four logs of one bench, the first of them of the very run that the page replays; of each, three seconds are fitted."""
+    """Four logs of one bench, the first of them of the run that the page replays; of each, three seconds are fitted."""
     monkeypatch.setattr(greybox, "fit", functools.partial(of_three_seconds, greybox.fit))
     gain = spare_design.SPARE_GAIN
     for run, name in enumerate(("first", "second", "third", "fourth"), start=1):

@@ -200,7 +200,7 @@ class TestInABrowser:
             page = opened(name, scheme)
             page.wait_for_load_state("networkidle")
             found[name] = findings(page)
-        assert found == dict.fromkeys(KINDS, [])
+        assert found == {name: [] for name in KINDS}
         assert not wrong
 
     def test_search_finds_without_a_network(self, visit):

@@ -3,8 +3,8 @@
 =============  ========================================================================================================
 ``staging``    which pages there are, for whom, and where their links lead; all that Sphinx sees is copied there first
 ``chapters``   the student notebooks, run before anything is answered
-``reference``  which modules are public, and their docstrings as Sphinx takes them
+``reference``  docstrings as Sphinx takes them
 ``secrets``    what the solutions say and a student's copy does not: none of it may be in the public site
-``built``      the pages as they were built: their links, their distance from the front page
+``built``      the pages as they were built: their links, and how far each is from the front
 =============  ========================================================================================================
 """

@@ -41,9 +41,7 @@ WITH_SOLUTIONS = """
 `{name}` **with its solutions**, as it was run last. It is for instructors: do not pass this page on to students.
 :::
 """
-EXPLORER = (
-    "*Here the notebook has an explorer: {what} It needs Python behind it, so this page shows {shown}.*"
-)
+EXPLORER = "*Here the notebook has an explorer: {what} It needs Python behind it, so this page shows {shown}.*"
 
 
 def run_before_answers(kept: Path) -> dict[str, NotebookNode]:
@@ -153,7 +151,9 @@ def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str
             continue
         shown += 1
         cell.execution_count = shown
-        cell.outputs = [_for_a_page(output, f"{name}-{cell.id}-{n}", page, still) for n, output in enumerate(cell.outputs)]
+        cell.outputs = [
+            _for_a_page(output, f"{name}-{cell.id}-{n}", page, still) for n, output in enumerate(cell.outputs)
+        ]
     notebook.metadata.pop("widgets", None)
     page.parent.mkdir(parents=True, exist_ok=True)
     nbformat.write(notebook, page)
@@ -205,5 +205,3 @@ def _picture(png: str, about: Mapping[str, Any], name: str, page: Path) -> str:
 
 def _markdown(text: str) -> NotebookNode:
     return nbformat.v4.new_output("display_data", data={"text/markdown": text})
-
-

@@ -1,7 +1,7 @@
 """Docstrings as Sphinx takes them.
 
-The pages in ``docs/reference`` name the public modules. Of a module with ``__all__``, what that names is public, and else
-what has a docstring and no underscore before its name.
+The pages in ``docs/reference`` name the public modules. Of a module with ``__all__``, what that names is public, and
+else what has a docstring and no underscore before its name.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""What must not be in the public site: what the solutions and the instructor's package say, and a student's copy does not.
+"""What must not be in the public site: what the solutions and the instructor's package say, and a student's copy not.
 
-A secret is a run of tokens: so many words and signs after each other, white space aside; of a solution in code, each line
-as well. What students are handed out anyway is none, and neither is what their notebooks show before an answer. Numbers are
-looked at one by one: those of several digits that solutions print.
+A secret is a run of tokens: so many words and signs after each other, white space aside; of a solution in code, each
+line as well. What students are handed out anyway is none, and neither is what their notebooks show before an answer.
+Numbers are looked at one by one: those of several digits that solutions print.
 
-Of the instructor's guide and the scoring notebook (91, 92) the code and its results are secrets. Their text says much that
-other pages may say; they are no part of the public site, and neither is any other page that ``staging`` names.
+Of the instructor's guide and the scoring notebook (91, 92) the code and its results are secrets. Their text says much
+that other pages may say; they are no part of the public site, and neither is any other page that ``staging`` names.
 """
 
 from __future__ import annotations
@@ -195,11 +195,14 @@ def _results() -> Iterator[tuple[str, str]]:
     for path in sorted((ROOT / "solutions").glob("[01]*.ipynb")):
         for cell in _cells(path):
             source = _source(cell)
-            yield f"solutions/{path.name}, cell {cell.get('id')}", "\n".join([*_SOLUTION.findall(source), *_outputs(cell)])
+            yield (
+                f"solutions/{path.name}, cell {cell.get('id')}",
+                "\n".join([*_SOLUTION.findall(source), *_outputs(cell)]),
+            )
 
 
 def code(source: str, bodies: bool = False) -> str:
-    """A module without its docstrings and imports: what it does, and its comments. With ``bodies``, its functions' alone."""
+    """A module without its docstrings and imports, with its comments. With ``bodies``, what is in functions alone."""
     tree = ast.parse(source)
     kept: set[int] = set() if bodies else set(range(1, source.count("\n") + 2))
     for node in ast.walk(tree):

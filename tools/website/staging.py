@@ -36,7 +36,11 @@ GROUPS = {
 MORE = "more"
 FROM_ROOT = {"CONTRIBUTING.md": "project/contributing.md", "CHANGELOG.md": "project/changes.md"}
 #: File of the repository → page that has the same in it.
-SAME = {"README.md": "index.md", "LICENSE": "project/licence.md", "docs/derivation.html": "chapters/90_derivation.ipynb"}
+SAME = {
+    "README.md": "index.md",
+    "LICENSE": "project/licence.md",
+    "docs/derivation.html": "chapters/90_derivation.ipynb",
+}
 #: Kinds of files that pages show or hand out; they are copied.
 HANDED_OUT = (".png", ".svg", ".jpg", ".gif", ".m", ".toml", ".csv", ".ino")
 
