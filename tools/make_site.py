@@ -3,7 +3,8 @@
     python tools/make_site.py [--instructor] [--out FOLDER] [--code ADDRESS]
 
 Needs the extra ``site`` and no network. ``--code`` is the address under which a code host shows the repository's
-files, as ``https://…/blob/main``. A warning of Sphinx's is an error, and so is whatever the public site says of the solutions.
+files, as ``https://…/blob/main``. A warning of Sphinx's is an error, and so is what the public site says of the
+solutions.
 """
 
 from __future__ import annotations
