@@ -1,13 +1,14 @@
 # make lab    open JupyterLab on the course, in the folder work/
 # make check  what takes three minutes: style, types, imports, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
+# make site   build the site into build/site; make site-instructor: the one with answers, into build/site-instructor
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: lab check test notebooks solutions data bench clean
+.PHONY: lab check test site site-instructor notebooks solutions data bench clean
 
 PROJECTS := pyproject.toml distributions/instructor/pyproject.toml distributions/instructor/requirements.py
 
@@ -18,7 +19,7 @@ $(VENV)/.lab: $(PROJECTS)
 	touch $@
 
 $(VENV)/.test: $(PROJECTS) $(VENV)/.lab
-	$(BIN)/python -m pip install --quiet --editable ".[test]" --editable "distributions/instructor[postgres,cluster]"
+	$(BIN)/python -m pip install --quiet --editable ".[test,site]" --editable "distributions/instructor[postgres,cluster]"
 	touch $@
 
 # Beside the environment: in it, nbgrader would put its extensions into every JupyterLab that tests start. All that it
@@ -41,6 +42,12 @@ solutions: $(VENV)/.test
 	$(BIN)/python tools/run_solutions.py
 	$(BIN)/python tools/export_derivation.py
 	$(BIN)/rotflex notebooks
+
+site: $(VENV)/.test
+	$(BIN)/python tools/make_site.py $(ARGS)
+
+site-instructor: $(VENV)/.test
+	$(BIN)/python tools/make_site.py --instructor $(ARGS)
 
 notebooks: $(VENV)/.lab
 	$(BIN)/rotflex notebooks

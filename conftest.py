@@ -25,6 +25,7 @@ LONGEST = (
     "tests/whole/test_jupyterlab.py",
     "tests/whole/test_bench_policies.py",
     "tests/courseware/run/test_check.py",
+    "tests/site/test_site.py",
     "tests/widgets/test_explorers_browser.py",
     "tests/widgets/test_explorers_at_720.py",
     "tests/workbook/test_spare_design.py",

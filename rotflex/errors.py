@@ -1,23 +1,25 @@
 """The errors that rotflex raises on purpose. Each says what was wrong, where, and what to do.
 
-RotflexError
-├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
-│   └── StudentIDError   text that cannot be a student's ID
-├── RecordingError       a file or an array that is not a usable recording (also a ValueError)
-├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
-├── DesignError          a control design that cannot be done (also a ValueError)
-├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
-├── SignatureError       a file that was not signed by a laboratory's machine, or not as it is
-├── CheckError           work that cannot be checked, packed or restored as asked
-├── BenchError           anything between us and the bench
-│   ├── HILError         the board refused or failed a call
-│   │   └── WatchdogExpired  the program was not quick enough; the motor is at 0 V
-│   ├── NotRecorded      an experiment of which there is no recording
-│   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
-│   └── RunStopped       somebody stopped the experiment; the motor is at 0 V
-└── GradingError         a class that cannot be graded as asked
-    ├── IsolationError   students' code cannot be isolated here; says which layer failed and what to do
-    └── GradebookError   a gradebook that cannot be read or written
+::
+
+    RotflexError
+    ├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
+    │   └── StudentIDError   text that cannot be a student's ID
+    ├── RecordingError       a file or an array that is not a usable recording (also a ValueError)
+    ├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
+    ├── DesignError          a control design that cannot be done (also a ValueError)
+    ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
+    ├── SignatureError       a file that was not signed by a laboratory's machine, or not as it is
+    ├── CheckError           work that cannot be checked, packed or restored as asked
+    ├── BenchError           anything between us and the bench
+    │   ├── HILError         the board refused or failed a call
+    │   │   └── WatchdogExpired  the program was not quick enough; the motor is at 0 V
+    │   ├── NotRecorded      an experiment of which there is no recording
+    │   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
+    │   └── RunStopped       somebody stopped the experiment; the motor is at 0 V
+    └── GradingError         a class that cannot be graded as asked
+        ├── IsolationError   students' code cannot be isolated here; says which layer failed and what to do
+        └── GradebookError   a gradebook that cannot be read or written
 """
 
 from __future__ import annotations

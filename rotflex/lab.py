@@ -1,12 +1,14 @@
 """The laboratory as a notebook sees it: a student, their bench, and their answers.
 
-import rotflex.lab
+::
 
-lab = rotflex.lab.start(student="ada", bench="virtual")
-with lab.bench() as on_the_bench:
-    recording = experiments.sweep(on_the_bench)
-lab.answer("2.11", omega_n=omega_n)
-K_s = lab.value("2.12", "K_s")
+    import rotflex.lab
+
+    lab = rotflex.lab.start(student="ada", bench="virtual")
+    with lab.bench() as on_the_bench:
+        recording = experiments.sweep(on_the_bench)
+    lab.answer("2.11", omega_n=omega_n)
+    K_s = lab.value("2.12", "K_s")
 """
 
 from __future__ import annotations

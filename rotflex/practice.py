@@ -1,9 +1,11 @@
 """A bench to practise on: drawn anew each time, and told of once an answer is given. Nothing of it is kept or marked.
 
-practice = lab.practice()
-with practice.bench() as bench:
-    sweep = experiments.sweep(bench)
-practice.answer(omega_n=21.3)
+::
+
+    practice = lab.practice()
+    with practice.bench() as bench:
+        sweep = experiments.sweep(bench)
+    practice.answer(omega_n=21.3)
 """
 
 from __future__ import annotations

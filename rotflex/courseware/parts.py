@@ -2,20 +2,20 @@
 
 The kinds, and what an answer of each looks like to a student:
 
-==================  =============================================================================================
-``number``          one real number in ``unit``
-``matrix``          real numbers of ``shape``; with one row or column, or a one-dimensional shape, a vector
-``poles``           ``count`` real or complex numbers, in any order
-``choice``          one of ``choices``
-``prose``           text
-``expression``      a sympy expression in ``symbols``
-``equation``        ``sympy.Eq``, or a pair (left, right), or an expression that is zero, in ``symbols``
-``symbolic_matrix`` a sympy Matrix of ``shape``, in ``symbols``
-``function``        a function, called on the inputs of ``probe``
-``figure``          a matplotlib figure with curves
-``recording``       signals sampled together (:class:`~rotflex.courseware.kinds.recordings.Sampled`), with ``channels``
-``whole``           nothing: a person judges a report by all of its texts
-==================  =============================================================================================
+===================  =============================================================================================
+``number``           one real number in ``unit``
+``matrix``           real numbers of ``shape``; with one row or column, or a one-dimensional shape, a vector
+``poles``            ``count`` real or complex numbers, in any order
+``choice``           one of ``choices``
+``prose``            text
+``expression``       a sympy expression in ``symbols``
+``equation``         ``sympy.Eq``, or a pair (left, right), or an expression that is zero, in ``symbols``
+``symbolic_matrix``  a sympy Matrix of ``shape``, in ``symbols``
+``function``         a function, called on the inputs of ``probe``
+``figure``           a matplotlib figure with curves
+``recording``        signals sampled together (:class:`~rotflex.courseware.kinds.recordings.Sampled`), with ``channels``
+``whole``            nothing: a person judges a report by all of its texts
+===================  =============================================================================================
 """
 
 from __future__ import annotations

@@ -1,0 +1,137 @@
+"""Examples in the documentation: Python runs, and commands and their options exist.
+
+The ``python`` fences of a page are run one after the other, as in one session, in an empty folder. One that cannot
+stand alone has its reason in the line before, ``<!-- not run: … -->``. What a page takes as given is prepared here.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+import shlex
+import sys
+import types
+
+import numpy as np
+import pytest
+import typer.main
+from checkout import ROOT
+
+from rotflex import cli, experiments, greybox, hil
+from rotflex.workbook import spare_design
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
+NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
+
+
+def fences(path, *languages):
+    """(line, code, why it is not run) of each fence in one of these languages."""
+    text = path.read_text(encoding="utf-8")
+    for found in FENCE.finditer(text):
+        if found["language"] in languages:
+            margin = len(found["margin"])
+            code = "\n".join(line[margin:] for line in found["code"].split("\n"))
+            reason = NOT_RUN.search(text[: found.start()])
+            yield text.count("\n", 0, found.start()) + 2, code, reason[1] if reason else ""
+
+
+def name_of(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+# --- what pages take as given -----------------------------------------------------------------------------------------
+
+
+def own_bench(monkeypatch):
+    """Four logs of one bench, the first of them of the run that the page replays; of each, three seconds are fitted."""
+    monkeypatch.setattr(greybox, "fit", functools.partial(of_three_seconds, greybox.fit))
+    gain = spare_design.SPARE_GAIN
+    for run, name in enumerate(("first", "second", "third", "fourth"), start=1):
+        with hil.open(f"virtual:?seed=7&run={run}") as bench:
+            experiments.tracking(bench, gain, frequency=0.25, progress=False).save(f"{name}.mat")
+    A, B = any_model()
+    return {"K": gain, "A": A, "B": B}
+
+
+def of_three_seconds(fit, logs, *arguments, **options):
+    """A fit of the first seconds of each log: all of them would take minutes."""
+    return fit([log.between(0, 3.1) for log in logs], *arguments, **options)
+
+
+def any_model():
+    """Any stable model with the states of the bench and its voltage as input."""
+    return np.diag([-1.0, -1.0, -2.0, -2.0]), np.ones((4, 1))
+
+
+def new_course(monkeypatch):
+    """The package of the course on a spring, with the page's own catalogue, key and session in it."""
+    example = sys.modules["example"]
+    monkeypatch.syspath_prepend(str(ROOT / "tests" / "courses" / "spring"))
+    monkeypatch.setitem(sys.modules, "spring_page", types.ModuleType("spring_page"))
+    monkeypatch.setitem(sys.modules, "spring_page.key", example)
+    monkeypatch.setitem(sys.modules, "springlab.catalogue", example)
+    lab = types.SimpleNamespace(answer=lambda *number, **parts: example.start("ada").answer(*number, **parts))
+    return {"__package__": "spring_page", "lab": lab, "m": 0.5, "T": 1.0, "MASS": 0.5, "math": math}
+
+
+PREPARED = {"docs/own_bench.md": own_bench, "docs/new_course.md": new_course}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "path", [path for path in PAGES if any(not reason for *_code, reason in fences(path, "python"))], ids=name_of
+)
+def test_python_runs(path, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROTFLEX_PROGRESS", "off")
+    module = types.ModuleType("example")
+    monkeypatch.setitem(sys.modules, "example", module)  # where dataclasses look for the module of a class
+    names = module.__dict__
+    names.update(PREPARED.get(name_of(path), lambda _monkeypatch: {})(monkeypatch))
+    for line, code, reason in fences(path, "python"):
+        if not reason:
+            exec(compile("\n" * (line - 1) + code, str(path), "exec"), names)
+
+
+# --- commands ---------------------------------------------------------------------------------------------------------
+
+
+def commands(path):
+    """Every ``rotflex …`` of a page: lines of shell, and code in the text."""
+    text = path.read_text(encoding="utf-8")
+    for found in re.finditer(r"^ *(?:\$ |\.venv\S*)?(rotflex [a-z].*)$", text, re.MULTILINE):
+        yield found[1].split("  #")[0].split(" # ")[0]
+    for found in re.finditer(r"(?<!`)`(rotflex [^`\n]+)`(?!`)", text):
+        yield found[1]
+
+
+def faults(line):
+    """What a command line names that there is not."""
+    words = shlex.split(line.replace("…", "").replace("...", ""))[1:]
+    command = typer.main.get_command(cli.app)
+    while hasattr(command, "commands") and words and not words[0].startswith("-"):
+        if words[0] not in command.commands:
+            yield f"no command {words[0]}"
+            return
+        command, words = command.commands[words[0]], words[1:]
+    known = {"--help"}.union(*(option.opts + option.secondary_opts for option in command.params))
+    for word in words:
+        option = word.partition("=")[0]
+        if option.startswith("-") and option not in known:
+            yield f"{command.name} has no option {option}"
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_commands_exist(path):
+    assert [(line, fault) for line in commands(path) for fault in faults(line)] == []
+
+
+def test_a_command_that_is_not_there_is_found():
+    assert list(faults("rotflex grade SUBMISSIONS --jobz 4")) == ["grade has no option --jobz"]
+    assert list(faults("rotflex gradde SUBMISSIONS")) == ["no command gradde"]
+
+
+def test_commands_are_found():
+    assert sum(1 for path in PAGES for _line in commands(path)) > 60

@@ -1,0 +1,258 @@
+"""The public site, built once: no warning, no dead link, nothing of the solutions, and nothing from elsewhere."""
+
+from __future__ import annotations
+
+import functools
+import html
+import http.server
+import inspect
+import json
+import re
+import threading
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+pytest.importorskip("sphinx", reason="the site is built with the extra 'site'")
+
+import make_site
+from accessible import findings
+from checkout import ROOT
+from website import chapters, secrets, staging
+from website.built import Built
+
+from rotflex.instructor import model
+
+pytestmark = pytest.mark.slow
+
+CHROMIUM = Path("/usr/bin/chromium")
+#: A page of each kind: front, door, chapter, guide with tables, reference, search.
+KINDS = (
+    "index.html",
+    "student.html",
+    "chapters/02_finding_stiffness.html",
+    "class/platforms.html",
+    "reference/experiments.html",
+    "search.html",
+)
+MOST_CLICKS = 3
+
+
+def solution(notebook, sign):
+    """A line with this sign of what students are to write."""
+    cells = json.loads((ROOT / "solutions" / f"{notebook}.ipynb").read_text(encoding="utf-8"))["cells"]
+    for cell in cells:
+        _before, begun, rest = "".join(cell["source"]).partition("BEGIN SOLUTION")
+        for line in rest.split("\n") if begun else ():
+            if sign in line:
+                return line.strip()
+    raise AssertionError(f"no line of a solution in {notebook} has {sign}")
+
+
+def line_of(path, sign):
+    """A line of a file."""
+    lines = (ROOT / path).read_text(encoding="utf-8").split("\n")
+    return next(line for line in lines if sign in line)
+
+
+#: Something of each sort that must not be told.
+PLANTS = {
+    "code": lambda _kept: solution("02_finding_stiffness", "arm.m_1 * arm.L_1**2"),
+    "words": lambda _kept: solution("02_finding_stiffness", "The spectrum of"),
+    "key": lambda _kept: line_of("solutions/loop_checks.py", "np.shape(reached) == "),
+    "tolerance": lambda _kept: (ROOT / "solutions/tolerances.py").read_text(encoding="utf-8")[-400:],
+    "rubric": lambda _kept: max((ROOT / "solutions/rubric.toml").read_text(encoding="utf-8").split("\n"), key=len),
+    "model": lambda _kept: inspect.getsource(model.controllability),
+    "errata": lambda _kept: (ROOT / "docs/errata_answers.md").read_text(encoding="utf-8"),
+    "number": lambda kept: next(digits for digits, origin in kept.numbers.items() if "06_control" in origin),
+}
+
+
+@pytest.fixture(scope="session")
+def run(tmp_path_factory):
+    return chapters.run_before_answers(tmp_path_factory.mktemp("notebooks") / "kept")
+
+
+@pytest.fixture(scope="session")
+def site(run, kept, tmp_path_factory):
+    """The folder of the public site. Building it fails on a warning, a dead link, and what is of the solutions."""
+    folder, held = tmp_path_factory.mktemp("site"), []
+
+    class Watched:  # made once, and it is seen that the build asks
+        def found_in(self, made):
+            held.append(kept.found_in(made))
+            return held[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(make_site.secrets, "of_the_course", lambda _chapters: Watched())
+        assert make_site.build(folder / "site", run) == 0
+    assert held == [[]]
+    return folder / "site"
+
+
+@pytest.fixture(scope="session")
+def built(site):
+    return Built(site)
+
+
+@pytest.fixture(scope="session")
+def kept(run):
+    """What may not be told, by a student's chapters as they were run for the site."""
+    return secrets.of_the_course(run.values())
+
+
+@pytest.fixture(scope="session")
+def address(site):
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_arguments):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=site)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if not CHROMIUM.exists():
+        pytest.skip(f"there is no {CHROMIUM}")
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=str(CHROMIUM), args=["--no-sandbox"])
+        yield launched
+        launched.close()
+
+
+@pytest.fixture
+def visit(browser, address):
+    """Opens a page, in a scheme of colours; what it asks of elsewhere, and what fails, is in the list ``wrong``."""
+    contexts, wrong = [], []
+
+    def opened(name, scheme="light"):
+        context = browser.new_context(color_scheme=scheme, reduced_motion="reduce")
+        contexts.append(context)
+        context.route(lambda url: not url.startswith((address, "data:", "blob:")), lambda route: route.abort())
+        page = context.new_page()
+        page.on("request", lambda one: one.url.startswith((address, "data:", "blob:")) or wrong.append(one.url))
+        page.on("response", lambda one: one.status < 400 or one.url.endswith("favicon.ico") or wrong.append(one.url))
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.goto(address + name)
+        return page
+
+    yield opened, wrong
+    for context in contexts:
+        context.close()
+
+
+class TestPages:
+    def test_no_link_is_dead(self, built):
+        assert not built.dead()
+        assert sum(1 for page in built.pages for _link in built.targets(page)) > 1000
+
+    def test_every_page_is_near_the_front(self, built):
+        clicks = built.clicks()
+        assert set(clicks) == set(built.pages)
+        assert max(clicks.values()) <= MOST_CLICKS
+
+    def test_every_page_of_the_documentation_is_there(self, built):
+        """A page that somebody adds to docs/ appears, unless it is named as one for instructors."""
+        for path in staging.DOCS.rglob("*.md"):
+            name = path.relative_to(staging.DOCS).as_posix()
+            if not staging.is_for_instructors(f"docs/{name}"):
+                assert any(page.endswith(f"{path.stem}.html") for page in built.pages), name
+
+    def test_every_notebook_is_a_chapter_with_pictures(self, site):
+        pictures = 0
+        for path in (ROOT / "notebooks").glob("*.ipynb"):
+            page = (site / "chapters" / f"{path.stem}.html").read_text(encoding="utf-8")
+            assert "Loading widget" not in page
+            assert "widget-view" not in page
+            pictures += page.count("<img")
+        assert pictures > 25
+
+    def test_links_that_leave_are_few_and_known(self, built):
+        hosts = {urlsplit(link).hostname for link in built.outside}
+        assert hosts <= {"nbdime.readthedocs.io", "github.com", "pradyunsg.me", "www.sphinx-doc.org"}
+
+
+class TestSecrets:
+    def test_no_page_for_instructors_is_there(self, built):
+        forbidden = ("derivation", "errata_answers", "reference/answers", "guide/", "solutions/", "chapters/9")
+        assert not [page for page in built.pages if any(word in page for word in forbidden)]
+
+    @pytest.mark.parametrize("planted", ["code", "words", "key", "tolerance", "rubric", "model", "errata", "number"])
+    def test_what_is_planted_is_found(self, planted, site, kept, tmp_path):
+        """Of each sort something that stands in the sources, in a page as Sphinx makes it: with tags, in entities."""
+        text = re.sub(r"(\w+)", r"<span>\1</span>", html.escape(PLANTS[planted](kept)))
+        page = (site / "student.html").read_text(encoding="utf-8")
+        (tmp_path / "student.html").write_text(page.replace("</article>", f"<p>{text}</p></article>"), encoding="utf-8")
+        assert kept.found_in(tmp_path)
+
+
+class TestInABrowser:
+    @pytest.mark.parametrize("scheme", ["light", "dark"])
+    def test_pages_are_accessible_and_ask_for_nothing_from_elsewhere(self, scheme, visit):
+        opened, wrong = visit
+        found = {}
+        for name in KINDS:
+            page = opened(name, scheme)
+            page.wait_for_load_state("networkidle")
+            found[name] = findings(page)
+        assert found == {name: [] for name in KINDS}
+        assert not wrong
+
+    def test_search_finds_without_a_network(self, visit):
+        opened, wrong = visit
+        page = opened("search.html?q=settling+time")
+        page.wait_for_selector("#search-results li a", timeout=30_000)
+        found = page.eval_on_selector_all("#search-results li a", "all => all.map((one) => one.getAttribute('href'))")
+        assert any("07_control_simulation" in link or "simulation.html" in link for link in found)
+        assert not wrong
+
+    def test_formulas_are_drawn(self, visit):
+        opened, wrong = visit
+        for name, most in (("01_modeling_prelab", 250), ("05_control_prelab", 150), ("06_control_design", 100)):
+            page = opened(f"chapters/{name}.html")
+            page.wait_for_function("window.MathJax?.startup?.promise", timeout=60_000)
+            page.evaluate("MathJax.startup.promise.then(() => 0)")
+            assert page.locator("mjx-container svg").count() > most
+            assert page.locator("[data-mml-node=merror]").count() == 0
+        assert not wrong
+
+    def test_the_arm_stands_still_for_who_asks_for_less_motion(self, visit):
+        opened, _wrong = visit
+        page = opened("index.html")
+        assert page.evaluate("getComputedStyle(document.querySelector('.arm .moves')).animationName") == "none"
+
+    def test_the_arm_moves_and_can_be_stopped(self, browser, address):
+        page = browser.new_page(reduced_motion="no-preference")
+        page.goto(f"{address}index.html")
+        assert page.evaluate("document.querySelector('svg.arm').getAnimations({subtree: true}).length") > 3
+        page.check("#arm-stopped")
+        states = page.evaluate(
+            "document.querySelector('svg.arm').getAnimations({subtree: true}).map((one) => one.playState)"
+        )
+        assert set(states) == {"paused"}
+        page.close()
+
+
+def test_the_arm_is_small_and_needs_nothing():
+    text = (ROOT / "docs" / "moving_arm.svg").read_text(encoding="utf-8")
+    assert len(text) < 500_000
+    assert "http" not in text.replace("http://www.w3.org/2000/svg", "")
+    assert "<script" not in text
+    assert "aria-label" in text
+
+
+def test_a_dead_link_is_told(tmp_path):
+    stage = staging.Stage(tmp_path)
+    with pytest.raises(staging.DeadLink, match=r"nowhere\.md"):
+        stage.relinked("See [there](nowhere.md).", "docs/student.md", "student.md")
+
+
+def test_links_in_code_stay():
+    stage = staging.Stage(Path())
+    text = "`[a](b.md)` and\n\n```text\n[a](b.md)\n```\n"
+    assert stage.relinked(text, "docs/student.md", "student.md") == text

@@ -1,0 +1,115 @@
+"""Build the site into build/site; the instructors' own into build/site-instructor.
+
+    python tools/make_site.py [--instructor] [--out FOLDER] [--code ADDRESS]
+
+Needs the extra ``site`` and no network. ``--code`` is the address under which a code host shows the repository's
+files, as ``https://…/blob/main``. A warning of Sphinx's is an error, and so is what the public site says of the
+solutions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+
+import nbformat
+from nbformat import NotebookNode
+from sphinx.cmd.build import main as sphinx_build
+from website import chapters, secrets, staging
+
+from rotflex.errors import RotflexError
+
+BUILD = staging.ROOT / "build"
+KEPT = BUILD / "site-notebooks"  #: runs of the notebooks, which take half a minute
+MATHJAX = ("sphinx-mathjax-offline", "static/mathjax/tex-svg.js")  #: distribution, file: formulas without a network
+
+
+def stage(folder: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = "") -> staging.Stage:
+    """Put the pages of a site together, for Sphinx.
+
+    Parameters
+    ----------
+    folder : where
+    run : the student notebooks as they were run before any answer
+    instructors, code : see :class:`website.staging.Stage`
+
+    Raises
+    ------
+    DeadLink
+        If a page links to a file that is not there.
+    """
+    made = staging.Stage(folder, instructors, code)
+    made.write()
+    still = arm(moving=False)
+    (folder / "moving_arm.html").write_text(arm(moving=True), encoding="utf-8")
+    for name, notebook in run.items():
+        chapters.chapter(notebook, Path(name).stem, folder / "chapters" / name, chapters.AS_IT_BEGINS, still)
+    for source, page in made.pages.items():
+        if source.startswith("solutions/"):
+            notebook = nbformat.read(staging.ROOT / source, as_version=4)
+            chapters.chapter(notebook, Path(page).stem, folder / page, chapters.WITH_SOLUTIONS, still)
+    return made
+
+
+def arm(moving: bool) -> str:
+    """HTML of the moving arm: with a box to stop it, or as it begins."""
+    svg = (staging.DOCS / "moving_arm.svg").read_text(encoding="utf-8")
+    if not moving:
+        # Without blank lines, so that Markdown takes it as one piece of HTML.
+        return f'<div class="moving-arm stopped">{svg.strip()}</div>'
+    return (
+        '<div class="moving-arm"><input type="checkbox" id="arm-stopped"> '
+        f'<label for="arm-stopped">Stop the arm</label>\n{svg}</div>\n'
+    )
+
+
+def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = "") -> int:
+    """Build a site; 0 if it is good. What is not is told on standard error. See :func:`stage`."""
+    with tempfile.TemporaryDirectory(prefix="rotflex-site-") as begun:
+        folder, made = Path(begun) / "pages", Path(begun) / "site"
+        stage(folder, run, instructors, code)
+        tags = ["-t", "instructor"] if instructors else []
+        options = ["-W", "--keep-going", "-q", "-E", "-d", str(Path(begun) / "doctrees"), *tags]
+        status = sphinx_build(["-b", "html", "-c", str(staging.DOCS), *options, str(folder), str(made)])
+        if status:
+            return status
+        package, file = MATHJAX
+        source = resources.files(importlib.import_module(package)).joinpath(file)
+        (made / "_static" / "mathjax.js").write_bytes(source.read_bytes())
+        (made / ".buildinfo").unlink(missing_ok=True)
+        if not instructors:
+            found = secrets.of_the_course(run.values()).found_in(made)
+            for one in found:
+                print(one, file=sys.stderr)
+            if found:
+                return 1
+        shutil.rmtree(out, ignore_errors=True)
+        shutil.copytree(made, out)
+    return 0
+
+
+def main(arguments: list[str]) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(description="Build the site.")
+    parser.add_argument("--instructor", action="store_true", help="the instructors' site, which gives answers away")
+    parser.add_argument("--out", type=Path, help="folder; whatever is in it is replaced")
+    parser.add_argument("--code", default="", help="address of the repository's files on a code host")
+    options = parser.parse_args(arguments)
+    out = options.out or BUILD / ("site-instructor" if options.instructor else "site")
+    try:
+        status = build(out, chapters.run_before_answers(KEPT), options.instructor, options.code)
+    except RotflexError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(f"NOT BUILT: {out}" if status else f"{out}: open index.html")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
