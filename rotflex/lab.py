@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
+from rotflex.courseware import hub
 from rotflex.courseware.benches import PRESET, REAL, SAME
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.messages import _
@@ -37,7 +38,8 @@ def start(
 
     Parameters
     ----------
-    student : whose bench and answers these are; without one, the student of ``course.json``, else "demo"
+    student : whose bench and answers these are; without one, the student of ``course.json``, else the user of the
+        JupyterHub that this runs on, else "demo"
     bench : address of the bench, see :func:`rotflex.hil.open`; "virtual" is the one that the course gives the student
     folder : where answers are kept; the notebook's own by default
     quiet : leave out the welcome
@@ -87,6 +89,8 @@ class Lab(Session):
     def _welcome(self) -> None:
         note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
         print(f"Student   {self.student}{note}")
+        if told := hub.another(self.student):
+            print(f"          {told}")
         parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
         print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")
