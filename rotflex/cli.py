@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import importlib.metadata
 import importlib.util
+import io
 import shutil
 import sys
 from pathlib import Path
@@ -27,6 +28,12 @@ _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's co
 
 class _Commands(typer.core.TyperGroup):
     """Shows an error that was raised on purpose, or is the system's, as a message, with exit code 2."""
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="replace")
+        return super().main(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         try:
