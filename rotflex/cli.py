@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import importlib.metadata
 import importlib.util
+import io
 import shutil
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ import typer
 import typer.core
 
 from rotflex import __version__, bench_commands
-from rotflex.courseware import benches, course_file, course_place, files, messages, student_id
+from rotflex.courseware import benches, course_file, course_place, files, hub, messages, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.jupyterlab import open_jupyterlab
 from rotflex.courseware.messages import _
@@ -27,6 +28,12 @@ _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's co
 
 class _Commands(typer.core.TyperGroup):
     """Shows an error that was raised on purpose, or is the system's, as a message, with exit code 2."""
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="replace")
+        return super().main(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -100,7 +107,8 @@ def lab(
     """Open JupyterLab on the course's notebooks.
 
     Notebooks that are not in FOLDER yet are copied there; what you wrote there stays as it is. If you began with an
-    earlier release of the course, the course's own cells become those of the installed one.
+    earlier release of the course, the course's own cells become those of the installed one. On a JupyterHub, where
+    JupyterLab runs already, that is all.
     """
     given = list(words or [])
     named = Path(given.pop(0)) if given and not given[0].startswith("-") else None
@@ -123,6 +131,13 @@ def lab(
         typer.echo(line)
     if not _is_source(folder):
         course_place.remember(folder)
+        if told := hub.another(course_file.student(folder)):
+            typer.echo(told)
+    if hub.is_here():
+        typer.echo(
+            _("JupyterLab runs here already, as the hub's: open {folder} in its file browser.").format(folder=folder)
+        )
+        raise typer.Exit
     raise typer.Exit(open_jupyterlab(folder, given))
 
 
@@ -146,13 +161,19 @@ def _is_release(course: Path) -> bool:
 
 
 def _asked(folder: Path) -> str | None:
-    """The ID of whoever sits at the terminal, where the folder does not know it; None if nobody gives one."""
+    """The ID of whoever sits at the terminal, or of the hub's user, where the folder does not know it; None if nobody
+    gives one.
+    """
     try:
         known = (course_file.read(folder) or {}).get(course_file.STUDENT)
     except ConfigurationError:  # it may name a student: filling the folder says so
         return None
     if known or _is_source(folder):
         return None
+    if named := _hubs_user():
+        told = _("The hub knows you as {named}: that is your student ID. Is it another? Give it by --student YOUR-ID.")
+        typer.echo(told.format(named=named))
+        return named
     while _at_a_terminal():
         prompt = _("Your student ID, by which your instructor knows you (Enter: later)")
         given = typer.prompt(prompt, default="", show_default=False).strip()
@@ -164,6 +185,14 @@ def _asked(folder: Path) -> str | None:
             typer.secho(str(error), fg="red")
     typer.echo(_("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID."))
     return None
+
+
+def _hubs_user() -> str:
+    try:
+        return hub.user()
+    except ConfigurationError as error:  # no ID, but whoever sits at the terminal may have one
+        typer.secho(str(error), fg="red")
+        return ""
 
 
 def _was_another(folder: Path, student: str) -> bool:

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
-from rotflex.courseware import course_file, messages
+from rotflex.courseware import course_file, hub, messages
 from rotflex.courseware.benches import PRESET, REAL, SAME
 from rotflex.courseware.course_file import bench_policy
 from rotflex.courseware.messages import _
@@ -40,7 +40,8 @@ def start(
 
     Parameters
     ----------
-    student : whose bench and answers these are; without one, the student of ``course.json``, else "demo"
+    student : whose bench and answers these are; without one, the student of ``course.json``, else the user of the
+        JupyterHub that this runs on, else "demo"
     bench : address of the bench, see :func:`rotflex.hil.open`; "virtual" is the one that the course gives the student
     folder : where answers are kept; the notebook's own by default
     quiet : leave out the welcome
@@ -91,6 +92,8 @@ class Lab(Session):
     def _welcome(self) -> None:
         note = _(' (nobody in particular: write your id in student = "...")') if self.student == DEMO else ""
         print(_("Student   {student}{note}").format(student=self.student, note=note))
+        if told := hub.another(self.student):
+            print(f"          {told}")
         parts = _("arm in position {arm_position}, encoders of type {encoder}").format(
             arm_position=self.joint.arm_position, encoder=self.servo.encoder
         )

@@ -302,7 +302,7 @@ class AnswerBook:
     def _load(self) -> dict[str, Any]:
         """What the file holds. One that is broken, or another student's, is put aside under another name."""
         try:
-            data = self.path.read_bytes()
+            data = files.patiently(self.path.read_bytes)
         except FileNotFoundError:
             return self._back()
         except OSError as error:
@@ -349,7 +349,7 @@ class AnswerBook:
             except (OSError, AnswerError):
                 continue
             if caseless(whose) == caseless(self.student):
-                os.replace(aside, self.path)
+                files.replace(aside, self.path)
                 self.notices.append(
                     _("Your answers are back, which had been put aside as {aside}.").format(aside=aside.name)
                 )

@@ -36,7 +36,7 @@ def read(folder: Path) -> dict[str, Any] | None:
         If it cannot be read, or is not an object that names a student.
     """
     try:
-        content = (folder / COURSE_FILE).read_text(encoding="utf-8")
+        content = (folder / COURSE_FILE).read_text(encoding="utf-8-sig")  # Windows's editors may put a mark before it
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
 COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
@@ -14,6 +17,43 @@ COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
 Content = str | bytes | Callable[[Path], object]
 
 _count = itertools.count()  # two threads may write the same file
+
+# Windows lets nobody replace a file that another program has open (a search, a virus scanner, a cloud's copy, another
+# notebook), and nobody read one that is being replaced. Elsewhere, what is refused stays refused.
+_MAY_BE_OPEN = sys.platform == "win32"
+_PATIENCE = 2.0  # s until it is an error
+_PAUSE = 0.05  # s between two tries
+
+_Result = TypeVar("_Result")
+
+
+def patiently(act: Callable[[], _Result]) -> _Result:
+    """Do what another program may be in the way of for a moment, on Windows, and do it again until it is done.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done.
+    """
+    until = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            return act()
+        except PermissionError:
+            if not _MAY_BE_OPEN or time.monotonic() > until:
+                raise
+        time.sleep(_PAUSE)
+
+
+def replace(source: Path, target: Path) -> None:
+    """Give a file another's name, in its place.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done.
+    """
+    patiently(lambda: os.replace(source, target))
 
 
 def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
@@ -43,7 +83,7 @@ def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
         else:
             scratch.write_bytes(content.encode() if isinstance(content, str) else content)
         written = scratch.stat()
-        os.replace(scratch, target)
+        replace(scratch, target)
     finally:
         with contextlib.suppress(OSError):  # it is gone, after all went well; and what went wrong before says more
             scratch.unlink()

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import urllib.parse
+import urllib.request
 import webbrowser
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,8 +23,16 @@ _SETTINGS = Path(__file__).parent / "jupyter"  # of JupyterLab, unless its user 
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 _PATIENCE = 15  # s for JupyterLab to end its kernels and go
 _LOOK = 0.2  # s between two looks for its address
+_ASKING = 5  # s for its server to take a request
+_EVERYWHERE = ("", "0.0.0.0", "::", "*")  # addresses that stand for all of a machine's
 _PATHS = "JUPYTER_CONFIG_PATH"
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
+
+_WINDOWS = sys.platform == "win32"
+#: How a program is started that is to hear Ctrl-C from us only.
+_BY_ITSELF: dict[str, Any] = (
+    {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)} if _WINDOWS else {"start_new_session": True}
+)
 
 
 def open_jupyterlab(folder: Path, options: list[str]) -> int:
@@ -39,15 +48,15 @@ def open_jupyterlab(folder: Path, options: list[str]) -> int:
     # In a session of its own, JupyterLab hears Ctrl-C from us only: it would ask, and be ended before it has ended its
     # kernels. Whatever ends this program, then, has to end JupyterLab, too: a closed terminal as well.
     previous = {number: signal.signal(number, _interrupt) for number in _ENDINGS}
-    before = _servers()
-    child = subprocess.Popen(_command(folder, page, options), start_new_session=True, env=_environment())
+    server = _Server(folder, page, _servers())
+    child = subprocess.Popen(_command(folder, page, options), env=_environment(), **_BY_ITSELF)
     try:
-        return _wait(child, folder, page, before)
+        return _wait(child, server)
     except KeyboardInterrupt:
         print(_("Stopping JupyterLab."))
         return 0
     finally:
-        _stop(child)
+        _stop(child, server)
         for number, handler in previous.items():
             signal.signal(number, handler)
 
@@ -111,29 +120,73 @@ def _has_browser() -> bool:
 # --- while it runs ----------------------------------------------------------------------------------------------------
 
 
-def _wait(child: subprocess.Popen[bytes], folder: Path, page: str, before: Mapping[Path, Any]) -> int:
-    """Wait for its end, and say its address once it is known."""
+def _wait(child: subprocess.Popen[bytes], server: _Server) -> int:
+    """Wait for its end, and say its address once it is known.
+
+    On Windows, Ctrl-C is heard after a wait and not within it: so each is short.
+    """
+    told = False
     while True:
         try:
             return child.wait(_LOOK)
         except subprocess.TimeoutExpired:
-            address = _address(folder, page, before)
-        if address:
-            print(_("JupyterLab runs at {address}  (Ctrl-C ends it.)").format(address=address), flush=True)
-            return child.wait()
+            if not told and server.found():
+                told = True
+                address = server.address()
+                print(_("JupyterLab runs at {address}  (Ctrl-C ends it.)").format(address=address), flush=True)
 
 
-def _address(folder: Path, page: str, before: Mapping[Path, Any]) -> str:
-    """Where the server that has come since shows a page of the folder; "" if there is none yet."""
-    for path, server in _servers().items():
-        if server != before.get(path) and _same(server.get("root_dir"), folder):
-            token = server.get("token")
-            return f"{server['url']}{page}" + (f"?token={urllib.parse.quote(token)}" if token else "")
-    return ""
+class _Server:
+    """The server that has come since, for a folder, as it says of itself.
+
+    Parameters
+    ----------
+    folder, page : what it shows
+    before : the servers that ran before
+    """
+
+    def __init__(self, folder: Path, page: str, before: Mapping[Path, Any]) -> None:
+        self._folder, self._page, self._before = folder, page, before
+        self._told: dict[str, Any] = {}
+
+    def found(self) -> bool:
+        """Whether it is there yet."""
+        for path, server in _servers().items():
+            if server != self._before.get(path) and _same(server.get("root_dir"), self._folder):
+                self._told = server
+        return bool(self._told)
+
+    def address(self) -> str:
+        """Where it shows the page."""
+        token = self._told.get("token")
+        return f"{self._url()}{self._page}" + (f"?token={urllib.parse.quote(token)}" if token else "")
+
+    def _url(self) -> str:
+        """Where it is for whoever sits here. One that listens everywhere names its host, which a container makes up."""
+        url = urllib.parse.urlsplit(str(self._told["url"]))
+        if self._told.get("hostname") in _EVERYWHERE:
+            url = url._replace(netloc=f"127.0.0.1:{self._told.get('port', url.port)}")
+        return url.geturl()
+
+    def end(self) -> bool:
+        """Ask it to end its kernels and go; whether it has heard."""
+        if not self._told:
+            return False
+        heads = {"Authorization": f"token {self._told.get('token', '')}"}
+        asked = urllib.request.Request(f"{self._url()}api/shutdown", data=b"", headers=heads, method="POST")
+        try:
+            urllib.request.urlopen(asked, timeout=_ASKING).close()
+        except OSError:
+            return False
+        return True
 
 
 def _same(given: Any, folder: Path) -> bool:
-    return isinstance(given, str) and os.path.realpath(given) == os.path.realpath(folder)
+    return isinstance(given, str) and _plain(given) == _plain(folder)
+
+
+def _plain(path: str | Path) -> str:
+    return os.path.normcase(os.path.realpath(path))
 
 
 def _servers() -> dict[Path, dict[str, Any]]:
@@ -158,14 +211,15 @@ def _interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
-def _stop(child: subprocess.Popen[bytes]) -> None:
-    """End a child that is still running, kindly first: it has kernels to end."""
+def _stop(child: subprocess.Popen[bytes], server: _Server) -> None:
+    """End a child that is still running, kindly first: it has kernels to end, and these leave benches at 0 V."""
     if child.poll() is not None:
         return
     # Another Ctrl-C while it is going is for nobody.
     previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        child.terminate()
+        if not (_WINDOWS and server.end()):  # where to terminate is to kill
+            child.terminate()
         try:
             child.wait(timeout=_PATIENCE)
         except subprocess.TimeoutExpired:

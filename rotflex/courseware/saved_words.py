@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import words
+from rotflex.courseware import files, words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import handed_in
@@ -57,7 +57,7 @@ class SavedWords:
         try:
             if path.stat().st_size > MAX_BYTES:
                 raise NotebookError(_("it is larger than {most} MB.").format(most=MAX_BYTES // 1_000_000))
-            data = path.read_bytes()
+            data = files.patiently(path.read_bytes)
             cells = handed_in.cells_of(data)
         except (OSError, NotebookError) as error:
             self.notices.append(

@@ -12,7 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, forms, messages, predicting, reflection, student_id
+from rotflex.courseware import course_file, forms, hub, messages, predicting, reflection, student_id
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.beginning import Beginning
 from rotflex.courseware.catalogue import Catalogue
@@ -34,7 +34,7 @@ _RAISE = object()
 
 
 def student_of(given: str, folder: Path) -> str:
-    """The student's name: the given one, or that of ``course.json`` in the folder, or "demo".
+    """The student's name: the given one, or that of ``course.json`` in the folder, or the hub's, or "demo".
 
     Raises
     ------
@@ -43,7 +43,7 @@ def student_of(given: str, folder: Path) -> str:
     """
     student: Any = given
     if not given:
-        student = (course_file.read(folder) or {}).get("student") or DEMO
+        student = (course_file.read(folder) or {}).get("student") or hub.user() or DEMO
     try:
         return student_id.normalised(student)
     except StudentIDError as error:

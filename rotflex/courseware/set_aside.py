@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
+
+from rotflex.courseware import files
 
 
 def set_aside(path: Path, why: str) -> str:
@@ -14,7 +15,7 @@ def set_aside(path: Path, why: str) -> str:
         suffix = f"-{count}" if count > 1 else ""
         aside = path.with_name(f"{path.stem}.{why}{suffix}{path.suffix}")
         if not aside.exists():
-            os.replace(path, aside)
+            files.replace(path, aside)
             return aside.name
         count += 1
 

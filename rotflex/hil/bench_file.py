@@ -285,7 +285,7 @@ def load(path: str | Path) -> BenchFile:
         If it is not there, is no TOML, or says what cannot be; the message says where and what to do.
     """
     try:
-        told = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        told = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ConfigurationError(_("There is no {path}. `rotflex bench setup` writes one.").format(path=path)) from None
     except (OSError, ValueError) as error:

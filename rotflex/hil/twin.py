@@ -62,7 +62,7 @@ def load(path: str | Path) -> Twin:
         If it is not there, is no TOML, or lacks what a plant is made of, or has what cannot be.
     """
     try:
-        told = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        told = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
     plant, parts = told.get("plant"), told.get("parts")

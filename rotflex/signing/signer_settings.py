@@ -41,7 +41,7 @@ def read(file: Path) -> SignerSettings:
         If it cannot be read or understood.
     """
     try:
-        content: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
+        content: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise ConfigurationError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
     for name, value in content.items():

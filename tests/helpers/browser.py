@@ -41,8 +41,11 @@ def free_port() -> int:
 
 
 @contextlib.contextmanager
-def jupyterlab(folder: Path, *options: str) -> Iterator[str]:
-    """`rotflex lab FOLDER`, with settings of its own, until the block ends. Gives the address."""
+def jupyterlab(folder: Path, *options: str, prefix: str = "") -> Iterator[str]:
+    """`rotflex lab FOLDER`, with settings of its own, until the block ends. Gives the address.
+
+    With a prefix, as "/user/ada", all of it is below that, as on a hub.
+    """
     port = free_port()
     home = folder.parent / "jupyter-home"
     environment = os.environ | {
@@ -64,6 +67,7 @@ def jupyterlab(folder: Path, *options: str) -> Iterator[str]:
     command += [
         f"--IdentityProvider.token={TOKEN}",
         "--allow-root",
+        f"--ServerApp.base_url={prefix}/",
         "--LabApp.news_url=",
         "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
     ]
@@ -72,7 +76,7 @@ def jupyterlab(folder: Path, *options: str) -> Iterator[str]:
         server = subprocess.Popen(
             command, stdout=output, stderr=subprocess.STDOUT, env=environment, start_new_session=True
         )
-    address = f"http://127.0.0.1:{port}"
+    address = f"http://127.0.0.1:{port}{prefix}"
     try:
         _wait_for(server, f"{address}/api/status?token={TOKEN}", log)
         yield address

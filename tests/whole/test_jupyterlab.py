@@ -1,8 +1,14 @@
-"""What a student meets: JupyterLab, with the notebooks in it, running in a browser, without a network."""
+"""What a student meets: JupyterLab, with the notebooks in it, running in a browser, without a network.
+
+It is served below a prefix, as a hub does; other tests have it without one.
+"""
 
 from __future__ import annotations
 
+import json
+
 import browser
+import explorer_notebooks
 import pytest
 from checkout import ROOT
 
@@ -17,7 +23,8 @@ needs_chromium = pytest.mark.skipif(
 def served(tmp_path_factory):
     """A student's folder, empty to begin with, as `rotflex lab` fills and serves it."""
     folder = tmp_path_factory.mktemp("course") / "work"
-    with browser.jupyterlab(folder, "--student", "ada", "--", "--expose-app-in-browser") as address:
+    options = ("--student", "ada", "--", "--expose-app-in-browser")
+    with browser.jupyterlab(folder, *options, prefix="/user/ada") as address:
         yield address
 
 
@@ -37,5 +44,18 @@ def test_a_student_notebook_runs_empty_in_the_browser(served, notebook):
         said = [browser.plain(cell) for cell in cells if cell["source"].startswith("lab.answer(")]
         assert said
         assert all("not answered yet" in text for text in said)
+        if notebook == NOTEBOOKS[0]:
+            the_arm_moves_and_is_saved(seen.page, served, notebook)
         assert not seen.errors
         assert not seen.abroad
+
+
+def the_arm_moves_and_is_saved(page, address, notebook):
+    """The console runs an experiment at the prefix, and the saved notebook has its picture, and no live view."""
+    page.wait_for_selector(".rotflex-explorer[data-version]")
+    explorer_notebooks.settled(page)
+    explorer_notebooks.run_to_the_end(page)
+    page.evaluate("() => window.jupyterapp.commands.execute('docmanager:save')")
+    page.wait_for_function("() => !window.jupyterapp.shell.currentWidget.context.model.dirty", timeout=browser.PATIENCE)
+    saved = json.dumps(browser.get(address, f"/api/contents/{notebook}")["content"])
+    assert "Run this cell again to use this explorer" in saved and "widget-view" not in saved

@@ -201,9 +201,6 @@ def _a_run(command: str) -> Iterator[None]:
     if by_program():
         typer.echo(nothing_here(command))
         raise typer.Exit(FINE)
-    for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
     previous = {number: signal.signal(number, _interrupt) for number in _ENDINGS}
     try:
         yield

@@ -11,6 +11,7 @@ import pkgutil
 import site
 import sys
 import sysconfig
+import unicodedata
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -114,7 +115,8 @@ def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()
     own = OwnFiles(notes=list(choice.notes))
     for path in choice.paths:
         try:
-            own.files[str(path)] = (folder / path).read_bytes()
+            name = unicodedata.normalize("NFC", str(path))  # as it is named where it is graded
+            own.files[name] = (folder / path).read_bytes()
         except OSError as error:
             own.notes.append(_("{path} cannot be read: {why}.").format(path=path, why=error.strerror))
     return own

@@ -65,7 +65,23 @@ def _source(cell: dict[str, Any]) -> str:
 def _table(source: str) -> symtable.SymbolTable:
     if len(source) > LONGEST:
         raise ValueError(_("it has more than {longest} characters").format(longest=LONGEST))
-    return symtable.symtable(source, "cell", "exec")
+    return symtable.symtable(ast.unparse(_Scoped().visit(ast.parse(source))), "cell", "exec")
+
+
+class _Scoped(ast.NodeTransformer):
+    """Writes lists, sets and dicts that go through something as generators, which bind and use the same names.
+
+    From Python 3.12 on, the table of symbols has the names of the others as if they were those of the cell around them.
+    """
+
+    def visit_ListComp(self, node: ast.ListComp | ast.SetComp) -> ast.AST:
+        return self.generic_visit(ast.GeneratorExp(node.elt, node.generators))
+
+    visit_SetComp = visit_ListComp
+
+    def visit_DictComp(self, node: ast.DictComp) -> ast.AST:
+        pair = ast.Tuple([node.key, node.value], ast.Load())
+        return self.generic_visit(ast.GeneratorExp(pair, node.generators))
 
 
 def _binds_unseen(source: str) -> bool:

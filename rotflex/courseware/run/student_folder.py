@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import report_files, student_id
+from rotflex.courseware import hub, report_files, student_id
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import _
@@ -118,16 +118,18 @@ def read(
 
 
 def student_of(work: Work, given: str = "") -> str:
-    """Whose work it is: as given, else as ``course.json`` says, else as ``answers.json`` does; else "demo".
+    """Whose work it is: as given, else as ``course.json`` says, ``answers.json``, or the hub; else "demo".
 
     Raises
     ------
     CheckError
         If it cannot be an ID.
+    ConfigurationError
+        If the hub's name for its user has to do, and cannot be an ID.
     """
-    claimed = _json(work.hand_in.claim)
-    named = (given, work.hand_in.course.get("student"), claimed.get("student"))
-    student = next((one for one in named if isinstance(one, str) and one), DEMO)
+    claimed = _json(work.hand_in.claim).get("student")
+    named = (given, work.hand_in.course.get("student"), claimed if claimed != DEMO else "")
+    student = next((one for one in named if isinstance(one, str) and one), "") or hub.user() or DEMO
     try:
         return student_id.normalised(student)
     except StudentIDError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from pathlib import Path
 
@@ -63,8 +64,9 @@ def of_namespaces(settings: Path = Path("/proc/sys")) -> str:
 
 
 def in_container(root: Path = Path("/")) -> bool:
-    """Whether this seems to be a container, such as Docker's or Podman's."""
-    return any((root / mark).exists() for mark in (".dockerenv", "run/.containerenv"))
+    """Whether this seems to be a container: Docker's, Podman's, or one of Kubernetes, as a hub may be made of."""
+    marks = (".dockerenv", "run/.containerenv", "run/secrets/kubernetes.io", "var/run/secrets/kubernetes.io")
+    return "KUBERNETES_SERVICE_HOST" in os.environ or any((root / mark).exists() for mark in marks)
 
 
 def explain(message: str) -> tuple[str, str]:

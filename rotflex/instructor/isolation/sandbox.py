@@ -295,7 +295,14 @@ def _has_ended(process: int, seconds: float) -> bool:
 @contextlib.contextmanager
 def _memfd(data: bytes) -> Iterator[int]:
     """A descriptor from which to read this, without a file system."""
-    descriptor = os.memfd_create("rotflex")
+    try:
+        descriptor = os.memfd_create("rotflex")
+    except OSError as error:
+        raise IsolationError(
+            f"Bubblewrap cannot be told what to do: memfd_create: {error.strerror}.",
+            "bubblewrap",
+            remedies.of_namespaces(),
+        ) from None
     try:
         os.write(descriptor, data)
         os.lseek(descriptor, 0, os.SEEK_SET)

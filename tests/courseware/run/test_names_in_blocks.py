@@ -332,3 +332,13 @@ RECORDER = locked("a-answer", 'lab.answer("1.4", why=why)')
 )
 def test_words_that_a_block_binds_are_not_taken_for_those_that_stood_there_before(source):
     assert words_in_code([answer("a", f"why = 'It slips.'\n{source}"), RECORDER]) == {("1.4", "why"): None}
+
+
+@pytest.mark.parametrize(
+    "comprehension", ["[i for i in n]", "{i for i in n}", "{i: i for i in n}", "{i: [j for j in i] for i in n}"]
+)
+def test_the_names_of_a_comprehension_are_its_own_whatever_python_runs(comprehension):
+    """From Python 3.12 on, the table of symbols mixes those of a list with those of the cell around it."""
+    table = skippable_cells._table(f"x = {comprehension}")
+    assert {symbol.get_name() for symbol in table.get_symbols()} == {"x", "n"}
+    assert [child.get_name() for child in table.get_children()] == ["genexpr"]

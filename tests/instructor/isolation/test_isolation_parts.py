@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from checkout import ROOT
 
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp
@@ -271,11 +272,44 @@ def test_the_systems_settings_tell_the_remedy(setting, value, remedy, tmp_path):
 
 
 def test_containers_are_told_of_least_privilege(tmp_path, monkeypatch):
+    monkeypatch.delenv("KUBERNETES_SERVICE_HOST", raising=False)
+    for number, mark in enumerate((".dockerenv", "run/.containerenv", "var/run/secrets/kubernetes.io")):
+        root = tmp_path / str(number)
+        assert not remedies.in_container(root)
+        (root / mark).mkdir(parents=True)
+        assert remedies.in_container(root)
     assert not remedies.in_container(tmp_path)
-    (tmp_path / ".dockerenv").touch()
+    monkeypatch.setenv("KUBERNETES_SERVICE_HOST", "10.0.0.1")
     assert remedies.in_container(tmp_path)
     monkeypatch.setattr(remedies, "in_container", lambda: True)
     assert "do not use --privileged" in remedies.of_namespaces(tmp_path)
+
+
+@pytest.mark.isolation
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="the filter has this machine's numbers of system calls")
+@pytest.mark.parametrize(
+    ("stricter", "layer"), [((), "namespaces"), (("memfd_create",), "bubblewrap")], ids=["as usual", "stricter"]
+)
+def test_where_a_containers_filter_refuses_namespaces_the_doctor_refuses_to_grade_and_says_what_to_do(stricter, layer):
+    """As on a hub that is made of containers: with the refusals of their usual filter, the command itself."""
+    done = subprocess.run(
+        [
+            sys.executable,
+            str(ROOT / "tests" / "helpers" / "container_filter.py"),
+            *stricter,
+            "--",
+            "-m",
+            "rotflex.cli",
+            "doctor",
+        ],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "300", "KUBERNETES_SERVICE_HOST": "10.0.0.1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3, done.stderr
+    assert f"{layer}: This seems to be a container" in done.stdout
+    assert "do not use --privileged" in done.stdout and "nothing is graded" in done.stdout
 
 
 @pytest.mark.isolation
