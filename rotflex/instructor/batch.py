@@ -222,9 +222,7 @@ class Batch:
         chosen = self._bundles.of(hand_in)
         student = submission.bench_of or submission.student
         supplied = self._supplied(submission.student)
-        prepared = prepare(
-            hand_in, chosen.bundle, self._course.catalogue, student, self._settings.every_cell, supplied
-        )
+        prepared = prepare(hand_in, chosen.bundle, self._course.catalogue, student, self._settings.every_cell, supplied)
         said += [
             _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied
         ]
