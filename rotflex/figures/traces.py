@@ -148,13 +148,13 @@ def compare_tracking(full: Recording, partial: Recording) -> Picture:
         for axes, name in ((upper, r"$\theta$ (deg)"), (middle, r"$\alpha$ (deg)"), (lower, "$V_m$ (V)")):
             _name_axes(axes, name)
             _legend(axes)
-    rms = {label: float(np.sqrt(np.mean(recording.degrees("alpha") ** 2))) for label, recording, _width in runs}
+    rms = [float(np.sqrt(np.mean(recording.degrees("alpha") ** 2))) for recording in (full, partial)]
     figure.alt_text = _(
         "Three plots against time, 0 to {time:.2g} s: the servo angle theta with its reference, the deflection "
         "alpha, and the voltage, each with full (solid) and with partial state feedback (dashed). The "
         "deflection's root mean square is {rms:.1f} deg with full and {rms_2:.1f} deg with partial feedback. The "
         "settling band, the limits of alpha and of the voltage are drawn in."
-    ).format(time=full.time[-1], rms=rms["full"], rms_2=rms["partial"])
+    ).format(time=full.time[-1], rms=rms[0], rms_2=rms[1])
     return figure
 
 

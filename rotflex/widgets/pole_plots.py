@@ -195,10 +195,10 @@ def loop_gain(a: Vector, b: Vector, found: Design, margin: Margins | None) -> li
 
 def _crossings(size: Panel, turned: Panel, powers: Vector, curves: tuple[Vector, Vector], margin: Margins) -> None:
     magnitude, phase = curves
-    for omega, label in ((margin.gain_up_at, _("gain may rise")), (margin.gain_down_at, _("gain may fall"))):
+    rise, fall = (margin.gain_up_at, "circle", _("gain may rise")), (margin.gain_down_at, "cross", _("gain may fall"))
+    for omega, shape, label in (rise, fall):
         if math.isfinite(omega):
             at = math.log10(omega)
-            shape = "circle" if "rise" in label else "cross"
             size.mark(at, float(np.interp(at, powers, magnitude)), "highlight", shape, label)
     if math.isfinite(margin.phase_at):
         at = math.log10(margin.phase_at)

@@ -310,10 +310,10 @@ MODELING = (
 
 #: What stands in the table beside matrices: they are the model's, whoever found them.
 _DESCRIPTIONS = {
-    "A": "System matrix, torque as input.",
-    "B": "Input matrix, torque as input.",
-    "C": "Output matrix: servo angle, deflection.",
-    "D": "Feedthrough matrix.",
+    "A": N_("System matrix, torque as input."),
+    "B": N_("Input matrix, torque as input."),
+    "C": N_("Output matrix: servo angle, deflection."),
+    "D": N_("Feedthrough matrix."),
 }
 
 

@@ -31,7 +31,7 @@ STARTS = (
         "stiffness",
         (("2.12", "J_l"), ("2.12", "K_s")),
         _MODELING,
-        "the stiffness of your joint, and the inertia of your link",
+        N_("the stiffness of your joint, and the inertia of your link"),
         _of_own_bench,
     ),
     Start(
@@ -42,6 +42,6 @@ STARTS = (
             ("3.8", "K"),
         ),
         (*_MODELING, *_DESIGN),
-        "the model of your bench, driven by the torque, and the gain",
+        N_("the model of your bench, driven by the torque, and the gain"),
     ),
 )

@@ -12,6 +12,7 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.report.checks import pages
 from rotflex.courseware.report_files import ReportFile
+from rotflex.courseware.run.own_files import megabytes
 from rotflex.errors import AnswerError
 
 MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
@@ -75,7 +76,7 @@ def _data(path: Path) -> bytes:
     if len(data) > report_files.MAX_BYTES:
         raise AnswerError(
             _("{name} is not taken: it has more than {most}. Save its pictures smaller.").format(
-                name=path.name, most=report_files.megabytes(report_files.MAX_BYTES)
+                name=path.name, most=megabytes(report_files.MAX_BYTES)
             )
         )
     if why := report_files.refusal(data):
@@ -102,7 +103,7 @@ def read(data: bytes, name: str) -> list[str]:
         if len(reader.pages) > MOST_PAGES:
             raise AnswerError(
                 _("{name} is not taken: it has {pages}; a report has {most} at most.").format(
-                    name=name, pages=plural(len(reader.pages), _("page")), most=MOST_PAGES
+                    name=name, pages=plural(len(reader.pages), "{count} page", "{count} pages"), most=MOST_PAGES
                 )
             )
         return [page.extract_text() for page in reader.pages]
@@ -117,7 +118,7 @@ def read(data: bytes, name: str) -> list[str]:
 
 
 def _lines(about: ReportFile, path: Path, texts: list[str] | None) -> list[str]:
-    length = plural(len(texts), _("page")) if texts is not None else report_files.megabytes(about.size)
+    length = plural(len(texts), "{count} page", "{count} pages") if texts is not None else megabytes(about.size)
     if not about.own:
         return [
             _("{file} was made of the notebook’s texts, and is handed in as that, as {name} ({length}).").format(

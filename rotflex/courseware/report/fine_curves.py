@@ -111,12 +111,12 @@ def envelope(values: NDArray[np.float64], most: int) -> NDArray[np.intp]:
 
 
 def _axes(item: Any) -> dict[str, Any]:
-    axis = read_dict("A diagram", item, {"scales", "lines"})
+    axis = read_dict("diagram", item, {"scales", "lines"})
     scales = ["log" if scale == "log" else "linear" for scale in read_list("scales", axis["scales"], 2, 2)]
     return {"scales": tuple(scales), "lines": [_line(one) for one in read_list("lines", axis["lines"], 1, MOST_LINES)]}
 
 
 def _line(item: Any) -> dict[str, NDArray[np.float64]]:
-    line = read_dict("A curve", item, {"x", "y"})
+    line = read_dict("curve", item, {"x", "y"})
     x = read_vector("x", line["x"], 0, _POINTS)
     return {"x": x, "y": read_vector("y", line["y"], x.size, x.size)}

@@ -84,7 +84,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
     took = time.perf_counter() - started
     said = _("Written in {seconds:.1f} s: {pages}, from {notebook} as it was saved at {when}.").format(
         seconds=took,
-        pages=plural(made.pages, "page"),
+        pages=plural(made.pages, "{count} page", "{count} pages"),
         notebook=document.front.notebook,
         when=datetime.fromtimestamp((folder / document.front.notebook).stat().st_mtime).strftime("%H:%M:%S"),
     )
@@ -138,7 +138,7 @@ def over_limit(document: Document, pages: int) -> list[Told]:
     return [
         (
             _("The report has {pages}; your course allows {limit}, cover and contents included. Shorten it.").format(
-                pages=plural(pages, "page"), limit=document.page_limit
+                pages=plural(pages, "{count} page", "{count} pages"), limit=document.page_limit
             ),
             Place(document.front.notebook),
         )

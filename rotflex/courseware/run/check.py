@@ -47,7 +47,7 @@ class State(StrEnum):
 
     RECORDED = "recorded"
     WRITTEN = "written"  # an answer in words
-    IN_PDF = "in a document"  # of the student's own: a text of a report
+    IN_PDF = "in a PDF"  # of the student's own: a text of a report
     DIFFERENT = "different"  # from what was recorded at home
     MISSING = "missing"  # and there is something to say of it
     EMPTY = "empty"

@@ -97,7 +97,8 @@ def read(
             problems.append(_("{name} cannot be read: {error}").format(name=name, error=error))
         except OSError as error:
             problems.append(_("{name} cannot be read: {error}.").format(name=name, error=error.strerror))
-    reports, notes = {}, []
+    reports: dict[str, bytes] = {}
+    notes: list[str] = []
     if catalogue is not None:
         reports, refused = report_files.read_all(folder, catalogue)
         problems += refused

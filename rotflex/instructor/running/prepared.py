@@ -63,7 +63,7 @@ class Prepared:
         """Of all of it."""
         plain = {f"{question} {part}": one.plain() for (question, part), one in self.words.items()}
         claim = None if self.claim is None else [dict(self.claim.cells), self.claim.knows_cells]
-        about = [self.content(), plain, claim, self.handed_in, self.problems, self.notes]
+        about: list[Any] = [self.content(), plain, claim, self.handed_in, self.problems, self.notes]
         about += [_digests(self.reports)] if self.reports else []
         return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
 

@@ -28,7 +28,7 @@ def faults(document: Document) -> Iterator[Fault]:
         if figure.svg:
             yield from _axes(figure)
             yield from _curves(figure)
-    captioned = [*document.figures, *(table for table in document.tables if table.rows)]
+    captioned: list[Figure | Table] = [*document.figures, *(table for table in document.tables if table.rows)]
     for one in captioned:
         yield from _caption(one)
     yield from _twice(captioned)

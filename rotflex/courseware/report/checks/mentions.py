@@ -190,7 +190,7 @@ def _citations(document: Document, readings: Sequence[Reading]) -> Iterator[Faul
                     reading.place,
                 )
     # Captions cite, too.
-    captions = " ".join(one.caption for one in (*document.figures, *document.tables))
+    captions = " ".join([*(one.caption for one in document.figures), *(one.caption for one in document.tables)])
     for one in document.references:
         if one.key not in used and f"[{one.key}]" not in captions:
             yield Fault(

@@ -251,10 +251,10 @@ class _Reader:
         try:
             data = self._store.read(self._files[path].key, report_files.MAX_BYTES)
         except Unreadable as error:
-            self._delivered.problems.append(_UNREAD.format(name=name, error=error))
+            self._delivered.problems.append(_(_UNREAD).format(name=name, error=error))
             return
         if why := report_files.refusal(data):
-            self._delivered.problems.append(_UNREAD.format(name=name, error=f"{why}."))
+            self._delivered.problems.append(_(_UNREAD).format(name=name, error=f"{why}."))
         else:
             self._delivered.reports[name] = data
 

@@ -7,7 +7,7 @@ import re
 import pytest
 from checkout import ROOT
 
-from rotflex.courseware import answers
+from rotflex.courseware import answers, report_files
 from rotflex.courseware.run import own_files
 from rotflex.instructor.running.intake import labels, limits
 
@@ -22,6 +22,7 @@ LIMITS = {
     "a notebook with its outputs, which are dropped": [limits.MAX_NOTEBOOK_FILE / MB],
     "a notebook without its outputs and pictures": [limits.MAX_NOTEBOOK / MB],
     "pictures pasted into one notebook's text cells": [limits.MAX_PICTURES / MB],
+    "a report as PDF": [report_files.MAX_BYTES / MB],
     "own files": [own_files.MAX_FILES, own_files.MAX_FILE / MB, own_files.MAX_TOTAL / MB],
     "`answers.json`": [answers.MAX_BYTES / MB],
 }
