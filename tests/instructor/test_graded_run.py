@@ -33,6 +33,7 @@ PARTS = {
     "asked": [("1", "x"), ("2", "y")],
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
+    "start": "speed",
     "evidence": {"recordings/001-sweep.mat": b"\x00\xff"},
 }
 NOTHING = Facts(missing={})
