@@ -86,5 +86,5 @@ class Beginning:
         if self.start is not None:
             named = ", ".join(f"{question} {part}" for question, part in self.start.gives)
             yield _("Given     {title} ({named}). Notebooks that your course does not have: {skipped}.").format(
-                title=self.start.title, named=named, skipped=", ".join(self.start.skips)
+                title=_(self.start.title), named=named, skipped=", ".join(self.start.skips)
             )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rotflex.courseware.messages import N_
 from rotflex.courseware.starts import Start, Values
 
 DIGITS = 4  #: to which a stiffness is given: more than any sweep tells

@@ -35,6 +35,7 @@ PARTS = {
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
     "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
+    "start": "speed",
     "evidence": {"recordings/001-sweep.mat": b"\x00\xff"},
 }
 NOTHING = Facts(missing={})

@@ -79,8 +79,8 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ("[bench\n", "is not TOML: Expected ']'"),
         (
             "[bank]\n",
-            "bank: there is no such section; there are [course], [bench], [feedback], [reflect], [releases], [marks], "
-            "[levels], [[deadline]], [[extension]], [late], [outcomes].",
+            "bank: there is no such section; there are [course], [bench], [given], [feedback], [reflect], [releases], "
+            "[marks], [levels], [[deadline]], [[extension]], [late], [outcomes].",
         ),
         ('title = "x"\n', "title: there is no such section; it belongs under [course]."),
         ("bench = 3\n", "bench: it should be a section, a line [bench] with its entries below."),
@@ -385,3 +385,43 @@ def test_a_course_has_its_settings_and_the_presets_are_its_own(tmp_path):
 
 def test_a_title_stands_in_one_place():
     assert OURS.title not in (ROOT / "solutions" / "course.py").read_text(encoding="utf-8")
+
+
+# --- beginning in the middle ------------------------------------------------------------------------------------------
+
+
+def read_ours(folder: Path, text: str, benches: tuple[str, ...] = ()) -> CourseSettings:
+    """The settings of this course with this content."""
+    (folder / "course.toml").write_text(text, encoding="utf-8")
+    return settings.read(folder, OURS.presets, DRAW, dict.fromkeys(benches, ""), OURS.catalogue)
+
+
+def test_a_class_may_begin_in_the_middle(tmp_path):
+    assert read_ours(tmp_path, "").given == ""
+    assert read_ours(tmp_path, '[given]\nfrom = "stiffness"\n').given == "stiffness"
+    assert (
+        read_ours(tmp_path, '[given]\nfrom = "gain"\n[bench]\nwhich = "preset"\npreset = "workbook"\n').given == "gain"
+    )
+    real = '[bench]\nwhich = "real"\nbenches = ["north"]\n[given]\nfrom = "gain"\n'
+    assert read_ours(tmp_path, real, ("north",)).given == "gain"
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('[given]\nfrom = "model"\n', 'nothing called \'model\'; it has "gain", "stiffness"'),
+        ('[given]\nfrom = "gain"\n', "everybody has the same bench"),
+        (
+            '[bench]\nwhich = "real"\nbenches = ["north", "south"]\n[given]\nfrom = "stiffness"\n',
+            "names 2 of the laboratory's",
+        ),
+        ("[given]\nfrom = 3\n", "given.from: it is 3"),
+    ],
+)
+def test_what_cannot_be_given_is_told(tmp_path, text, why):
+    with pytest.raises(GradingError, match=re.escape(why)):
+        read_ours(tmp_path, text, ("north", "south"))
+
+
+def test_what_is_given_changes_no_mark_by_itself():
+    assert CourseSettings(given="gain").of_marking() == CourseSettings().of_marking()

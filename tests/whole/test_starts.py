@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checkout import ROOT
 from made_courses import OURS, copied
 
 from rotflex.courseware.benches import BenchPolicy
@@ -59,6 +60,8 @@ def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_p
     assert list(made.notebooks) == notebooks
     given = json.loads((made.folder / "notebooks" / "course.json").read_text(encoding="utf-8"))["given"]
     assert given["from"] == name and ("values" in given) == (name == "gain")
+    for path in (made.folder / "rotflex").rglob("*.py"):  # what leaves besides is as always
+        assert path.read_bytes() == (ROOT / path.relative_to(made.folder)).read_bytes()
     handed_in(tmp_path / "in" / "ada", made.folder, "ada")
     with Gradebook(tmp_path / "book.sqlite") as book:
         (step,) = Batch(tmp_path / "in", course, book, Settings()).grade()

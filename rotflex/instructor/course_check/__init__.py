@@ -7,6 +7,7 @@ What is found is told in words that name the place; nothing is changed.
 ``rubric``        what a person looks for: parts that it lacks, and those that there are not
 ``outcomes``      a map to outcomes, or scoring sheets, that cannot be used; what is on no sheet
 ``cells``         notebooks that do not record what the catalogue asks, or not as they should
+``starts``        where a class may begin in the middle: what is given, and what is left without an answer
 ``texts``         numbers of the course that a text has otherwise
 ``times``         how long a notebook takes, where it says so otherwise than one formula for all has it
 ``translations``  of the notebooks: not of what they are now, or refused
@@ -19,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rotflex.instructor.course import Course
-from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, texts, times, translations
+from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, starts, texts, times, translations
 from rotflex.instructor.course_check.finding import Finding
 
 __all__ = ["Finding", "check"]
@@ -38,6 +39,7 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     yield from outcomes.check(course)
     yield from cells.check(course)
     yield from cells.check_derived(course)
+    yield from starts.check(course)
     yield from texts.check(course)
     yield from times.check(course)
     yield from translations.check(course)

@@ -139,7 +139,7 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
         ),
     },
     "given": {
-        "from": Entry(_("what is given to a class that begins in the middle"), 'from = "speed"', _is_name, needed=True),
+        "from": Entry(_("what is given to a class that begins in the middle"), 'from = "speed"', _is_name),
     },
     "feedback": {
         "points": _switch("points = true"),
