@@ -24,11 +24,19 @@ NO_MESSAGES = {
     "rotflex/courseware/kinds/values.py": "your (answer|text) here",  # what a notebook may leave
     "rotflex/courseware/pictures.py": "DejaVu Sans",
     "rotflex/courseware/jupyterlab.py": "token .*",  # of a web request
-    "rotflex/courseware/report": r"same caption|breaks off|left out|page numbers|[a-z ]+|\\\\quad ",  # TODO
+    "rotflex/courseware/report/attaching.py": "pip install .*",
+    "rotflex/courseware/report/dress.py": r"\\quad ",  # LaTeX
+    "rotflex/courseware/report/entries.py": r"\{\} \\cdot .*|GREEK .*",  # LaTeX; a name in Unicode
+    "rotflex/courseware/report/writing.py": "#let .*",  # typst
+    # Words of each language that a report is read for, LaTeX, and the names of faults.
+    "rotflex/courseware/report/checks": "[a-z]+ [a-z]+( to)?",
+    "rotflex/courseware/report/checks/formulas.py": r"\n +frac .*",
+    "rotflex/courseware/report/checks/languages.py": ".*",
+    "rotflex/courseware/report/checks/numbers.py": r"\(\?:.*|\\s.*",
     "rotflex/courseware/report_files.py": r"\[PDF: .*",  # by which a mark knows it
     "rotflex/courseware/reports.py": r"\*not written yet\*",  # by which a mark knows it
     "rotflex/courseware/run/alignment.py": "of another kind",  # a value
-    "rotflex/courseware/run/check.py": "import .*",  # code
+    "rotflex/courseware/run/check.py": "import .*|in a PDF",  # code; a value
     "rotflex/courseware/run/execute.py": r"timed out|#.*|def .*|del .*| +.*",  # a value; code
     "rotflex/courseware/run/update.py": "# Your code here.",  # of a notebook
     "rotflex/courseware/tables.py": "(text-align|font-family): .*",
@@ -46,6 +54,7 @@ NO_MESSAGES = {
     "rotflex/workbook/reflection/model.py": "it runs away",  # nobody is told
     "rotflex/instructor/release/student_course.py": ".* = .*",  # TOML
     "rotflex/instructor/running/intake/finding.py": "Participant .*",  # as Moodle writes it
+    "rotflex/instructor/running/page_counter.py": "pypdf is not installed",  # a value
     "rotflex/instructor/running/runner.py": "mkdir .*",
     "solutions": "Table [23]|marginally stable",  # values
 }

@@ -88,7 +88,11 @@ class ReportFile:
     @property
     def about(self) -> str:
         """In words, as in "PDF, 7 pages"."""
-        return _("PDF") if self.pages is None else _("PDF, {pages}").format(pages=plural(self.pages, "{count} page", "{count} pages"))
+        return (
+            _("PDF")
+            if self.pages is None
+            else _("PDF, {pages}").format(pages=plural(self.pages, "{count} page", "{count} pages"))
+        )
 
     def __str__(self) -> str:
         text = (
