@@ -81,8 +81,8 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ("[bench\n", "is not TOML: Expected ']'"),
         (
             "[bank]\n",
-            "bank: there is no such section; there are [course], [bench], [feedback], [reflect], [report], [releases], [marks], "
-            "[levels], [[deadline]], [[extension]], [late], [outcomes].",
+            "bank: there is no such section; there are [course], [bench], [feedback], [reflect], [report], [releases], "
+            "[marks], [levels], [[deadline]], [[extension]], [late], [outcomes].",
         ),
         ('title = "x"\n', "title: there is no such section; it belongs under [course]."),
         ("bench = 3\n", "bench: it should be a section, a line [bench] with its entries below."),
