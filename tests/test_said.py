@@ -40,7 +40,6 @@ NO_MESSAGES = {
     "rotflex/courseware/run/execute.py": r"timed out|#.*|def .*|del .*| +.*",  # a value; code
     "rotflex/courseware/run/update.py": "# Your code here.",  # of a notebook
     "rotflex/courseware/tables.py": "(text-align|font-family): .*",
-    "rotflex/courseware/words.py": r"\*Double-click here.*",  # of a notebook, by which an empty answer is known
     "rotflex/experiments.py": "free decay",  # what a recording says of itself
     "rotflex/figures": "offset points|axes fraction|_the same",
     "rotflex/hil/kinds.py": "(Quanser|NI) .*|serial board",  # names of products

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
@@ -11,12 +12,13 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS, copied
 
-from rotflex.courseware import reflection
+from rotflex.courseware import course_file, reflection
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.errors import GradingError
 from rotflex.hil.student_benches import DRAW
 from rotflex.instructor import course as courses
 from rotflex.instructor import settings
+from rotflex.instructor.release import student_course
 from rotflex.instructor.settings import (
     CourseSettings,
     Deadline,
@@ -79,7 +81,8 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ("[bench\n", "is not TOML: Expected ']'"),
         (
             "[bank]\n",
-            "bank: there is no such section; there are [course], [bench], [given], [feedback], [reflect], [releases], "
+            "bank: there is no such section; there are [course], [bench], [given], [feedback], [reflect], [report], "
+            "[releases], "
             "[marks], [levels], [[deadline]], [[extension]], [late], [outcomes].",
         ),
         ('title = "x"\n', "title: there is no such section; it belongs under [course]."),
@@ -125,6 +128,7 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
             "[reflect]\nfrom = 1\n",
             "reflect.from: it is 1, and should be a date, or a date and time, of the years 2000 to 2999, as in: ",
         ),
+        ("[report]\npage_limit = 0\n", "report.page_limit: it is 0, and should be a whole number from 1 to 1000"),
         ("[reflect]\nasks = false\nfrom = 2026-11-02\n", "reflect.from: it goes with asks = true, and asks is false."),
         (
             '[marks]\ndrop = "1.2"\n',
@@ -357,6 +361,15 @@ def test_whether_reflect_asks_is_released_as_students_read_it(tmp_path, text, re
     before, after = datetime(2026, 11, 1, tzinfo=UTC), datetime(2026, 11, 4, tzinfo=UTC)
     asks = [not reflection.silence({"reflect": plain}, now) for now in (before, after)]
     assert asks == {"on": [True, True], "off": [False, False]}.get(plain, [False, True])
+
+
+@pytest.mark.parametrize(("text", "limit"), [("", {}), ("[report]\npage_limit = 12\n", {"page_limit": 12})])
+def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
+    """Else releases of a course without one would all have other names than before."""
+    decided = read(tmp_path, text)
+    (tmp_path / "notebooks").mkdir()
+    about = student_course._about(replace(OURS, settings=decided), tmp_path / "notebooks")
+    assert {name: value for name, value in about.items() if name == course_file.PAGE_LIMIT} == limit
 
 
 def test_a_file_that_is_no_text_is_told(tmp_path):
