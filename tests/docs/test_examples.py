@@ -101,8 +101,12 @@ def test_python_runs(path, tmp_path, monkeypatch, capsys):
 def commands(path):
     """Every ``rotflex …`` of a page: lines of shell, and code in the text."""
     text = path.read_text(encoding="utf-8")
-    for found in re.finditer(r"^ *(?:\$ |\.venv\S*)?(rotflex [a-z].*)$", text, re.MULTILINE):
-        yield found[1].split("  #")[0].split(" # ")[0]
+    lines = [line for _line, code, _reason in fences(path, "sh", "console", "bash") for line in code.split("\n")]
+    lines += [line for line in text.split("\n") if line.startswith("    ")]  # the other way to write code
+    for line in lines:
+        found = re.match(r" *(?:\$ )?(rotflex [a-z].*)$", line)
+        if found:
+            yield re.split(r" +#", found[1])[0]
     for found in re.finditer(r"(?<!`)`(rotflex [^`\n]+)`(?!`)", text):
         yield found[1]
 

@@ -29,6 +29,7 @@ DIGITS = 4  #: significant ones that make a number telling
 PAGES = (".html", ".js", ".txt", ".json", ".svg", ".xml", ".inv")
 
 _TOKEN = re.compile(r"[^\W\d_]+|\d+(?:\.\d+)?|[^\w\s*`#]")  # without what is Markdown in one text and gone in another
+_FORMULA = re.compile(r"\$|\\[()\[\]]")  # where one begins and ends, in a notebook and on a page
 _NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:[eE][-+]?\d+)?(?![\w])")
 _SOLUTION = re.compile(r"(?:###|<!--) BEGIN SOLUTION(.*?)(?:###|<!--) END SOLUTION", re.DOTALL)
 _TAG = re.compile(r"<(script|style)\b.*?</\1>|<[^>]*>", re.DOTALL)
@@ -108,7 +109,7 @@ def of_the_course(chapters: Iterable[Mapping[str, Any]]) -> Secrets:
 
 def runs(text: str, length: int = RUN) -> Iterator[str]:
     """All runs of so many tokens in a text."""
-    tokens = _TOKEN.findall(text)
+    tokens = _TOKEN.findall(_FORMULA.sub(" ", text))
     for at in range(len(tokens) - length + 1):
         run = tokens[at : at + length]
         # Rules and rows of zeros tell nothing.
