@@ -1,0 +1,80 @@
+"""What is said and set for those who do not install: it is what `rotflex lab` does, and what it names is there."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+
+from rotflex.courseware import jupyterlab
+
+PAGES = ("jupyterhub.md", "without_installing.md")
+
+
+def page(name: str) -> str:
+    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+
+
+def ours(monkeypatch) -> dict[str, str]:
+    """What `rotflex lab` sets of its server, by name, but for what is of one folder or one machine."""
+    monkeypatch.setattr(jupyterlab, "_is_root", lambda: False)
+    monkeypatch.setattr(jupyterlab, "_has_browser", lambda: True)
+    settings = dict(option.partition("=")[::2] for option in jupyterlab._command(Path(), "lab", [])[3:])
+    here = {"--ServerApp.root_dir", "--LabApp.default_url", "--Application.log_level"}
+    return {name.lstrip("-"): value for name, value in settings.items() if name not in here}
+
+
+def test_a_hub_is_told_what_rotflex_lab_tells_its_own_server(monkeypatch):
+    (said,) = re.findall(r"c\.Spawner\.args = \[\n(.*?)\]", page("jupyterhub.md"), re.DOTALL)
+    told = dict(one.lstrip("-").partition("=")[::2] for one in re.findall(r'"(.*?)",', said))
+    assert told == ours(monkeypatch)
+
+
+def test_binders_settings_are_among_those_of_rotflex_lab(monkeypatch):
+    script = (ROOT / "binder" / "postBuild").read_text(encoding="utf-8")
+    told = dict(re.findall(r'^c\.(\S+) = "(.*)"$', script, re.MULTILINE))
+    assert len(told) == 2 and told.items() <= ours(monkeypatch).items()
+    # repo2docker takes a dot alone for the name of a package, and installs before the folder is there.
+    assert (ROOT / "binder" / "requirements.txt").read_text(encoding="utf-8") == "./\n"
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_what_a_page_names_of_the_repository_is_there(name):
+    named = re.findall(r"`((?:tests|binder|\.devcontainer)(?:/[\w./]+)?)`", page(name))
+    assert not [path for path in named if not (ROOT / path).exists()]
+    linked = [link.partition("#") for link in re.findall(r"\]\(([^):]*)\)", page(name))]
+    for target, _hash, heading in linked:
+        assert heading in headings(target or name), (target, heading)
+
+
+def headings(name: str) -> set[str]:
+    """What links to a page's headings say; the page by itself is ""."""
+    found = re.findall(r"^#+ (.*)$", page(name), re.MULTILINE)
+    return {"", *(re.sub(r"[^\w -]", "", one).lower().replace(" ", "-") for one in found)}
+
+
+def test_the_table_has_an_entry_for_every_way_and_every_note():
+    lines = [line for line in page("without_installing.md").splitlines() if line.startswith("|")]
+    table = [line.strip("|").split("|") for line in lines[:11]]
+    assert {len(row) for row in table} == {8}
+    for row in table[2:]:
+        assert all(re.match(r"tried|should|not|as above|pictures|where the host", cell.strip()) for cell in row[1:]), (
+            row
+        )
+    notes = set(re.findall(r"^(\d+)\. ", page("without_installing.md"), re.MULTILINE))
+    assert {note for row in table for cell in row for note in re.findall(r"\((\d+)\)", cell)} == notes
+
+
+def test_the_development_container_is_a_stage_of_the_image_and_a_students_image_has_no_solutions():
+    container = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text(encoding="utf-8"))
+    image = (ROOT / container["build"]["dockerfile"].removeprefix("../")).read_text(encoding="utf-8")
+    stages = re.split(r"^FROM ", image, flags=re.MULTILINE)[1:]
+    names = {stage.split()[2]: stage for stage in stages if " AS " in stage.splitlines()[0]}
+    assert container["build"]["target"] in names
+    assert stages[-1].split() == ["student"]  # what comes of it where no target is named
+    copied = re.findall(r"^COPY .*$", names["base"] + names["student"], re.MULTILINE)
+    assert copied == ["COPY --from=built /wheels /wheels"]
+    assert [line for line in names["student"].splitlines() if line.startswith("USER")] == ["USER 1000"]
