@@ -48,8 +48,8 @@ def asked(masters: Mapping[str, dict[str, Any]], merged: Merged, catalogue: Cata
             one = recorders.get(alignment.name_of(cell))
             if one is not None and one.question in catalogue.everything:
                 parts = one.of(catalogue.everything[one.question])
-                parts = [part for part in parts if _has(catalogue, (one.question, part))]
-                here += [Asked(name, (one.question, part), False, begun.get(one.cell, False)) for part in parts]
+                those = [(one.question, part) for part in parts if _has(catalogue, (one.question, part))]
+                here += [Asked(name, where, False, begun.get(one.cell, False)) for where in those]
             for part in here:
                 if part.where not in seen:
                     seen.add(part.where)

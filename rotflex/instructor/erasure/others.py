@@ -39,8 +39,8 @@ def of_others(book: Gradebook, course: Course, student: str) -> OfOthers:
         if new == before and content == record.answers:
             return record
         cells = new.plain() if record.cells else ()
-        struck = {name: tuple(map(person.struck, getattr(record, name))) for name in ("problems", "notes")}
-        return replace(record, answers=content, cells=cells, **struck)
+        problems, notes = (tuple(map(person.struck, said)) for said in (record.problems, record.notes))
+        return replace(record, answers=content, cells=cells, problems=problems, notes=notes)
 
     return OfOthers(run, _file, lambda record, person: _is(student, facts_of(record).bench_of))
 

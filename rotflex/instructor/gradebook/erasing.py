@@ -151,7 +151,7 @@ def _strike(connection: Connection, person: Person, number: int, whose: Mapping[
         for row in _others(connection, table, number):
             now = dict(row._mapping)
             for word in person.words:  # one at a time: the guards look at one
-                new = {name: person.struck_once(now[name], word) for name in names if now[name]}
+                new: dict[str, Any] = {name: person.struck_once(now[name], word) for name in names if now[name]}
                 if table is scores and now["replaced"]:
                     reason = person.struck_once(now["replaced"]["reason"], word)
                     new["replaced"] = {**now["replaced"], "reason": reason}
@@ -234,7 +234,7 @@ def _left(connection: Connection, person: Person, whose: Mapping[int, str]) -> I
     for table, names in _WRITTEN.items():
         for row in connection.execute(select(table)):
             if _is_named(person, *(row._mapping[name] for name in names), row._mapping.get("replaced")):
-                yield _place(table, row._mapping, whose)
+                yield _place(table, dict(row._mapping), whose)
     for table, column in _ACTORS.items():
         for actor in connection.scalars(select(table.c[column]).distinct()):
             if _is_named(person, actor):
