@@ -152,6 +152,8 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.run.execute:_BEGIN": (2 * MINUTE, "a cold start on a slow disk"),
     "courseware.run.execute:_LOOK": (0.2, "nobody waits noticeably"),
     "courseware.jupyterlab:_LOOK": (0.2, "nobody waits noticeably"),
+    "courseware.jupyterlab:_ASKING": (5.0, "s; its server is on the same machine, and answers in a tenth of one"),
+    "courseware.files:_PATIENCE": (2.0, "s; a virus scanner or an indexer lets go of a file in less"),
     "courseware.jupyterlab:_PATIENCE": (15.0, "JupyterLab ends its kernels within 5 s each, together"),
     "courseware.run.from_notebook:_PATIENCE": (15.0, "three times the grace of what is ended"),
     "courseware.run.from_notebook:_ITSELF": (5.0, "the grace of what is ended"),

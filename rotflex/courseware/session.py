@@ -12,11 +12,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, forms, hub, messages, predicting, reflection, student_id
+from rotflex.courseware import course_file, forms, messages, predicting, reflection
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.beginning import Beginning
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
+from rotflex.courseware.files import ANSWERS_FILE
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
@@ -26,30 +26,13 @@ from rotflex.courseware.run import by_program, cell_reports, from_notebook
 from rotflex.courseware.run.from_notebook import cell_now
 from rotflex.courseware.saved_words import SavedWords
 from rotflex.courseware.tables import ResultsTable
-from rotflex.errors import AnswerError, ConfigurationError, StudentIDError
+from rotflex.courseware.whose import DEMO, student_of
+from rotflex.errors import AnswerError
+
+__all__ = ["DEMO", "PROBE_SEED", "Session", "student_of"]
 
 PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
-DEMO = course_file.NOBODY  #: the student of whoever gives no name
 _RAISE = object()
-
-
-def student_of(given: str, folder: Path) -> str:
-    """The student's name: the given one, or that of ``course.json`` in the folder, or the hub's, or "demo".
-
-    Raises
-    ------
-    ConfigurationError
-        If it is not usable.
-    """
-    student: Any = given
-    if not given:
-        student = (course_file.read(folder) or {}).get("student") or hub.user() or DEMO
-    try:
-        return student_id.normalised(student)
-    except StudentIDError as error:
-        if given:
-            raise
-        raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
 
 
 class Session:
