@@ -153,6 +153,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.run.execute:_LOOK": (0.2, "nobody waits noticeably"),
     "courseware.jupyterlab:_LOOK": (0.2, "nobody waits noticeably"),
     "courseware.jupyterlab:_ASKING": (5.0, "s; its server is on the same machine, and answers in a tenth of one"),
+    "courseware.files:_PAUSE": (0.05, "s between two tries; nobody waits noticeably"),
     "courseware.files:_PATIENCE": (2.0, "s; a virus scanner or an indexer lets go of a file in less"),
     "courseware.jupyterlab:_PATIENCE": (15.0, "JupyterLab ends its kernels within 5 s each, together"),
     "courseware.run.from_notebook:_PATIENCE": (15.0, "three times the grace of what is ended"),
