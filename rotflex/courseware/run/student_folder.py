@@ -140,7 +140,8 @@ def _not_there(folder: Path, name: str) -> str:
     if not found:
         return _("{name} is not there. (rotflex restore {name} gives a new one.)").format(name=name)
     return _(
-        "{name} is not there. (Is it {found}? Then give it its name again. Else rotflex restore {name} gives a new one.)"
+        "{name} is not there. (Is it {found}? Then give it its name again. "
+        "Else rotflex restore {name} gives a new one.)"
     ).format(name=name, found=_(" or ").join(found))
 
 
