@@ -106,8 +106,9 @@ class Lab(Session):
         if self.policy.which == REAL:
             print(
                 _(
-                    "Marks     by the laboratory's own benches: there, write the bench's address as bench = \"…\". "
-                    "Elsewhere your recordings stand in, which are in the folder recordings: {number}."
+                    "Marks     are given for recordings made on the laboratory's own benches. There, write the bench's "
+                    'address, as bench = "…". Anywhere else, your recordings of there are used: the folder '
+                    "recordings has {number}."
                 ).format(number=len(self.recordings.paths))
             )
 

@@ -26,7 +26,7 @@ def test_each_catalogue_is_up_to_date(wanted):
     """Template, each language's translations, and what gettext reads of them."""
     stale = [name_of(path) for path, content in wanted.items() if not path.exists() or path.read_bytes() != content]
     assert not stale, "say: python tools/messages.py"
-    there = {path for domain in messages.DOMAINS for path in domain.locale.iterdir()}
+    there = {path for domain in messages.DOMAINS for path in domain.locale.iterdir() if path.is_file()}
     assert there == set(wanted)
 
 
@@ -56,8 +56,13 @@ def test_a_translation_puts_in_what_its_message_does(path):
                 assert not translation or names_in(translation) == wanted, message.id
 
 
-_TEX = re.compile(r"\$[^$]*\$")
+_TEX = re.compile(r"(?<![“„])\$[^$]*\$")  # and no “$” that is spoken of
 _EDGE = re.compile(r"^\s*|\s*$")
+
+
+def edges(text: str) -> list[str]:
+    """The spaces at both ends. Several of them fill a column, to the width that the words leave."""
+    return [re.sub("  +", "  ", edge) for edge in _EDGE.findall(text)]
 
 
 @pytest.mark.parametrize("path", FILES, ids=name_of)
@@ -66,7 +71,26 @@ def test_a_translation_has_the_formulas_and_edges_of_its_message(path):
     for message in messages.read(path):
         if isinstance(message.id, str) and message.id and message.string:
             assert sorted(_TEX.findall(message.string)) == sorted(_TEX.findall(message.id)), message.id
-            assert _EDGE.findall(message.string) == _EDGE.findall(message.id), message.id
+            assert edges(message.string) == edges(message.id), message.id
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        """f"<summary>{_('The figure in words')}</summary>\"""",
+        """f": {plural(len(curves), 'The figure in words', '{count} figures')}\"""",
+        """_(KINDS.get(kind, N_('The figure in words')))""",
+        """N_('{what}.', what=N_('The figure in words'))""",
+        """table(_(\n    'The figure '\n    'in words'\n))""",
+        """messages._('The figure in words')""",
+    ],
+)
+def test_a_message_is_gathered_wherever_it_stands(source, tmp_path, monkeypatch):
+    """Also inside an f-string, or another call."""
+    monkeypatch.setattr(messages, "ROOT", tmp_path)
+    (tmp_path / "module.py").write_text(source, encoding="utf-8")
+    catalog = messages.gathered(messages.Domain("rotflex", "rotflex", ("module.py",)))
+    assert "The figure in words" in catalog
 
 
 def test_a_message_that_is_missing_is_found(tmp_path, wanted):

@@ -385,7 +385,7 @@ def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_
     (folder / "course.json").write_text(json.dumps(said))
     twin.save(folder / "twin.toml", twin.Twin(preset("real_bench"), srv02()), {})
     lab = rotflex.lab.start("ada", f"virtual:{folder / 'twin.toml'}")
-    assert "by the laboratory's own benches" in capsys.readouterr().out
+    assert "on the laboratory's own benches" in capsys.readouterr().out
     with lab.bench() as bench:
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)
     assert [path.name for path in lab.recordings.paths] == ["001-tracking.mat"]

@@ -97,6 +97,8 @@ def _is_within(path, place: str) -> bool:
         ('def f():\n    return _("There is no " + name)', "is made before it is looked up"),
         ('def f():\n    return _("There is no {n}.".format(n=n))', "is made before it is looked up"),
         ('def f():\n    return plural(n, f"{n} curve", "{count} curves")', "is made before it is looked up"),
+        ('def f():\n    return _("There is none." if none else MANY)', "is not gathered"),
+        ('def f():\n    return _(found or "none")', "is not gathered"),
         ('NONE = _("There is none.")', "is said while the module is imported"),
         ('def f(why=_("There is none.")):\n    pass', "is said while the module is imported"),
         ('NONE = N_("There is no {n}.")\ndef f():\n    return NONE.format(n=n)', "is marked, and not said"),

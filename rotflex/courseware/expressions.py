@@ -282,7 +282,7 @@ class _Check:
             case "int" | "rational":
                 if not all(_is_integer(number) for number in arguments) or arguments[-1] <= 0 < len(arguments) - 1:
                     raise AnswerError(
-                        _("An {kind} should be made of integers of at most {max_integer:.0e}.").format(
+                        _("{kind!r} should be made of integers of at most {max_integer:.0e}.").format(
                             kind=kind, max_integer=MAX_INTEGER
                         )
                     )

@@ -62,10 +62,7 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
         output = list(output)
     if not isinstance(output, tuple | list) or len(output) != len(names):
-        raise FormError(
-            _("{wanted}; it returned a {type_name}").format(wanted=wanted, type_name=type(output).__name__)
-            + _how_many(output)
-        )
+        raise FormError(_another(wanted, output))
     if any(piece is None or piece is Ellipsis for piece in output):
         raise NotAnswered(_("nothing yet"))
     arrays = []
@@ -83,8 +80,13 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     return arrays
 
 
-def _how_many(output: Any) -> str:
-    return _(" of {count}").format(count=len(output)) if isinstance(output, tuple | list) else ""
+def _another(wanted: str, output: Any) -> str:
+    type_name = type(output).__name__
+    if isinstance(output, tuple | list):
+        return _("{wanted}; it returned a {type_name} of {count}").format(
+            wanted=wanted, type_name=type_name, count=len(output)
+        )
+    return _("{wanted}; it returned a {type_name}").format(wanted=wanted, type_name=type_name)
 
 
 def _array(piece: Any) -> NDArray[Any] | None:

@@ -62,8 +62,10 @@ class Reflection:
 
     def _lines(self) -> Iterable[str]:
         if self.asked:
-            yield _("{count}, from your own answers alone. Begin with the first: others may go away with it.").format(
-                count=plural(len(self.asked), "{count} question", "{count} questions")
+            yield plural(
+                len(self.asked),
+                "{count} question, from your own answers alone.",
+                "{count} questions, from your own answers alone. Begin with the first: others may go away with it.",
             )
             for numbers, text in self.asked:
                 yield _("  {numbers}: {text}").format(numbers=", ".join(numbers), text=text)

@@ -45,7 +45,7 @@ class RecordedPlant:
         missing = [name for name in ("theta", "alpha") if name not in recording]
         if missing:
             raise RecordingError(
-                _("The recording has no {names}: there is nothing to replay.").format(names=_(" and no ").join(missing))
+                _("The recording lacks {names}: there is nothing to replay.").format(names=_(" and ").join(missing))
             )
         self.recording, self.name = recording, name
         self._theta, self._alpha = recording["theta"].tolist(), recording["alpha"].tolist()

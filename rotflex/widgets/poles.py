@@ -89,7 +89,7 @@ class PoleExplorer(Explorer):
         """A slider or the switch."""
         if name == "feedback":
             if value not in _FEEDBACK:
-                raise DesignError(_("The feedback is full or partial; it was given as {value!r}.").format(value=value))
+                raise DesignError(_('The feedback is "full" or "partial", not {value!r}.').format(value=value))
             self._redesign(self.wanted, str(value))
             return
         if name == "beside":

@@ -648,8 +648,8 @@ def test_a_recording_from_elsewhere_that_says_nothing_draws_no_hint():
 
 def test_what_is_no_such_recording_is_refused_with_a_hint():
     refused(SWEEP, np.zeros((10, 2)), "ndarray, not a recording")
-    refused(SWEEP, Recording.of(np.arange(5) * 0.1, theta=np.ones(5)), "no alpha; it has theta")
-    refused(part("2.15", "validation"), recorded(), "no theta_model and no alpha_model")
+    refused(SWEEP, Recording.of(np.arange(5) * 0.1, theta=np.ones(5)), "lacks alpha; it has theta")
+    refused(part("2.15", "validation"), recorded(), "lacks theta_model and alpha_model")
     refused(SWEEP, recorded(note=object()), "plain data")
     refused(SWEEP, recorded(note=float("nan")), "plain data")
     refused(SWEEP, recorded(note="x" * 10_000), "too long")

@@ -96,6 +96,8 @@ def _of_call(node: ast.Call, parents: dict[ast.AST, ast.AST], marked: set[str]) 
         for argument in node.args[1:3] if name == "plural" else node.args[:1]:
             if isinstance(argument, ast.JoinedStr | ast.BinOp) or _is_formatted(argument):
                 yield Found(node.lineno, ast.unparse(argument), "is made before it is looked up")
+            elif isinstance(argument, ast.IfExp | ast.BoolOp) and any(map(_is_text, _alternatives(argument))):
+                yield Found(node.lineno, ast.unparse(argument), "is not gathered")
         if name != "N_" and not _is_in_function(node, parents):
             yield Found(node.lineno, ast.unparse(node), "is said while the module is imported")
     match node.func:
@@ -136,10 +138,13 @@ def _text(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> str:
     if isinstance(node, ast.JoinedStr):
         parts = [part.value if isinstance(part, ast.Constant) else "{}" for part in node.values]
         return "" if isinstance(parents[node], ast.FormattedValue) else _TAGS.sub("", "".join(map(str, parts)))
-    is_text = isinstance(node, ast.Constant) and isinstance(node.value, str)
-    if not is_text or isinstance(parents[node], ast.JoinedStr | ast.Expr):
+    if not _is_text(node) or isinstance(parents[node], ast.JoinedStr | ast.Expr):
         return ""
     return _TAGS.sub("", str(node.value))
+
+
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
 def _is_sentence(text: str) -> bool:

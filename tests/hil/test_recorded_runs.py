@@ -130,7 +130,7 @@ def test_there_is_no_the_recorded_voltage_among_many(made):
 
 def test_without_angles_nothing_is_replayed(made):
     time = made[1]["watch"].time
-    with pytest.raises(RecordingError, match="no theta and no alpha"):
+    with pytest.raises(RecordingError, match="lacks theta and alpha"):
         RecordedRuns([Recording.of(time, vm=0 * time)], 10.0, 1)
 
 

@@ -228,7 +228,7 @@ def _read_line(item: Any) -> dict[str, Any]:
     line = read_dict(_("A curve"), item, {"label", "n", "x", "y"})
     n = line["n"]
     if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MOST_SAMPLES:
-        raise AnswerError(_("The number of points of a curve should be one."))
+        raise AnswerError(_("The number of points of a curve should be a whole number."))
     x = read_vector("x", line["x"], 0, MOST_POINTS)
     y = read_vector("y", line["y"], x.size, x.size)
     return {"label": read_text("label", line["label"], _LONGEST_LABEL), "n": n, "x": x, "y": y}

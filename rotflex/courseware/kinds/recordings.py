@@ -63,8 +63,8 @@ def encode_recording(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]
     missing = [name for name in part.channels if name not in value.channels]
     if missing:
         raise FormError(
-            _("the recording has no {missing}; it has {channels}").format(
-                missing=_(" and no ").join(missing), channels=", ".join(value.channels)
+            _("the recording lacks {missing}; it has {channels}").format(
+                missing=_(" and ").join(missing), channels=", ".join(value.channels)
             )
         )
     if len(value) > MOST_SAMPLES:
@@ -108,7 +108,7 @@ def decode_recording(part: Part, content: Any) -> dict[str, Any]:
     read_dict(part.name, content, {"kind", "metadata", "n", "sample_time", "channels"})
     n, metadata, channels = content["n"], content["metadata"], content["channels"]
     if isinstance(n, bool) or not isinstance(n, int) or not 2 <= n <= MOST_SAMPLES:
-        raise AnswerError(_("The number of samples should be one."))
+        raise AnswerError(_("The number of samples should be a whole number."))
     if not isinstance(metadata, dict):
         raise AnswerError(_("The metadata should be an object."))
     try:

@@ -145,6 +145,8 @@ def of_slip(
     lowest, highest = plausible
     for candidates in (_SLIPS.get(unit, ()),) if possible is None else possible:
         slips = [_(name) for factor, name in candidates if lowest <= number * factor <= highest]
+        if slips and not unit:
+            return _("it looks like it is {slips}").format(slips=_(" or ").join(slips))
         if slips:
             return _("it looks like it is {slips}; give {unit}").format(slips=_(" or ").join(slips), unit=unit)
     return ""

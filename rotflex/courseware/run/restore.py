@@ -66,10 +66,16 @@ def named(words: Sequence[str], notebooks: Sequence[str]) -> list[str]:
         stem = word.removesuffix(".ipynb")
         exact = [name for name in notebooks if name == f"{stem}.ipynb"]
         meant = exact or [name for name in notebooks if stem and name.startswith(stem)]
-        if len(meant) != 1:
+        if not meant:
             raise CheckError(
-                _("{word!r} names {count} notebooks of the course. There are {notebooks}.").format(
-                    word=word, count=len(meant) or _("none of the"), notebooks=", ".join(notebooks)
+                _("{word!r} is no notebook of the course. There are {notebooks}.").format(
+                    word=word, notebooks=", ".join(notebooks)
+                )
+            )
+        if len(meant) > 1:
+            raise CheckError(
+                _("{word!r} can be {count} notebooks of the course: {notebooks}.").format(
+                    word=word, count=len(meant), notebooks=", ".join(meant)
                 )
             )
         found += meant

@@ -88,11 +88,7 @@ def read(
             cells[name] = cells_of(path.read_bytes())
             saved[name] = path.stat().st_mtime
         except FileNotFoundError:
-            problems.append(
-                _("{name} is not there. ({similar}rotflex restore {name} gives a new one.)").format(
-                    name=name, similar=_similar(folder, name)
-                )
-            )
+            problems.append(_not_there(folder, name))
         except NotebookError as error:
             problems.append(_("{name} cannot be read: {error}").format(name=name, error=error))
         except OSError as error:
@@ -137,13 +133,16 @@ def student_of(work: Work, given: str = "") -> str:
         raise CheckError(str(error)) from None
 
 
-def _similar(folder: Path, name: str) -> str:
-    """Words on a file that may be the one that is missing."""
+def _not_there(folder: Path, name: str) -> str:
+    """Words on a notebook that is missing, and on a file that may be it."""
     number = name.partition("_")[0]
     found = sorted(path.name for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name)
     if not found:
-        return ""
-    return _("Is it {found}? Then give it its name again. Else ").format(found=_(" or ").join(found))
+        return _("{name} is not there. (rotflex restore {name} gives a new one.)").format(name=name)
+    return _(
+        "{name} is not there. (Is it {found}? Then give it its name again. "
+        "Else rotflex restore {name} gives a new one.)"
+    ).format(name=name, found=_(" or ").join(found))
 
 
 def _content(path: Path) -> bytes | None:

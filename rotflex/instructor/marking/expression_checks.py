@@ -196,7 +196,9 @@ class SymbolicMatrixIs:
             )
         rows = [i + 1 for i in range(part.shape[0]) if not all(self._entries(value, self.expected, where)[i])]
         share = 1 - len(rows) / part.shape[0]
-        reason = _("Row {rows} is not what the derivation gives.").format(rows=", ".join(map(str, rows))) + why_not
+        reason = (
+            _("Rows that are not what the derivation gives: {rows}.").format(rows=", ".join(map(str, rows))) + why_not
+        )
         return partly(share, reason) if share >= _WORTH_A_SHARE else wrong(reason)
 
     def _entries(self, matrix: Any, rule: Callable[[Point], Any], where: list[dict[str, float]]) -> list[list[bool]]:

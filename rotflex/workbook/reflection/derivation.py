@@ -241,7 +241,7 @@ def _rows(A: Any, B: Any, theta_ddot: Any, alpha_ddot: Any) -> str:
     if not wrong:
         return ""
     return _(
-        "Row {rows} of A times the state, plus that row of B times tau, is not your own acceleration of question 2.6. "
+        "A times the state, plus B times tau, is not your own acceleration of question 2.6 in these rows: {rows}. "
         "Which coefficient stands in another column, or has another sign?"
     ).format(rows=_(" and ").join(map(str, sorted(wrong))))
 

@@ -78,9 +78,7 @@ def _stability(said: str, poles: Array) -> str:
         found, why = "stable", _("all of your own poles (2.18) have negative real parts")
     if said == found:
         return ""
-    return _("You say {said!r}, and {why}. What becomes of that pole's part of the response?").format(
-        said=said, why=why
-    )
+    return _("You say {said!r}, and {why}. What becomes of the response as time goes on?").format(said=said, why=why)
 
 
 def _polynomial(own: Array, poles: Array, number: str) -> str:
