@@ -80,11 +80,8 @@ def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_p
     page = (tmp_path / "marks" / "ada" / "feedback.html").read_text(encoding="utf-8")
     assert "Given to this class" in page and "K_s" in page
     total = json.loads((tmp_path / "marks" / "ada" / "marks.json").read_text(encoding="utf-8"))["out_of"]
-    assert (
-        total
-        == pytest.approx(sum(one.out_of for one in marks.values()))
-        < sum(question.points for question in OURS.catalogue.marked.values())
-    )
+    assert total == pytest.approx(sum(one.out_of for one in marks.values()))
+    assert total < sum(question.points for question in OURS.catalogue.marked.values())
 
 
 def test_the_model_that_is_given_is_that_of_the_bench_and_the_gain_places_its_poles():
