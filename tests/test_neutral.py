@@ -45,7 +45,10 @@ NUMBERS = re.compile(
     rf"(?<![\w.<>=])(?:{whole(set(CATALOGUE.everything) - QUOTED)})(?!\w|\.\d)|(?<=[\"'`])(?:{whole(QUOTED)})(?=[\"'`])"
 )
 #: Versions of a library that look like a question.
-VERSIONS = {"rotflex/instructor/running/inside/private_interfaces.py": ("3.10", "3.11")}
+VERSIONS = {
+    "rotflex/instructor/running/inside/private_interfaces.py": ("3.10", "3.11"),
+    "rotflex/courseware/run/skippable_cells.py": ("3.12",),
+}
 
 
 def without_numbers(text: str) -> str:
