@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,14 @@ def test_the_table_has_an_entry_for_every_way_and_every_note():
         )
     notes = set(re.findall(r"^(\d+)\. ", page("without_installing.md"), re.MULTILINE))
     assert {note for row in table for cell in row for note in re.findall(r"\((\d+)\)", cell)} == notes
+
+
+def test_the_versions_of_python_that_the_package_names_are_those_that_the_page_says_were_tried():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named = [one.rpartition(" ")[2] for one in project["classifiers"]]
+    tried = re.findall(r"^\| (3[\d., ]+) \| tried", page("without_installing.md"), re.MULTILINE)
+    assert named == ", ".join(tried).split(", ")
+    assert project["requires-python"] == f">={named[0]}"
 
 
 def test_the_development_container_is_a_stage_of_the_image_and_a_students_image_has_no_solutions():
