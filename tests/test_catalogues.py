@@ -10,6 +10,9 @@ import pytest
 from babel.messages.catalog import Catalog
 from checkout import ROOT
 
+from rotflex.instructor.marking.marking import KEY_FAILED
+from rotflex.instructor.running.intake import reading
+
 FILES = [path for domain in messages.DOMAINS for path in messages.languages(domain)]
 
 
@@ -91,6 +94,13 @@ def test_a_message_is_gathered_wherever_it_stands(source, tmp_path, monkeypatch)
     (tmp_path / "module.py").write_text(source, encoding="utf-8")
     catalog = messages.gathered(messages.Domain("rotflex", "rotflex", ("module.py",)))
     assert "The figure in words" in catalog
+
+
+def test_what_is_known_by_its_beginning_or_end_has_it_in_each_language():
+    """Problems and notes that were said are found again by the words before what was put in, or behind it."""
+    ends = {KEY_FAILED: "{fault}", reading._UNREAD: "{error}", "Question {number} {unmarked}": "{unmarked}"}
+    found = [one for path in FILES for one in messages.read(path) if one.id in ends]
+    assert len(found) >= len(ends) and all(one.string.endswith(ends[one.id]) for one in found)
 
 
 def test_a_message_that_is_missing_is_found(tmp_path, wanted):

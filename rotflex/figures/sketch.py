@@ -75,7 +75,7 @@ class Sketch:
 
     def key(self, x: float, y: float) -> None:
         """What the tag behind a signal's name says."""
-        self.signal(x, y, _("recorded"), recorded=True, size=10)
+        self.signal(x, y, _("recorded signal"), recorded=True, size=10)
 
     def line(self, *points: Point, width: float = THIN, style: Any = "-", color: str = INK, layer: float = 2) -> None:
         """A line through the points."""

@@ -18,7 +18,7 @@ from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, 
 from rotflex.courseware.words import Where, Words
 from rotflex.errors import AnswerError
 from rotflex.instructor.gradebook import Graded, MarkRecord, RunRecord
-from rotflex.instructor.marking.marking import UNMARKED, About, Mark
+from rotflex.instructor.marking.marking import KEY_FAILED, UNMARKED, About, Mark
 from rotflex.instructor.marking.marking_processes import Asked, Marked
 from rotflex.instructor.verdicts import Status
 
@@ -173,5 +173,5 @@ def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
 def key_faults(graded: Graded) -> list[str]:
     """What marking said of parts that it could not mark, for a fault of the key; with file and line."""
     parts = [one for one in graded.marks if one.status == Status.NOT_MARKED]
-    told = [_("{question}, {part} is not marked").format(question=one.question, part=one.part) for one in parts]
+    told = [_(KEY_FAILED).format(number=one.question, part=one.part, fault="") for one in parts]
     return [line for line in graded.run.problems if line.startswith(tuple(told))]

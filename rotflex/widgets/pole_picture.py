@@ -39,7 +39,7 @@ def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
             plane.plot([x, 0, x], [y, 0, -y], **grid)
         plane.axvline(0.0, color="black", linewidth=1.0)
         for points, marker, color, label in (
-            (found.wanted, "x", ROLES["measured"]["color"], "desired"),
+            (found.wanted, "x", ROLES["measured"]["color"], _("desired")),
             (found.poles, "s", ROLES["model"]["color"], _("closed loop")),
         ):
             look: dict[str, Any] = {"linestyle": "none", "markersize": 9, "markeredgewidth": 2, "fillstyle": "none"}

@@ -377,7 +377,10 @@ def words_of(figure):
         ("joint_angles", [r"$\theta$", r"$\alpha$", "$L_1$", "$L_2$", "$d_{12}$", "$m_1$", "$m_2$", "V_m"]),
         ("lumped_model", [r"$\tau$", "$J_{eq}$", "$B_{eq}$", "$K_s$", "$J_l$", "$B_l$", r"$\theta + \alpha$"]),
         ("desired_poles", ["$p_1$", "$p_2$", "$p_3$", "$p_4$", r"\omega_n", r"\omega_d", r"\zeta", r"\sigma"]),
-        ("sweep_experiment", ["1 to 5 Hz", "$+$", "$-$", r"$\theta_d$", "$V_m$", r"$\theta$", r"$\alpha$", "recorded"]),
+        (
+            "sweep_experiment",
+            ["1 to 5 Hz", "$+$", "$-$", r"$\theta_d$", "$V_m$", r"$\theta$", r"$\alpha$", "recorded signal"],
+        ),
         ("validation_experiment", ["Ax + Bu", "Cx + Du", r"\alpha_\mathrm{model}", r"\theta_\mathrm{model}", "$V_m$"]),
         ("state_feedback", ["x_d", "$+$", "$-$", "$K$", "Ax + Bu", "$x$", "$y$"]),
         ("simulation_loop", ["0.33 Hz", "rate", "20 deg", "$+$", "$-$", "$K$", "Ax + Bu", "full", "partial"]),

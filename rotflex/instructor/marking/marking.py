@@ -27,6 +27,7 @@ _SUPPLIED = N_(
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
 
+KEY_FAILED = N_("{number}, {part} is not marked: the key failed. {fault}")  #: a problem; its fault comes last
 UNMARKED = N_("was answered; the key does not mark it.")  #: how a note on that ends
 _NONE = Verdict(Status.MISSING, 0.0, _MISSING)
 _PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
@@ -109,11 +110,7 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
             try:
                 one = mark_part(question, part, checks[part.name], claims, case)
             except KeyFault as fault:
-                claims.problems.append(
-                    _("{number}, {part} is not marked: the key failed. {fault}").format(
-                        number=number, part=part.name, fault=fault
-                    )
-                )
+                claims.problems.append(_(KEY_FAILED).format(number=number, part=part.name, fault=fault))
                 why = _("The key that it is marked by has a fault; it will be marked when that is mended.")
                 given = _given(part, claims.contents[where], claims.values[where]) if where in claims.values else ""
                 one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)

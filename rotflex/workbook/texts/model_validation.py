@@ -92,6 +92,7 @@ FIGURES = {
 LINES = {
     "your matrix": N_("your {name} in question 2.7:"),
     "J_eq": N_("J_eq = {J_eq:.3g} kg·m²          (data sheet)"),
+    "B_eq": N_("B_eq = {B_eq:.3g} N·m/(rad/s)      (typical)"),
     "K_s": N_("K_s  = {K_s:.3g} N·m/rad          (your question 2.12)"),
     "J_l": N_("J_l  = {J_l:.3g} kg·m²          (your question 2.12)"),
     "b": N_("b = {b:.4f} N·m/(rad/s), {times:.0f} times the friction B_eq"),
