@@ -184,10 +184,13 @@ class Session:
         AnswerError
             If there is no such question.
         """
-        asked = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
+        named = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
         if not any(value is None for value in values):
             return True
-        if len(asked) == 1:
+        asked = [number for number in named if number in self.catalogue.everything]
+        if not asked:
+            print(_("This cell builds on questions that your class is not asked. Go on below it."))
+        elif len(asked) == 1:
             print(_("Answer question {number} first; then run this cell again.").format(number=asked[0]))
         else:
             listed = _("{numbers} and {last}").format(numbers=", ".join(asked[:-1]), last=asked[-1])

@@ -63,6 +63,15 @@ def test_what_is_skipped_is_not_asked_and_nothing_is_recorded_of_it(begin, capsy
     assert "2.11" not in capsys.readouterr().out
 
 
+def test_a_cell_asks_for_no_question_that_is_not_asked(begin, capsys):
+    lab = begin({"from": "stiffness"})
+    capsys.readouterr()
+    assert not lab.given("2.12, 2.15", None)
+    assert capsys.readouterr().out == "Answer question 2.15 first; then run this cell again.\n"
+    assert not lab.given("2.11, 2.12", None)
+    assert capsys.readouterr().out == "This cell builds on questions that your class is not asked. Go on below it.\n"
+
+
 def test_there_is_no_such_part_also_where_little_is_asked(begin):
     lab = begin({"from": "stiffness"})
     for question, part in (("2.99", "K"), ("2.12", "stiffness")):

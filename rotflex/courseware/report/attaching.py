@@ -17,7 +17,7 @@ from rotflex.errors import AnswerError
 
 MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
 _READER = "pypdf"  # pure Python, and small
-_INSTALL = "pip install 'rotflex[report]'"
+_INSTALL = "%pip install pypdf"
 
 
 def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLike[str]) -> None:

@@ -121,11 +121,14 @@ def file_name(number: str) -> str:
 
 def not_installed(missing: Sequence[str]) -> str:
     """What is said where the libraries are missing that make a report."""
-    names = " ".join(missing)
     return "\n".join(
         [
-            _("The report is not made, and nothing is written: {names} is not installed.").format(names=names),
-            _("Install it once, in a cell of your own (about 75 MB):   %pip install {names}").format(names=names),
+            _("The report is not made, and nothing is written. Not installed: {names}.").format(
+                names=", ".join(missing)
+            ),
+            _("Install it once, in a cell of your own (about 75 MB):   %pip install {names}").format(
+                names=" ".join(missing)
+            ),
             _("Then run this cell again."),
         ]
     )

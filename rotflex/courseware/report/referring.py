@@ -58,8 +58,8 @@ class References:
         numbered = _LIST.format(and_=re.escape(_("and")))
         tags = "|".join(map(re.escape, sorted(self.tags, key=len, reverse=True)))
         self._pattern = re.compile(
-            rf"(?<!\w)(?P<figure>{'|'.join(words['figure'])})\s+(?P<figures>{numbered})"
-            rf"|(?<!\w)(?P<table>{'|'.join(words['table'])})\s+(?P<tables>{numbered})"
+            rf"(?<!\w)(?P<figure>(?i:{'|'.join(words['figure'])}))\s+(?P<figures>{numbered})"
+            rf"|(?<!\w)(?P<table>(?i:{'|'.join(words['table'])}))\s+(?P<tables>{numbered})"
             rf"|\\(?:eq)?ref\{{(?P<ref>[^{{}}\s]{{1,60}})\}}"
             + (rf"|\((?P<tag>{tags})\)" if tags else "")
             + rf"|(?<!\w)(?P<equation>{'|'.join(words['equation'])})\s+\((?P<unknown>[^()\s]{{1,60}})\)"
@@ -108,6 +108,9 @@ class References:
             yield from self._numbered(kind, match[kind], match[f"{kind}s"], tell)
         elif tag := groups.get("tag") or match["ref"]:
             yield self._equation(tag, place, tell, match[0])
+        elif match["unknown"] in self.tags:
+            yield Referred(match["equation"] + "\N{NO-BREAK SPACE}")
+            yield self._equation(match["unknown"], place, tell, f"({match['unknown']})")
         elif match["unknown"]:
             tell(_("There is no equation ({tag}) in this report.").format(tag=match["unknown"]))
             yield Referred(match[0])

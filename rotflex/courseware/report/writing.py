@@ -25,7 +25,23 @@ _HERE = "rotflex.courseware.report"
 _STANDARD = "ua-1"  #: of the PDF: it can be read aloud
 _PAGE = re.compile(rb"/Type\s*/Page(?![A-Za-z])")
 _LONGEST = 300  # characters of what a program says, in a message
+_MOST_CHARACTERS = 20  # of those that no font has, in a message
+_LACKING = re.compile(r"the text `\"(.+?)\"` could not be displayed")
+_ESCAPED = re.compile(r"\\u\{([0-9a-f]+)\}")  # as typst names what is not printed
 _FORMULA_ALONE = "#let formula(alt, body) = body\n#let equation(number, alt, body) = body\n"
+
+
+class _NoGlyphs(ReportError):
+    """Typst's fonts lack characters.
+
+    Attributes
+    ----------
+    characters : each once
+    """
+
+    def __init__(self, characters: str) -> None:
+        super().__init__(_("typst could not set the report: {why}").format(why=characters[:_MOST_CHARACTERS]))
+        self.characters = characters
 
 
 @dataclass(frozen=True)
@@ -122,14 +138,40 @@ def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]
         body, refused = pandoc.write(setting.blocks(), "typst")
         known = setting.gathered.formulas
         told += [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
+        beside = {**dress.files, "cover.json": _cover(document)}
         try:
-            return _compiled(_template() + body, {**dress.files, "cover.json": _cover(document)}), told
+            return _compiled(_template() + body, beside), told
+        except _NoGlyphs as error:
+            pdf, lacking = _with_other_fonts(_template() + body, beside, error)
+            return pdf, [*told, *_not_shown(lacking, document)]
         except ReportError:
             failing = {} if verbatim else _failing(list(known))
             if not failing:
                 raise
             told = [_not_understood(*known[latex], why) for latex, why in failing.items()]
             verbatim = frozenset(known[latex][0] for latex in failing)
+
+
+def _with_other_fonts(markup: str, beside: dict[str, bytes], error: _NoGlyphs) -> tuple[bytes, str]:
+    """The PDF where typst's fonts lack characters, and the characters that this computer's fonts lack, too.
+
+    A name must not stop a report: with other fonts it may be set otherwise elsewhere, or have empty boxes.
+    """
+    try:
+        return _compiled(markup, beside, system_fonts=True), ""
+    except _NoGlyphs as again:
+        error = again
+    return _compiled(markup, beside, standard=None, system_fonts=True), error.characters
+
+
+def _not_shown(characters: str, document: Document) -> list[tuple[str, Place]]:
+    if not characters:
+        return []
+    said = _(
+        "No font on this computer has {characters}: the PDF has an empty box there. The web page has them. Write them "
+        "in Latin letters, as a name in your passport, or take them out."
+    )
+    return [(said.format(characters=" ".join(characters[:_MOST_CHARACTERS])), Place(document.front.notebook))]
 
 
 def _not_understood(latex: str, place: Place, why: str) -> tuple[str, Place]:
@@ -173,8 +215,10 @@ def _cover(document: Document) -> bytes:
     return json.dumps(cover).encode()
 
 
-def _compiled(markup: str, beside: dict[str, bytes], standard: str | None = _STANDARD) -> bytes:
-    """Markup as PDF. Fonts are those that typst comes with, so that it is the same everywhere."""
+def _compiled(
+    markup: str, beside: dict[str, bytes], standard: str | None = _STANDARD, system_fonts: bool = False
+) -> bytes:
+    """Markup as PDF. Fonts are those that typst comes with, so that it is the same everywhere, or the computer's, too."""
     try:
         import typst
     except ImportError:
@@ -185,8 +229,13 @@ def _compiled(markup: str, beside: dict[str, bytes], standard: str | None = _STA
         for name, content in {"main.typ": markup.encode(), **beside}.items():
             Path(folder, name).write_bytes(content)
         try:
-            made = typst.compile(main, root=folder, ignore_system_fonts=True, pdf_standards=standards, timestamp=0)
+            made = typst.compile(
+                main, root=folder, ignore_system_fonts=not system_fonts, pdf_standards=standards, timestamp=0
+            )
         except RuntimeError as error:  # typst's own errors are
+            if lacking := _LACKING.findall(str(getattr(error, "diagnostic", "") or error)):
+                characters = "".join(_ESCAPED.sub(lambda match: chr(int(match[1], 16)), one) for one in lacking)
+                raise _NoGlyphs("".join(dict.fromkeys(characters))) from None
             raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
     assert isinstance(made, bytes)
     return made

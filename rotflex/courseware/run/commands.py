@@ -153,6 +153,16 @@ def _checked(folder: Path, student: str) -> Checked:
     from rotflex.courseware.run import check as checking
 
     masters = released.masters()
+    if (
+        folder.resolve() == (released.course_folder() / "notebooks").resolve()
+    ):  # texts would be compared with themselves
+        raise CheckError(
+            _(
+                "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
+                "with python -m rotflex in the course's folder, or after pip install -e. Install the course once "
+                "(pip install .), and say rotflex check as its README does. (rotflex submit --no-check packs unseen.)"
+            )
+        )
     progress = _Progress(len(masters))
     try:
         return checking.check(

@@ -267,6 +267,11 @@ def test_without_a_library_it_says_how_to_install_it_and_writes_nothing(lab, tmp
     assert not list(tmp_path.glob("*report*"))
 
 
+def test_two_libraries_that_are_missing_are_named_apart():
+    said = making.not_installed(["one", "two"])
+    assert "Not installed: one, two." in said and "%pip install one two\n" in said
+
+
 def test_nothing_half_made_is_written(lab, tmp_path, capsys, monkeypatch):
     from rotflex.courseware.report import writing
 

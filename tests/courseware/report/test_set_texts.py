@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import html
 import re
+from dataclasses import replace
 
 import pypdfium2
 import pytest
-from report_texts import HERE, of_text, png
+from report_texts import FRONT, HERE, of_text, png
 
 from rotflex.courseware.report import counting, pandoc, writing
+from rotflex.courseware.report.document import Place
 from rotflex.courseware.report.dress import spaced
 from rotflex.courseware.report.setting import Read, Setting
 from rotflex.courseware.report.writing import Html, written
@@ -99,6 +101,27 @@ def test_references_have_the_numbers_of_the_report(made, paper):
     targets = set(re.findall(r'href="#([^"]+)"', main))
     assert targets == {"equation-1", "figure-1", "figure-2", "table-1", "table-2", "source-1"}
     assert all(f'id="{target}"' in main for target in targets)
+
+
+@pytest.mark.parametrize(
+    ("written_so", "shown"),
+    [
+        ("Equation (speed) holds.", "Equation (1) holds."),  # as notebook 04 says that it be written
+        ("See figure 1.2 and figures 1.2 and 1.", "See figure 1 and figures 1 and 1."),
+        ("See fig. 1.2 and table 3.", "See fig. 1 and table 1."),
+    ],
+)
+def test_a_reference_may_begin_with_its_word_in_large_or_small_letters(written_so, shown):
+    set_ = written(of_text(f"{written_so}\n\n$$ v = 1 \\tag{{speed}} $$\n"))
+    main = set_.page[set_.page.index("<main>") :].replace("\N{NO-BREAK SPACE}", " ")
+    assert shown in html.unescape(re.sub(r"<[^<>]+>", "", main))
+    assert not set_.told
+
+
+def test_a_figure_in_small_letters_that_is_not_there_is_told():
+    assert [what for what, _place in written(of_text("See figure 9.9.")).told] == [
+        "There is no Figure 9.9 in this report."
+    ]
 
 
 def test_figures_tables_and_equations_are_numbered_with_their_captions(paper):
@@ -232,6 +255,22 @@ def test_a_formula_that_typst_refuses_stands_there_as_it_is_typed_and_is_told(mo
     assert [what for what, _place in made.told if "\\Omega_2" in what] and len(made.told) == 2
     text = words_of(pypdfium2.PdfDocument(made.pdf))
     assert "\\Omega_2" in text and "\\Omega_3 = 1 (1)" in text
+
+
+def test_a_name_that_typst_has_no_font_for_stops_no_report():
+    """Whether a computer has a font for Chinese is not known: it is shown, or told."""
+    made = written(replace(of_text("We met 😀."), authors=("王丽",)))
+    text = words_of(pypdfium2.PdfDocument(made.pdf))
+    assert "王丽" in text or any("王" in what for what, _place in made.told)
+    assert "王丽" in made.page
+
+
+def test_a_character_that_no_font_has_is_told_and_the_report_is_made():
+    nowhere = "\U0010fffd"  # for private use: no font of a computer has it
+    made = written(of_text(f"Before {nowhere} after."))
+    assert [place for what, place in made.told if nowhere in what and "empty box" in what] == [Place(FRONT.notebook)]
+    text = words_of(pypdfium2.PdfDocument(made.pdf))
+    assert "Before" in text and "after." in text
 
 
 def test_a_report_that_typst_refuses_for_another_reason_is_not_made(monkeypatch):

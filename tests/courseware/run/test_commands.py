@@ -158,6 +158,20 @@ def test_restore_where_the_only_notebooks_are_the_students_own_says_so(folder, m
     assert "nothing to give back" in " ".join(done.output.split())
 
 
+@pytest.mark.parametrize("command", ["check", "submit"])
+def test_a_check_against_the_students_own_notebooks_is_refused_for_no_text_would_be_found(
+    folder, finds, monkeypatch, command
+):
+    """As with python -m rotflex in the course's folder: the package there knows no other notebooks."""
+    finds(State.RECORDED)
+    monkeypatch.setattr(released, "course_folder", lambda: folder.parent)
+    done = rotflex(command)
+    assert done.exit_code == 2
+    assert "pip install ." in " ".join(done.output.split()) and "python -m" in " ".join(done.output.split())
+    if command == "submit":
+        assert rotflex("submit", "--no-check").exit_code != 2
+
+
 @pytest.mark.parametrize("command", ["check", "submit", "restore"])
 def test_where_a_program_runs_the_notebook_that_asks_nothing_is_done(folder, monkeypatch, command):
     monkeypatch.setenv("ROTFLEX_RUNNING", "check")
