@@ -24,7 +24,7 @@ NO_MESSAGES = {
     "rotflex/courseware/kinds/values.py": "your (answer|text) here",  # what a notebook may leave
     "rotflex/courseware/pictures.py": "DejaVu Sans",
     "rotflex/courseware/jupyterlab.py": "token .*",  # of a web request
-    "rotflex/courseware/report/attaching.py": "pip install .*",
+    "rotflex/courseware/report/attaching.py": "%pip install .*",
     "rotflex/courseware/report/dress.py": r"\\quad ",  # LaTeX
     "rotflex/courseware/report/entries.py": r"\{\} \\cdot .*|GREEK .*",  # LaTeX; a name in Unicode
     "rotflex/courseware/report/writing.py": "#let .*",  # typst
