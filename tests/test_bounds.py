@@ -314,6 +314,7 @@ NO_BOUNDS = {
     "courseware.report.tree:_HEADING": "the level of a heading; tests/courseware/report/test_set_texts.py",
     "courseware.report.tree:_SHOWN": "characters of a message",
     "courseware.report.writing:_LONGEST": "as above",
+    "courseware.report.writing:_MOST_CHARACTERS": "as above",
     "instructor.reports.drawn_figure": "measures of a drawing; tests/instructor/reports/test_drawn_figure.py",
     "instructor.overview.shown": "columns of a terminal; tests/instructor/overview/test_glance.py",
     "instructor.overview.slips": "of what is worth saying of a class; as above",

@@ -33,9 +33,16 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
     Raises
     ------
     AnswerError
-        If there is no such file, or it cannot be handed in.
+        If there is no such file, it cannot be handed in, or it has the name of another report.
     """
     path = folder / pdf
+    if path.name in {report_files.file_name(other) for other in catalogue.reports if other != report}:
+        raise AnswerError(
+            _(
+                "{name} is not taken: by its name it is another report than the {report}. If it is the right one, save "
+                "it under another name."
+            ).format(name=path.name, report=report)
+        )
     data = _data(path)
     texts = read(data, path.name) if find_spec(_READER) is not None else None
     target = folder / report_files.file_name(report)

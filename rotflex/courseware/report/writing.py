@@ -218,7 +218,7 @@ def _cover(document: Document) -> bytes:
 def _compiled(
     markup: str, beside: dict[str, bytes], standard: str | None = _STANDARD, system_fonts: bool = False
 ) -> bytes:
-    """Markup as PDF. Fonts are those that come with typst, so that it is the same everywhere, or the computer's, too."""
+    """Markup as PDF. Fonts are typst's own, so that it is the same everywhere, or also the computer's."""
     try:
         import typst
     except ImportError:

@@ -68,6 +68,13 @@ def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder
     assert "nothing was found" in said and "were not looked at" in said
 
 
+def test_the_file_of_another_report_is_not_taken_for_this_one(lab, folder, capsys, monkeypatch):
+    monkeypatch.setitem(CATALOGUE.reports, "Second report", CATALOGUE.reports["First report"])
+    with pytest.raises(AnswerError, match="another report than the First report"):
+        attach(lab, capsys, typeset(), "second_report.pdf")
+    assert not (folder / NAME).exists()
+
+
 def test_it_may_have_that_name_already(lab, folder, capsys):
     attach(lab, capsys, typeset(), NAME)
     assert (folder / NAME).read_bytes() == typeset()
