@@ -2,6 +2,7 @@
 
 The ``python`` fences of a page are run one after the other, as in one session, in an empty folder. One that cannot
 stand alone has its reason in the line before, ``<!-- not run: … -->``. What a page takes as given is prepared here.
+What stands in a ``text`` fence after ``<!-- printed -->`` is what the Python before it prints.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import re
 import shlex
 import sys
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from rotflex.workbook import spare_design
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
+PRINTED = re.compile(r"\s*<!-- printed -->\s*```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def fences(path, *languages):
@@ -35,6 +38,16 @@ def fences(path, *languages):
             code = "\n".join(line[margin:] for line in found["code"].split("\n"))
             reason = NOT_RUN.search(text[: found.start()])
             yield text.count("\n", 0, found.start()) + 2, code, reason[1] if reason else ""
+
+
+def printed(path):
+    """Last line of a Python fence → what the page says that it prints."""
+    text = path.read_text(encoding="utf-8")
+    return {
+        text.count("\n", 0, found.end()): said[1]
+        for found in FENCE.finditer(text)
+        if found["language"] == "python" and (said := PRINTED.match(text, found.end()))
+    }
 
 
 def name_of(path):
@@ -76,7 +89,32 @@ def new_course(monkeypatch):
     return {"__package__": "spring_page", "lab": lab, "m": 0.5, "T": 1.0, "MASS": 0.5, "math": math}
 
 
-PREPARED = {"docs/own_bench.md": own_bench, "docs/new_course.md": new_course}
+def bench_tutorial(_monkeypatch):
+    """The twin as the page has it, and the run of it and of its bench that the page records by commands."""
+    page = ROOT / "docs" / "tutorials" / "own_bench.md"
+    ((_line, twin, _reason),) = fences(page, "toml")
+    Path("twin.toml").write_text(twin, encoding="utf-8")
+    gain = [float(value) for value in re.search(r'--gain "(.+?)"', page.read_text(encoding="utf-8"))[1].split(",")]
+    for address, name in (("virtual:?seed=7", "fsf"), ("virtual:twin.toml", "twin")):
+        with hil.open(address) as bench:
+            experiments.tracking(bench, gain, progress=False).save(f"{name}.mat")
+    return {}
+
+
+def course_tutorial(monkeypatch):
+    """The files of the page that others import, as they are in the course that it builds."""
+    monkeypatch.syspath_prepend(str(ROOT / "tests" / "courses" / "spring"))
+    monkeypatch.setitem(sys.modules, "spring_page", types.ModuleType("spring_page"))
+    monkeypatch.setitem(sys.modules, "spring_page.key", sys.modules["example"])
+    return {"__package__": "spring_page"}
+
+
+PREPARED = {
+    "docs/own_bench.md": own_bench,
+    "docs/new_course.md": new_course,
+    "docs/tutorials/own_bench.md": bench_tutorial,
+    "docs/tutorials/own_course.md": course_tutorial,
+}
 
 
 @pytest.mark.slow
@@ -90,9 +128,14 @@ def test_python_runs(path, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "example", module)  # where dataclasses look for the module of a class
     names = module.__dict__
     names.update(PREPARED.get(name_of(path), lambda _monkeypatch: {})(monkeypatch))
+    said = printed(path)
     for line, code, reason in fences(path, "python"):
         if not reason:
+            capsys.readouterr()
             exec(compile("\n" * (line - 1) + code, str(path), "exec"), names)
+            out = capsys.readouterr().out
+            assert out == said.pop(line + code.count("\n") - 1, out), f"line {line}"
+    assert not said
 
 
 # --- commands ---------------------------------------------------------------------------------------------------------
