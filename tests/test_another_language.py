@@ -7,11 +7,13 @@ import io
 import json
 import re
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pseudo
 import pytest
+from checkout import ROOT
 from made_courses import OURS
 from pseudo import BEGIN, LANGUAGE
 from typer.testing import CliRunner
@@ -21,6 +23,7 @@ import rotflex.lab
 from rotflex import experiments, figures, hil, widgets
 from rotflex.cli import app
 from rotflex.courseware import messages
+from rotflex.courseware.report import composing
 from rotflex.errors import AnswerError, BenchError, GradingError, RecordingError
 from rotflex.hil.student_benches import student_seed
 from rotflex.instructor import settings
@@ -193,6 +196,29 @@ def test_an_explorer_says_everything_in_the_language(lab, spoken):
     assert axes.get_xlabel().startswith(BEGIN)
 
 
+def test_a_picture_of_a_design_says_everything_in_the_language(spoken):
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 600.0, -40, 0], [0, -1000.0, 40, 0]])
+    picture = widgets.explore_poles(A, [[0], [0], [60.0], [-60.0]]).picture()
+    named = picture.axes[0].get_legend().get_texts()
+    assert len(named) == 2 and all(text.get_text().startswith(BEGIN) for text in named)
+
+
+@pytest.mark.parametrize(("figure", "table"), [("Figure 2.9", "Table 2"), ("[¡Figure 2.9¡]", "[¡Table¡] 2")])
+def test_a_report_is_made_in_the_language(lab, spoken, tmp_path, figure, table):
+    """What a student writes a caption behind may be as the course has it, or in their language."""
+    source = (ROOT / "notebooks" / "04_modeling_results.ipynb").read_text(encoding="utf-8")
+    source = source.replace("**Figure 2.9:** ", f"**{figure}:** The arm swings.")
+    source = source.replace("**Table 2:** ", f"**{table}:** What came out.")
+    (tmp_path / "04_modeling_results.ipynb").write_text(source, encoding="utf-8")
+    document = composing.composed(lab, tmp_path, "Modeling report", datetime(2026, 11, 2))
+    assert document.title.startswith(BEGIN) and not document.told
+    assert all(section.heading.startswith(BEGIN) for section in document.sections)
+    first, *others = document.figures
+    assert first.caption == "The arm swings." and all(one.caption.startswith(BEGIN) for one in others)
+    (results,) = (one for one in document.tables if one.rows)
+    assert results.caption == "What came out." and all(row[0].startswith(BEGIN) for row in results.rows)
+
+
 def test_errors_and_tables_are_said_in_the_language(lab, spoken):
     with pytest.raises(AnswerError, match=re.escape(BEGIN)):
         lab.answer("2.99", x=1)
@@ -235,7 +261,7 @@ def test_a_release_and_a_session_begun_with_it_speak_the_courses_language(tmp_pa
         assert "'qq'" in capsys.readouterr().out
 
 
-def test_a_language_that_nobody_speaks_is_no_setting(tmp_path):
-    (tmp_path / "course.toml").write_text('[course]\nlanguage = "qq"\n', encoding="utf-8")
-    with pytest.raises(GradingError, match=r"course\.language: it is 'qq'.*a language that there are messages in"):
+def test_what_names_no_language_is_no_setting(tmp_path):
+    (tmp_path / "course.toml").write_text('[course]\nlanguage = "German"\n', encoding="utf-8")
+    with pytest.raises(GradingError, match=r"course\.language: it is 'German'.*the short name of a language"):
         settings.read(tmp_path)

@@ -56,7 +56,9 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
         ))  # fmt: skip
         return
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
-    titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))
+    titles = list(
+        dict.fromkeys(_(item.heading).partition(":")[0] for item in catalogue.items(report) if not item.judged)
+    )
     found = list(pages.faults(texts, target.name, titles, limit if isinstance(limit, int) else None))
     if found:
         print("", _("What a reader would mind:"), *(f"  * {fault}" for fault in found), sep="\n")

@@ -65,7 +65,7 @@ class _Composing:
         masters = words.own_masters(cells)
         self._cells = {where[1]: str(master.get("id", "")) for master in masters if (where := words.where_of(master))}
         self._written = words.written(masters, handed_in.cells_of(data), self._files(cells))
-        labels = [label for item in self._items for label in self._labels(item)]
+        labels = dict(named for item in self._items for named in self._labels(item))
         self._front: Front = front.read(cells, self._notebook, report, labels)
         self._numbers = {kind: 0 for kind in (Figure, Table, Equation)}
 
@@ -76,7 +76,7 @@ class _Composing:
         problems = ((problem, Place(self._notebook)) for problem in self._written.problems)
         return Document(
             report=self._report,
-            title=self._front.title or self._about.title,
+            title=self._front.title or _(self._about.title),
             course=self._front.course or str(course.get("title") or ""),
             term=str(course.get("term") or ""),
             student=self._lab.student,
@@ -99,7 +99,7 @@ class _Composing:
         else:
             blocks = [block for number, name in item.shows for block in self._shown(number, name)]
             place = next((block.place for block in blocks), place)
-        return Section(item.number, item.heading, tuple(blocks), place)
+        return Section(item.number, _(item.heading), tuple(blocks), place)
 
     def _text(self, part: str, place: Place) -> Iterator[Block]:
         found = self._written.words.get((self._report, part))
@@ -158,7 +158,7 @@ class _Composing:
         return Figure(
             label=label,
             number=self._next(Figure),
-            caption=own or part.prompt or question.title,
+            caption=own or _(part.prompt or question.title),
             own_caption=bool(own),
             svg=svg,
             alt=alt,
@@ -170,22 +170,27 @@ class _Composing:
     def _table(self, table: Question, contents: dict[str, Any], place: Place) -> Table:
         own = self._front.captions.get(table.number, "")
         rows = tuple(entries.rows(table, contents))
-        caption = own or table.title
+        caption = own or _(table.title)
         written = self._front.place
         return Table(table.number, self._next(Table), caption, bool(own), entries.head(), rows, place, written)
 
-    def _labels(self, item: ReportItem) -> Iterator[str]:
-        """What a row shows that has a caption."""
+    def _labels(self, item: ReportItem) -> Iterator[tuple[str, str]]:
+        """What a row shows that has a caption: what its caption may be written behind → what it is called by.
+
+        The cell that captions are written in may be in the reader's language, or as the course has it.
+        """
         if item.part:
             return
         for number, name in item.shows:
             question = self._lab.catalogue.find(number)
             if number in self._lab.catalogue.tables:
-                yield number
+                yield number, number
+                yield number.replace("Table", _("Table")), number
                 continue
             for one in [name] if name else question.names:
                 if question.part(one).kind == FIGURE:
-                    yield _figure_label(question, one)
+                    yield f"Figure {_figure_number(question, one)}", _figure_label(question, one)
+                    yield _figure_label(question, one), _figure_label(question, one)
 
     def _next(self, kind: type[Figure | Table | Equation]) -> int:
         self._numbers[kind] += 1
@@ -202,8 +207,12 @@ class _Composing:
 
 def _figure_label(question: Question, name: str) -> str:
     """What a figure is called by: after its question, and its part where a question has several."""
+    return _("Figure {number}").format(number=_figure_number(question, name))
+
+
+def _figure_number(question: Question, name: str) -> str:
     several = sum(part.kind == FIGURE for part in question.parts) > 1
-    return _("Figure {number}").format(number=f"{question.number} {name}" if several else question.number)
+    return f"{question.number} {name}" if several else question.number
 
 
 def _axes(axis: Mapping[str, Any]) -> Axes:

@@ -138,7 +138,7 @@ def rows(table: Question, contents: dict[str, Any]) -> Iterator[tuple[str, ...]]
             shown = formula(part, value)
             entry = f"${shown}$" if shown is not None else _plain(forms.show(part, contents[part.name]), part)
         unit = unit_of(part) or (_("SI") if part.kind == "matrix" else "–")  # entries of a matrix may have several
-        yield part.prompt.rstrip("."), f"${symbol(part.name, part.unit)}$", entry, unit
+        yield _(part.prompt).rstrip("."), f"${symbol(part.name, part.unit)}$", entry, unit
 
 
 def _plain(shown: str, part: Part) -> str:

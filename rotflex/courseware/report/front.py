@@ -12,7 +12,7 @@ It carries ``{"front": NUMBER OF THE REPORT}`` in its metadata (:data:`rotflex.c
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -55,7 +55,7 @@ class Front:
     told: list[tuple[str, Place]] = field(default_factory=list)
 
 
-def read(cells: Sequence[Any], notebook: str, report: str, labels: Collection[str]) -> Front:
+def read(cells: Sequence[Any], notebook: str, report: str, labels: Mapping[str, str]) -> Front:
     """What is written of a report's front in a notebook.
 
     Parameters
@@ -63,7 +63,7 @@ def read(cells: Sequence[Any], notebook: str, report: str, labels: Collection[st
     cells : of the notebook's file
     notebook : file name
     report : number of the report
-    labels : of its figures and tables, which may have a caption
+    labels : names of entries for captions → what the figure or table is called by; one may have several names
     """
     found = [cell for cell in cells if _is_front(cell, report)]
     if not found:
@@ -108,7 +108,7 @@ def _take(
     front: Front,
     references: dict[str, Reference],
     place: Place,
-    labels: Collection[str],
+    labels: Mapping[str, str],
     name: str,
     text: str,
 ) -> None:
@@ -123,16 +123,21 @@ def _take(
     elif name in (lines := _lines()):
         setattr(front, lines[name], " ".join(text.split()) or getattr(front, lines[name]))
     elif name in labels:
-        front.captions.update({name: text} if text else {})
+        front.captions.update({labels[name]: text} if text else {})
     elif text and not key:
         front.told.append(
             (
                 _("{name!r} is none of the report's entries, and is left out; there are {labels}.").format(
-                    name=name, labels=", ".join([_("Authors"), _("Title"), _("Course"), _("Date"), *labels, "[1]"])
+                    name=name,
+                    labels=", ".join([_("Authors"), _("Title"), _("Course"), _("Date"), *_called(labels), "[1]"]),
                 ),
                 place,
             )
         )
+
+
+def _called(labels: Mapping[str, str]) -> list[str]:
+    return list(dict.fromkeys(labels.values()))
 
 
 def _lines() -> dict[str, str]:
