@@ -25,6 +25,7 @@ NO_MESSAGES = {
     "rotflex/courseware/pictures.py": "DejaVu Sans",
     "rotflex/courseware/jupyterlab.py": "token .*",  # of a web request
     "rotflex/courseware/report/attaching.py": "%pip install .*",
+    "rotflex/courseware/report/composing.py": "Figure {}",  # what a caption may be written behind, in any language
     "rotflex/courseware/report/dress.py": r"\\quad ",  # LaTeX
     "rotflex/courseware/report/entries.py": r"\{\} \\cdot .*|GREEK .*",  # LaTeX; a name in Unicode
     "rotflex/courseware/report/writing.py": "#let .*",  # typst

@@ -118,7 +118,7 @@ def put_by(recording: Recording, folder: Path | None) -> str:
 
 def _named(recording: Recording) -> str:
     """What a file of a recording's is called."""
-    return re.sub(r"\W+", "-", str(recording.metadata.get("experiment", _("run")))).strip("-") or "run"
+    return re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
 
 
 def write_out(one: Waiting, folder: Path) -> Path:

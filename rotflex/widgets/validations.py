@@ -166,7 +166,7 @@ class ValidationExplorer(Explorer):
             explained = fit_percent(self.compared[name], self.compared[f"{name}_model"])
             rms = float(np.sqrt(np.mean(left**2)))
             rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms:.3f} deg")))
-        return Readout(_("Model against measurement"), rows, ("", _("fit"), _("residual, RMS")))
+        return Readout(_("Model against measurement"), rows, ("", _("model fit"), _("residual, RMS")))
 
 
 def explore_validation(recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4) -> ValidationExplorer:
