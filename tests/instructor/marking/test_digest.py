@@ -143,6 +143,7 @@ def test_each_package_that_students_get_counts(tree):
 OTHERWISE = {
     "course": 'term = "2026 autumn"',
     "bench": 'which = "same"\nseed = 7',
+    "given": 'from = "stiffness"',
     "feedback": "points = false",
     "reflect": "asks = false",
     "report": "page_limit = 12",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from accessible import findings
 from contrast import CONTRASTS
 
 from rotflex.instructor.marking.marking import Mark
@@ -48,3 +49,8 @@ def test_every_text_can_be_read_on_what_lies_behind_it(page):
 def test_the_page_is_no_wider_than_the_window(page):
     page.set_viewport_size({"width": 390, "height": 800})
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_nothing_on_the_page_keeps_somebody_from_using_it(page):
+    page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true })")
+    assert findings(page) == []
