@@ -42,6 +42,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.report.checks.numbers:_LONGEST_UNIT": (14, "characters; N·m/(rad/s) has eleven"),
     "courseware.report.checks.structure:FEWEST_WORDS": (15, "a sentence; the shortest of the solved texts has 35"),
     "courseware.report.checks.structure:MOST_WORDS": (450, "twice the longest of the solved texts"),
+    "courseware.report.checks.structure:_SHOWN": (60, "characters of a name; an address with a picture in it is long"),
     "courseware.report.checks.wording:_SAME": (12, "words; shorter sentences are alike by chance"),
     "courseware.report.checks.pages:_FEWEST_WORDS": (20, "on a page; a scanned one has none, a page of figures some"),
     "courseware.report.checks.pages:_NAMED": (4, "parts of a report"),

@@ -14,8 +14,9 @@ from rotflex.courseware.report.checks.faults import Fault, listed
 from rotflex.courseware.report.checks.prose import Reading, read
 from rotflex.courseware.report.document import Document, Prose
 
-__all__ = ["LEFT_OUT", "Fault", "faults", "listed", "not_looked_at"]
+__all__ = ["LEFT_OUT", "PICTURE", "Fault", "faults", "listed", "not_looked_at"]
 
+PICTURE = structure.PICTURE  #: the kind of a picture that is missing
 LEFT_OUT = structure.LEFT_OUT  #: the kind of what could not be taken over from a text
 
 

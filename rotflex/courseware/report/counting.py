@@ -11,7 +11,7 @@ from rotflex.courseware.attached_pictures import PICTURE
 EQUATION, TABLE, PICTURE_ALONE = "equation", "table", "picture"
 _FENCED = re.compile(r"^ {0,3}(`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?: {0,3}\1[`~]*[ \t]*$|\Z)", re.MULTILINE | re.DOTALL)
 _CODE = re.compile(r"(?<!`)(`+)(?!`)(?:(?!\n[ \t]*\n).)+?(?<!`)\1(?!`)", re.DOTALL)
-_DISPLAYED = re.compile(r"(?<!\\)\$\$(?P<latex>(?:(?!\$\$).)+?)\$\$", re.DOTALL)
+_BLANK_LINE = re.compile(r"\n[ \t]*\n")
 _TABLE = re.compile(
     r"^(?P<head>[^\n]*\|[^\n]*)\n[ \t]{0,3}\|?[ \t]*:?-+:?[ \t]*(?:\|[ \t]*:?-+:?[ \t]*)*\|?[ \t]*$", re.MULTILINE
 )
@@ -54,9 +54,9 @@ def counted(text: str) -> Iterator[Counted]:
     seen = _FENCED.sub(_blank, text)
     seen = _CODE.sub(_blank, seen)
     found: list[tuple[int, Counted]] = []
-    for match in _DISPLAYED.finditer(seen):
-        latex, tag = untagged(match["latex"])
-        found.append((match.start(), Counted(EQUATION, tag, latex)))
+    for at, displayed in _displayed(seen):
+        latex, tag = untagged(displayed)
+        found.append((at, Counted(EQUATION, tag, latex)))
     for match in _TABLE.finditer(seen):
         head = tuple(one.strip() for one in match["head"].strip().strip("|").split("|"))
         found.append((match.start(), Counted(TABLE, "", _caption(seen, match), head)))
@@ -65,6 +65,38 @@ def counted(text: str) -> Iterator[Counted]:
             name = picture["in"] or picture["out"]
             found.append((paragraph.start(), Counted(PICTURE_ALONE, name, picture["alt"].strip())))
     yield from (one for _at, one in sorted(found, key=lambda item: item[0]))
+
+
+def _displayed(text: str) -> Iterator[tuple[int, str]]:
+    """Where each displayed equation begins, and its LaTeX; as pandoc reads it, whose braces go in pairs."""
+    at = 0
+    while at < len(text):
+        if text[at] == "\\":
+            at += 2
+        elif text.startswith("$$", at) and (end := _closed(text, at + 2)) is not None:
+            yield at, text[at + 2 : end]
+            at = end + 2
+        else:
+            at += 1
+
+
+def _closed(text: str, at: int) -> int | None:
+    """Where the "$$" is that closes what begins at a place; None where nothing does."""
+    blank = _BLANK_LINE.search(text, at)
+    end, depth = blank.start() if blank else len(text), 0
+    while at < end:
+        if text[at] == "\\":
+            at += 1
+        elif text[at] == "{":
+            depth += 1
+        elif text[at] == "}":
+            depth -= 1
+            if depth < 0:
+                return None
+        elif text[at] == "$" and not depth:
+            return at if text.startswith("$$", at) else None
+        at += 1
+    return None
 
 
 def _blank(match: re.Match[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import os
+import re
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -88,7 +89,9 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         notebook=document.front.notebook,
         when=datetime.fromtimestamp((folder / document.front.notebook).stat().st_mtime).strftime("%H:%M:%S"),
     )
-    show([paper.name, page.name], said, [*over_limit(document, made.pages), *made.told], faults(document))
+    show(
+        [paper.name, page.name], said, [*over_limit(document, made.pages), *once(made.told, document)], faults(document)
+    )
 
 
 def find(reports: Iterable[str], name: str) -> str:
@@ -149,8 +152,27 @@ def over_limit(document: Document, pages: int) -> list[Told]:
 
 
 def faults(document: Document) -> list[Told]:
-    """What the checklist finds in a report; what was left out, and how many pages it has, is told before."""
-    return [(str(fault), fault.place) for fault in checklist.faults(document) if fault.kind != checklist.LEFT_OUT]
+    """What the checklist finds in a report.
+
+    What was left out, and how many pages it has, is told before; so is why a picture is missing.
+    """
+    return [
+        (str(fault), fault.place)
+        for fault in checklist.faults(document)
+        if fault.kind != checklist.LEFT_OUT
+        and not (fault.kind == checklist.PICTURE and any(fault.about in what for what, _place in document.told))
+    ]
+
+
+def once(told: Iterable[Told], document: Document) -> list[Told]:
+    """What is told of a report, without what the checklist tells, too: there it stands with what to do."""
+    found = [fault for fault in checklist.faults(document) if fault.about and fault.kind != checklist.PICTURE]
+    return [(what, place) for what, place in told if not any(_tells(what, place, fault) for fault in found)]
+
+
+def _tells(what: str, place: Place, fault: checklist.Fault) -> bool:
+    named = re.search(rf"(?<![\w.]){re.escape(fault.about)}(?!\.?\w)", what)
+    return place == fault.place and named is not None
 
 
 # --- in a notebook, and without one ----------------------------------------------------------------------------------

@@ -19,6 +19,9 @@ _NUMBER = r"\d+(?:\.\d+)*"
 _LIST = rf"{_NUMBER}(?:(?:,\s*|,?\s+(?:and|or|to|{{and_}})\s+|\s*[-–]\s*){_NUMBER})*"
 _CITED = re.compile(r"\[(?P<keys>[\w.:-]{1,30}(?:\s*,\s*[\w.:-]{1,30})*)(?P<more>,\s*pp?\.[^\[\]]{1,40})?\]")
 
+#: Of LaTeX, for which a report has words: it stays as it is typed.
+_COMMAND = r"(?P<command>\\(?:\w*cite\w*\*?|\w*ref\*?|label)(?:\s*\[[^\[\]]{0,60}\])*\s*\{[^{}]{0,60}\})"
+
 
 @dataclass(frozen=True)
 class Referred:
@@ -63,7 +66,7 @@ class References:
             rf"|\\(?:eq)?ref\{{(?P<ref>[^{{}}\s]{{1,60}})\}}"
             + (rf"|\((?P<tag>{tags})\)" if tags else "")
             + rf"|(?<!\w)(?P<equation>{'|'.join(words['equation'])})\s+\((?P<unknown>[^()\s]{{1,60}})\)"
-            + rf"|{_CITED.pattern}"
+            + rf"|{_CITED.pattern}|{_COMMAND}"
         )
 
     @classmethod
@@ -108,6 +111,14 @@ class References:
             yield from self._numbered(kind, match[kind], match[f"{kind}s"], tell)
         elif tag := groups.get("tag") or match["ref"]:
             yield self._equation(tag, place, tell, match[0])
+        elif match["command"]:
+            tell(
+                _(
+                    "{written} stays in the report as it is typed. Write [1] for a source, “Figure 2” for a figure, "
+                    "and the tag of an equation in brackets."
+                ).format(written=match[0])
+            )
+            yield Referred(match[0])
         elif match["unknown"] in self.tags:
             yield Referred(match["equation"] + "\N{NO-BREAK SPACE}")
             yield self._equation(match["unknown"], place, tell, f"({match['unknown']})")
@@ -152,7 +163,8 @@ class References:
         keys = re.split(r"\s*,\s*", match["keys"])
         if not any(key in self.sources for key in keys):
             if all(key.isdecimal() for key in keys) and self.sources:
-                tell(_("There is no source {cited} in this report.").format(cited=match[0]))
+                for key in keys:
+                    tell(_("There is no source {cited} in this report.").format(cited=f"[{key}]"))
             yield Referred(match[0])
             return
         yield Referred("[")

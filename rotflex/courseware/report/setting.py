@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.messages import _
@@ -143,18 +143,18 @@ class Setting:
         for block in section.blocks:
             if isinstance(block, Prose):
                 in_text = True  # what follows stands in the text
-                yield from self._prose(block)
+                yield from self._prose(block, section.number)
             elif not in_text:
                 yield from self._shown(block)
         if not in_text and not section.blocks:
             yield _emphasised(_("Nothing is recorded yet."))
 
-    def _prose(self, prose: Prose) -> Iterator[Node]:
+    def _prose(self, prose: Prose, section: str) -> Iterator[Node]:
         if not prose.text:
             yield _emphasised(_("This text is not written yet."))
             return
         sought = frozenset(match["in"] or match["out"] for match in PICTURE.finditer(prose.text))
-        text = self._text(prose.place, prose.pictures, sought)
+        text = replace(self._text(prose.place, prose.pictures, sought), section=section)
         yield from text.blocks(self.read.blocks[prose.text])
 
     def _shown(self, block: Block) -> Iterator[Node]:

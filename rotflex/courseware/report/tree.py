@@ -72,6 +72,7 @@ class Text:
     pictures : name → PNG
     sought : names of pictures of which it is told already where they are missing
     verbatim : formulas that are shown as they are typed, for they cannot be set
+    section : number of its section; "" for what stands in none, as a caption
     """
 
     dress: Dress
@@ -82,9 +83,12 @@ class Text:
     pictures: Mapping[str, bytes] = field(default_factory=dict)
     sought: frozenset[str] = frozenset()
     verbatim: frozenset[str] = frozenset()
+    section: str = ""
 
     def tell(self, what: str) -> None:
         """Tell something of this text."""
+        if self.section:
+            what = _("Section {number}: {what}").format(number=self.section, what=what)
         self.gathered.told[what, self.place] = None
 
     # --- blocks ----------------------------------------------------------------------------------------------------

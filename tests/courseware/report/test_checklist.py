@@ -87,10 +87,9 @@ def test_each_fault_says_what_why_and_what_to_do_in_sentences_and_where(found):
     assert f"{NOTEBOOK}#cell-id=report-analysis" in listed([unit])
 
 
-def test_no_value_is_given_away(found):
-    """What the other number is, stands in the table; the checklist does not say which is right."""
+def test_of_two_numbers_that_differ_both_are_told_as_they_are_written_and_not_which_is_right(found):
     (other,) = [one for one in found if one.kind == "other number"]
-    assert not {"2.02", "1.30"} & set(str(other).split())
+    assert other.what == "III.1: K_s is 1.30 N·m/rad in the text, and 2.02 N·m/rad in Table 1."
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -257,3 +256,28 @@ def test_a_table_that_is_empty_and_one_without_caption():
 def test_two_equations_of_one_number():
     last = dataclasses.replace(TERSE.sections[-1], blocks=(*TERSE.sections[-1].blocks, equation(3, "a = b", "2")))
     assert kinds(dataclasses.replace(TERSE, sections=(*TERSE.sections[:-1], last))) == ["order"]
+
+
+def test_one_word_is_no_words():
+    (one,) = [fault for fault in faults(one_text("Done.")) if fault.kind == "short"]
+    assert one.what.endswith("the text has 1 word.")
+
+
+OWN = dataclasses.replace(MORE_ROWS, label="", caption="", rows=(), written=MORE_ROWS.place)
+
+
+def test_a_table_in_a_text_is_asked_for_a_caption_and_how_to_write_one_is_said():
+    two = figure("Figure 2", 2, FULL, ("time (s)", "a (V)", ("",)))
+    (one,) = faults(with_results(ONE, two, ROWS, OWN))
+    assert one.what == "Table 2 has no caption." and "“Table:”" in one.advice
+    assert kinds(with_results(ONE, two, ROWS, dataclasses.replace(OWN, caption=MORE_ROWS.caption))) == []
+
+
+def test_a_picture_in_a_text_is_called_by_its_section():
+    name = "attachment:image.png"
+    shown = Prose("new", f"{ENOUGH}\n\n![]({name})", Place("04_results.ipynb", "d"), {name: b""})
+    picture = dataclasses.replace(figure(name, 1, ""), svg="", place=shown.place, written=shown.place)
+    last = dataclasses.replace(TERSE.sections[-1], number="III.1", blocks=(shown, picture))
+    told = [one.what for one in faults(dataclasses.replace(TERSE, sections=(*TERSE.sections[:-1], last)))]
+    assert "Figure 1 (the picture in section III.1) has no caption." in told
+    assert not any("attachment:" in what for what in told)

@@ -156,6 +156,30 @@ def test_a_fault_of_a_document_is_found_alone(old, new, kind):
     assert kinds(old, new) == [kind]
 
 
+def dangling(text):
+    found = pages.faults([text], NAME, TITLES, None)
+    return [one.what.split(",")[0].removeprefix("The text refers to ") for one in found if one.kind == "dangling"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "See Figure 9 and Table 3. " + "The arm swings, and it is slow. " * 20,
+        "Word " * 30 + "See Figure 9 and Table 3.",
+    ],
+)
+def test_a_mention_is_told_where_no_figure_or_table_has_a_caption_whatever_the_language(text):
+    assert dangling(text) == ["Figure 9", "Table 3"]
+
+
+def test_a_caption_without_a_sign_behind_its_number_is_one():
+    assert (
+        dangling("Figure 9 shows it, and Table 3.\nFigure 9 The arm swings\nTable 3\n" + "Words, and the arm. " * 20)
+        == []
+    )
+    assert dangling("It is as shown in\nFigure 9 and elsewhere. " + "Words, and the arm. " * 20) == ["Figure 9"]
+
+
 def test_pages_without_numbers_and_more_of_them_than_allowed_are_told():
     bare = [text.removesuffix(f"\n{number}") for number, text in enumerate(texts(), start=1)]
     assert [one.kind for one in pages.faults(bare, NAME, TITLES, None)] == ["page numbers"]

@@ -10,7 +10,7 @@ import pypdfium2
 import pytest
 from report_texts import FRONT, HERE, of_text, png
 
-from rotflex.courseware.report import counting, pandoc, writing
+from rotflex.courseware.report import counting, making, pandoc, writing
 from rotflex.courseware.report.document import Place
 from rotflex.courseware.report.dress import spaced
 from rotflex.courseware.report.setting import Read, Setting
@@ -120,7 +120,7 @@ def test_a_reference_may_begin_with_its_word_in_large_or_small_letters(written_s
 
 def test_a_figure_in_small_letters_that_is_not_there_is_told():
     assert [what for what, _place in written(of_text("See figure 9.9.")).told] == [
-        "There is no Figure 9.9 in this report."
+        "Section II.1: There is no Figure 9.9 in this report."
     ]
 
 
@@ -194,7 +194,7 @@ def test_a_page_loads_nothing_and_runs_nothing(hostile):
 @pytest.mark.parametrize(
     "said",
     [
-        "HTML is left out: <script>",
+        "Section II.1: HTML is left out: <script>",
         "'javascript:alert(1)' is left out",
         "'file:///etc/passwd' is left out",
         "There is no Figure 9",
@@ -286,6 +286,12 @@ def test_a_report_that_typst_refuses_for_another_reason_is_not_made(monkeypatch)
         HOSTILE,
         "a $$x$$ b $$y$$ c",
         "```\n$$ code $$\n| a |\n|---|\n```\n\n$$ z $$",
+        "a $$ x = {a $$ b\n\n$$ y $$",
+        "a $$ x = {a $$ text $$ y $$",
+        "$$ x } $$ t",
+        "$$ a $ b $$ c",
+        "$$ {a $$ b} $$ and \\\\$$ c $$ $$$ d $$$",
+        "$$ a\n\nb $$ and $$ c $$",
         "`$$ code $$` and \\$$ 5 $$ x $$",
         "> quoted\n>\n> $$ x $$\n\n* item\n\n  $$ y $$\n",
         "| a | b |\n| - | - |\n| 1 | 2 |\n\n**Table:** Of $x$.\n\n| c |\n|---|\n| $$ d $$ |\n",
@@ -303,3 +309,32 @@ def test_a_text_is_counted_as_it_is_numbered(text):
     found = list(counting.counted(text))
     kinds = [one.kind for one in found if one.kind != counting.PICTURE_ALONE or one.name in pictures]
     assert numbered == tuple(map(kinds.count, (counting.EQUATION, counting.TABLE, counting.PICTURE_ALONE)))
+
+
+def test_a_reference_behind_a_broken_equation_has_the_number_of_the_report():
+    text = "$$ x = \\frac{a}{b $$\n\n$$ y = 1 \\tag{mine} $$\n\nBy (mine)."
+    assert "By (1)." in words_of(pypdfium2.PdfDocument(written(of_text(text)).pdf))
+
+
+@pytest.mark.parametrize("typed", [r"\cite{abc}", r"\ref{}", r"\citep[p. 3]{a, b}", r"\autoref{fig:a}"])
+def test_a_command_that_stays_as_it_is_typed_is_told(typed):
+    made = written(of_text(f"See {typed} there."))
+    ((what, place),) = made.told
+    assert typed in what and "as it is typed" in what and place == HERE
+    assert typed in words_of(pypdfium2.PdfDocument(made.pdf))
+
+
+def test_what_the_checklist_tells_with_what_to_do_is_not_told_before_it():
+    document = of_text("Figure 9 and [3], <b>Figure 1</b>, Table 1, [1].")
+    told = written(document).told
+    before, behind = making.once(told, document), making.faults(document)
+    assert len([what for what, _place in told if "Figure 9 " in what or "[3]" in what]) == 2
+    assert [what for what, _place in before] == ["Section II.1: HTML is left out: <b>"]
+    assert all(len([what for what, _place in behind if piece in what]) == 1 for piece in ("Figure 9,", "[3] is cited"))
+
+
+def test_why_a_picture_is_missing_is_told_once():
+    document = of_text("Words. ![a](attachment:a.png)")
+    assert any("the picture a.png is not there" in what for what, _place in making.faults(document))
+    told = replace(document, told=(("analysis: the picture 'attachment:a.png': it is damaged", FRONT),))
+    assert not any("a.png" in what for what, _place in making.faults(told))

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.report.document import Place
+from rotflex.courseware.report.document import Document, Figure, Place, Table
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class Fault:
     why : why a reader minds
     advice : what to do
     place : the cell in which to do it
+    about : what is missing, as it is written, as in "Figure 9" and "[3]"; "" where nothing is
     """
 
     kind: str
@@ -27,9 +28,18 @@ class Fault:
     why: str
     advice: str
     place: Place
+    about: str = ""
 
     def __str__(self) -> str:
         return f"{self.what} {self.why} {self.advice}"
+
+
+def called(one: Figure | Table, document: Document) -> str:
+    """What a figure or table is called by: its label; of a picture in a text, where that is."""
+    if isinstance(one, Figure) and any(one.label in text.pictures for text in document.texts):
+        where = next((section.number for section in document.sections if one in section.blocks), "")
+        return _("the picture in section {number}").format(number=where)
+    return one.label
 
 
 def listed(faults: Iterable[Fault]) -> str:

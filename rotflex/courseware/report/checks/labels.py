@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from rotflex.courseware.kinds.axis_labels import plain, unit_places
 from rotflex.courseware.messages import _
-from rotflex.courseware.report.checks.faults import Fault
+from rotflex.courseware.report.checks.faults import Fault, called
 from rotflex.courseware.report.checks.prose import typed, words
 from rotflex.courseware.report.document import Axes, Document, Figure, Table
 
@@ -26,21 +26,22 @@ def faults(document: Document) -> Iterator[Fault]:
     """Axes without label or unit, curves that cannot be told apart, captions that say nothing."""
     for figure in document.figures:
         if figure.svg:
-            yield from _axes(figure)
-            yield from _curves(figure)
-    captioned: list[Figure | Table] = [*document.figures, *(table for table in document.tables if table.rows)]
+            yield from _axes(figure, document)
+            yield from _curves(figure, document)
+    captioned: list[Figure | Table] = [*document.figures, *document.tables]
     for one in captioned:
-        yield from _caption(one)
-    yield from _twice(captioned)
+        yield from _caption(one, document)
+    yield from _twice(captioned, document)
 
 
-def _name(one: Figure | Table) -> str:
+def _name(one: Figure | Table, document: Document) -> str:
     text = _("Figure {number}") if isinstance(one, Figure) else _("Table {number}")
     name = text.format(number=one.number)
-    return name if not one.label or one.label == name else f"{name} ({one.label})"
+    label = called(one, document)
+    return name if label in ("", name) else f"{name} ({label})"
 
 
-def _axes(figure: Figure) -> Iterator[Fault]:
+def _axes(figure: Figure, document: Document) -> Iterator[Fault]:
     drawn = figure.axes
     if not drawn:
         return
@@ -55,7 +56,7 @@ def _axes(figure: Figure) -> Iterator[Fault]:
     for axis in axes:
         yield Fault(
             "axis",
-            _("{figure}: the {axis} axis has no label.").format(figure=_name(figure), axis=axis),
+            _("{figure}: the {axis} axis has no label.").format(figure=_name(figure, document), axis=axis),
             _("A reader cannot tell what is drawn."),
             _("Write quantity and unit at it, where the figure is drawn, as in “time (s)”; then record it again."),
             figure.place,
@@ -65,7 +66,9 @@ def _axes(figure: Figure) -> Iterator[Fault]:
         if not _has_unit(label):
             yield Fault(
                 "unit",
-                _("{figure}: there is no unit at the axis “{label}”.").format(figure=_name(figure), label=label),
+                _("{figure}: there is no unit at the axis “{label}”.").format(
+                    figure=_name(figure, document), label=label
+                ),
                 _("The numbers at it can be anything: degrees, radians, milliseconds."),
                 _("Put it behind the quantity, as in “time (s)”; (1) or (–) if there is none. Then record it again."),
                 figure.place,
@@ -78,11 +81,13 @@ def _has_unit(label: str) -> bool:
     return bool(unit_places(label) or text.endswith(("°", "%")) or _WITHOUT_UNIT.search(text))
 
 
-def _curves(figure: Figure) -> Iterator[Fault]:
+def _curves(figure: Figure, document: Document) -> Iterator[Fault]:
     if any(_cannot_be_told(one) for one in figure.axes):
         yield Fault(
             "curves",
-            _("{figure}: it shows several curves, and does not say which is which.").format(figure=_name(figure)),
+            _("{figure}: it shows several curves, and does not say which is which.").format(
+                figure=_name(figure, document)
+            ),
             _("A reader who was not there cannot tell what was measured from what was computed."),
             _("Give each curve a label where it is drawn, and show the legend; then record it again."),
             figure.place,
@@ -94,7 +99,7 @@ def _cannot_be_told(one: Axes) -> bool:
     return len(one.curves) > 1 and not any(name.strip() for name in one.curves)
 
 
-def _caption(one: Figure | Table) -> Iterator[Fault]:
+def _caption(one: Figure | Table, document: Document) -> Iterator[Fault]:
     caption = one.caption.strip()
     if not caption:
         what = _("{one} has no caption.")
@@ -109,9 +114,11 @@ def _caption(one: Figure | Table) -> Iterator[Fault]:
         if isinstance(one, Figure)
         else _("Say what the table holds, and of which experiment, in a sentence.")
     )
+    if isinstance(one, Table) and not caption and one.place == one.written:  # in a text
+        advice += " " + _("Write it above the table, with a blank line between, and begin it with “Table:”.")
     yield Fault(
         "caption",
-        what.format(one=_name(one), caption=caption),
+        what.format(one=_name(one, document), caption=caption),
         _("Many look at figures and tables first. A caption has to be understood without the text."),
         advice,
         one.written,
@@ -123,7 +130,7 @@ def _said(caption: str) -> str:
     return re.sub(r"\$[^$]*\$", " ", caption)
 
 
-def _twice(captioned: Sequence[Figure | Table]) -> Iterator[Fault]:
+def _twice(captioned: Sequence[Figure | Table], document: Document) -> Iterator[Fault]:
     seen: dict[str, Figure | Table] = {}
     for one in captioned:
         said = " ".join(typed(_BARE.sub("", one.caption)).casefold().split())
@@ -132,7 +139,9 @@ def _twice(captioned: Sequence[Figure | Table]) -> Iterator[Fault]:
         if said in seen:
             yield Fault(
                 "same caption",
-                _("{one} has the same caption as {other}.").format(one=_name(one), other=_name(seen[said])),
+                _("{one} has the same caption as {other}.").format(
+                    one=_name(one, document), other=_name(seen[said], document)
+                ),
                 _("A reader cannot tell what is different between them."),
                 _("Say in each what sets it apart."),
                 one.written,

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.report.checks.faults import Fault
+from rotflex.courseware.report.checks.faults import Fault, called
 from rotflex.courseware.report.checks.prose import Reading, words
 from rotflex.courseware.report.document import Document, Equation, Figure, Place, Table
 
@@ -102,6 +102,7 @@ def _dangling(document: Document, mentions: Sequence[Mention]) -> Iterator[Fault
             _("A reader looks for it, and does not know which one is meant."),
             _("Look up its number in the report, and correct it; of another’s text, say whose it is."),
             one.place,
+            names[one.sort].format(number=one.number),
         )
 
 
@@ -117,16 +118,16 @@ def _unmentioned(document: Document, mentions: Sequence[Mention], text: str) -> 
                 continue  # it stands in the text, which is about it
             if isinstance(one, Figure) and not one.svg and not one.axes and _is_picture(document, one):
                 continue
-            yield _not_named(one)
+            yield _not_named(one, document)
 
 
 def _is_picture(document: Document, figure: Figure) -> bool:
     return any(figure.label in text.pictures for text in document.texts)
 
 
-def _not_named(one: Figure | Table | Equation) -> Fault:
+def _not_named(one: Figure | Table | Equation, document: Document) -> Fault:
     if isinstance(one, Figure):
-        name = _("Figure {number} ({label})").format(number=one.number, label=one.label)
+        name = _("Figure {number} ({label})").format(number=one.number, label=called(one, document))
     elif isinstance(one, Table):
         name = _("Table {number} ({label})").format(number=one.number, label=one.label)
     else:
@@ -188,6 +189,7 @@ def _citations(document: Document, readings: Sequence[Reading]) -> Iterator[Faul
                     _("A reader cannot look it up."),
                     _("Add it to the list of references, or correct the number."),
                     reading.place,
+                    f"[{key}]",
                 )
     # Captions cite, too.
     captions = " ".join([*(one.caption for one in document.figures), *(one.caption for one in document.tables)])

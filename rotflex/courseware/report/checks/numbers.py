@@ -245,8 +245,12 @@ def _other_than_table(reading: Reading, entries: Mapping[str, Entry], language: 
                 if _differ(match[1], entry.digits):
                     yield Fault(
                         "other number",
-                        _("{where}: {name} is another number in the text than in Table {number}.").format(
-                            where=reading.where, name=name, number=entry.table.number
+                        _("{where}: {name} is {here} in the text, and {there} in Table {number}.").format(
+                            where=reading.where,
+                            name=name,
+                            here=f"{match[1]} {unit}",
+                            there=f"{entry.digits} {entry.unit}",
+                            number=entry.table.number,
                         ),
                         _("A reader does not know which of the two to believe, and then believes neither."),
                         _("Find out which one is yours. If both are meant, say what sets them apart."),

@@ -64,8 +64,7 @@ def faults(pages: Sequence[str], name: str, titles: Collection[str], limit: int 
     yield from _cover(pages, place)
     if language is languages.KNOWN["en"]:
         yield from _sections(pages, titles, place)
-    if language is not None:
-        yield from _captions(readings, place)
+    yield from _captions(readings, place, known_language=language is not None)
     yield from _sources(pages, place)
     yield from wording.faults(readings, language, of_pages=True)
     yield from numbers.of_pages(readings, language)
@@ -129,7 +128,7 @@ def _sections(pages: Sequence[str], titles: Collection[str], place: Place) -> It
         )
 
 
-def _captions(readings: Sequence[Reading], place: Place) -> Iterator[Fault]:
+def _captions(readings: Sequence[Reading], place: Place, known_language: bool) -> Iterator[Fault]:
     """Captions and mentions of figures and tables: numbers that lack, are not referred to, or are not there."""
     shown = {FIGURE: _("Figure {number}"), TABLE: _("Table {number}")}
     for sort, text in shown.items():
@@ -137,7 +136,12 @@ def _captions(readings: Sequence[Reading], place: Place) -> Iterator[Fault]:
         captioned = [int(number) for one in readings for number in begins.findall(one.source)]
         named = [mention.number for one in readings for mention in of_text(one.running, place) if mention.sort == sort]
         whole = [int(number) for number in named if number.isdigit()]
-        for number in dict.fromkeys(captioned):
+        # Without a sign behind the number, a line that goes on in capitals, or ends, may be a caption as well.
+        may_begin = re.compile(
+            rf"^\s*(?i:{NAMES[sort]})\s*(\d{{1,3}})(?=[ \t]*(?:[.:–—|-]|$)|[ \t]+[A-ZÄÖÜ])", re.MULTILINE
+        )
+        perhaps = {*captioned, *(int(number) for one in readings for number in may_begin.findall(one.source))}
+        for number in dict.fromkeys(captioned) if known_language else ():
             if whole.count(number) <= captioned.count(number):
                 yield Fault(
                     "not referred to",
@@ -146,18 +150,17 @@ def _captions(readings: Sequence[Reading], place: Place) -> Iterator[Fault]:
                     _("Name it where you use it, as in “Figure 2 shows …”."),
                     place,
                 )
-        if captioned:
-            for number in dict.fromkeys(whole):
-                if number not in captioned:
-                    yield Fault(
-                        "dangling",
-                        _("The text refers to {name}, and no caption of it is found.").format(
-                            name=text.format(number=number)
-                        ),
-                        _("A reader looks for it, and does not know which one is meant."),
-                        _("Look up its number, and correct it; begin each caption with its name and number."),
-                        place,
-                    )
+        for number in dict.fromkeys(whole):
+            if number not in perhaps:
+                yield Fault(
+                    "dangling",
+                    _("The text refers to {name}, and no caption of it is found.").format(
+                        name=text.format(number=number)
+                    ),
+                    _("A reader looks for it, and does not know which one is meant."),
+                    _("Look up its number, and correct it; begin each caption with its name and number."),
+                    place,
+                )
 
 
 def _sources(pages: Sequence[str], place: Place) -> Iterator[Fault]:

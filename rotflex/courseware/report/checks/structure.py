@@ -6,13 +6,15 @@ import re
 from collections.abc import Iterator, Sequence
 
 from rotflex.courseware.kinds.values import LONGEST_PROSE
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.courseware.report.checks.faults import Fault
 from rotflex.courseware.report.checks.prose import Reading
 from rotflex.courseware.report.document import Document, Figure, Table
 
 LEFT_OUT = "left out"  #: the kind of what is not in the report as it was written
+PICTURE = "picture"  #: the kind of a picture that is missing
 _NUMBER = re.compile(r"[\s$(\[]*[-−+±]?\d(?!\s*/)")  # and not the unit 1/s
+_SHOWN = 60  # characters of a picture's name in a message
 FEWEST_WORDS = 15  #: of a text; one with fewer says that something was done, and not what
 MOST_WORDS = 450  #: of a text; a reader loses the thread of one with more
 
@@ -92,10 +94,11 @@ def _length(reading: Reading, few_will_do: bool) -> Iterator[Fault]:
         )
         return
     count = len(reading.words)
+    many = plural(count, "{count} word", "{count} words")
     if count < FEWEST_WORDS and not (reading.formulas or few_will_do):
         yield Fault(
             "short",
-            _("{name}: the text has {count} words.").format(name=name, count=count),
+            _("{name}: the text has {words}.").format(name=name, words=many),
             _("In so few words nobody can be told what was done, how and why."),
             _("Read what the section asks for, and answer all of it."),
             reading.place,
@@ -103,7 +106,7 @@ def _length(reading: Reading, few_will_do: bool) -> Iterator[Fault]:
     if count > MOST_WORDS:
         yield Fault(
             "long",
-            _("{name}: the text has {count} words.").format(name=name, count=count),
+            _("{name}: the text has {words}.").format(name=name, words=many),
             _("A reader who looks for one thing does not find it in so long a text."),
             _("Say each thing once, and leave out what a figure or the table shows."),
             reading.place,
@@ -163,17 +166,19 @@ def _entry(row: Sequence[str], column: int) -> str:
 
 def _picture(document: Document, name: str, reading: Reading) -> Fault:
     there = any(name in text.pictures for text in document.texts)
+    shown = name.removeprefix("attachment:")[:_SHOWN]
     if not there:
         return Fault(
-            "picture",
-            _("{where}: the picture {name} is not there.").format(where=reading.where, name=name),
+            PICTURE,
+            _("{where}: the picture {name} is not there.").format(where=reading.where, name=shown),
             _("The reader sees a gap, or its name."),
             _("Paste it into the cell again, or put the file beside the notebook."),
             reading.place,
+            shown,
         )
     return Fault(
         "drawn",
-        _("{where}: is the picture {name} drawn by hand, or photographed?").format(where=reading.where, name=name),
+        _("{where}: is the picture {name} drawn by hand, or photographed?").format(where=reading.where, name=shown),
         _("What is drawn by hand is hard to read, and a photograph of a screen is harder."),
         _("If so, draw it with a program. If it is a diagram of yours that is sharp in print, all is well."),
         reading.place,
