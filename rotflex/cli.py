@@ -261,7 +261,8 @@ def fill(folder: Path, student: str | None = None, was: str | None = None) -> li
 def _copied(folder: Path, course: Path) -> list[str]:
     """Copy what is not there yet, and say so."""
     wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
-    wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
+    if _is_release(course):  # a checkout always has recordings; students have those that their release hands out
+        wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
     copied = [name for name in wanted if not (folder / name).exists()]
     for name in copied:
         (folder / name).parent.mkdir(exist_ok=True)

@@ -16,6 +16,7 @@ from scipy.io import savemat
 from typer.testing import CliRunner
 
 from rotflex import commissioning, hil
+from rotflex.bench_commands import fits
 from rotflex.cli import app
 from rotflex.errors import BenchError, HILError, RecordingError
 from rotflex.hil import bench_file, commissioned
@@ -206,6 +207,16 @@ def _uncommissioned() -> str:
     return said("run", "sweep", "--bench", "bench.toml", "--out", "sweep.mat", code=2)
 
 
+def test_who_looks_for_the_doctor_among_the_commands_of_a_bench_is_told_where_it_is():
+    assert "rotflex bench --help" in said("doctor", code=2)
+    assert "rotflex doctor --bench bench.toml" in re.sub(r"[\s│]+", " ", said("--help"))
+
+
+def test_recordings_are_named_by_their_files_and_by_their_folders_where_these_are_alike():
+    assert fits.names([Path("a/1.mat"), Path("b/2.mat")]) == ["1.mat", "2.mat"]
+    assert fits.names([Path("a/1.mat"), Path("b/1.mat")]) == [str(Path("a/1.mat")), str(Path("b/1.mat"))]
+
+
 def test_a_twin_is_fitted_and_moves_as_its_bench():
     said("run", "fsf", "--gain", GAIN, *VIRTUAL, "--duration", "5", "--out", "fsf.mat")
     output = said("fit", "fsf.mat", "--out", "twin.toml")
@@ -228,8 +239,9 @@ def recorded(name: str, run: int = 1, duration: str = "3") -> str:
 @pytest.mark.slow
 def test_of_several_recordings_each_is_predicted_by_a_fit_to_the_others():
     output = said("fit", recorded("1.mat"), recorded("2.mat", run=2), "--free", "K_s,torque_per_volt")
+    assert "value 95 % interval " in output and "alpha_offset[2.mat]" in output and "[1]" not in output
     assert re.search(r"K_s 1\.\d+ .* torque_per_volt 0\.1\d+ ", output)
-    assert re.search(r"Left out predicted .* \[0\] theta 0\.\d+, alpha 0\.\d+ .* \[1\] theta .* all theta", output)
+    assert re.search(r"Left out predicted .* 1\.mat theta 0\.\d+, alpha 0\.\d+ .* 2\.mat theta .* all theta", output)
     assert "open it as virtual:twin.toml" in output
     assert hil.open("virtual:twin.toml").identity["arm_position"] == 1
 

@@ -107,10 +107,17 @@ def test_the_version_is_shown():
 def test_lab_fills_a_new_folder_and_opens_it(course, opened):
     done = rotflex("lab", "work", "--student", "Ada")
     assert done.exit_code == 0
-    assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "01_next.ipynb", "course.json", "data"}
-    assert Path("work/data/log.mat").read_text() == "data"
+    assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "01_next.ipynb", "course.json"}
     assert json.loads(Path("work/course.json").read_text()) == {"student": "Ada", "draw": DRAW}
     assert opened == [(Path("work"), [])]
+
+
+def test_recordings_come_with_a_release_that_has_them_and_never_from_a_checkout(course, opened, tmp_path):
+    rotflex("lab", "trial", "--student", "ada")
+    assert not Path("trial/data").exists()
+    (tmp_path / "course" / "notebooks" / "course.json").write_text(json.dumps(RELEASED))
+    rotflex("lab", "work", "--student", "ada")
+    assert Path("work/data/log.mat").read_text() == "data"
 
 
 def test_work_that_begins_in_a_checkout_has_the_bench_of_now_with_and_without_an_id(course, opened, monkeypatch):

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from rotflex.hil.bench import Bench
     from rotflex.recording import Recording
 
-app = typer.Typer(help="A bench: set it up, run experiments on it, fit a virtual one to its recordings.")
+app = typer.Typer(
+    help="A bench: set it up, run experiments on it, fit a virtual one to its recordings. "
+    "(Is all there, and does it work? 'rotflex doctor --bench bench.toml' says it.)"
+)
 
 _Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
 _Bench = Annotated[str, typer.Option("--bench", help="Its address: bench.toml, or as 'virtual:?seed=7'.")]
@@ -346,12 +349,13 @@ def fit(
     own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
     fits.require_motion(every, recordings)
     found = greybox.fit(every, servo, arm, names, per_recording=own)
-    typer.echo(str(found))
+    called = fits.names(recordings)
+    typer.echo(found.table(called))
     if len(every) == 1:
         typer.echo(_("There is one recording: how well the fit tells of another, it cannot say."))
     elif leave_out:
         try:
-            typer.echo(str(greybox.leave_one_out(every, servo, arm, names, per_recording=own)))
+            typer.echo(greybox.leave_one_out(every, servo, arm, names, per_recording=own).table(called))
         except IdentificationError as error:  # what was found is kept all the same
             typer.echo(_("How well it tells of one that it has not seen, cannot be said: {why}").format(why=error))
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}

@@ -34,6 +34,12 @@ def require_different(paths: list[Path]) -> None:
             )
 
 
+def names(paths: list[Path]) -> list[str]:
+    """What recordings are called in a table: by their files, with the folders where two files have the same name."""
+    short = [path.name for path in paths]
+    return short if len({*short}) == len(short) else [str(path) for path in paths]
+
+
 def recorded(every: list[Recording], paths: list[Path], name: str, default: Any) -> Any:
     """What all recordings say of their bench, or say nothing of."""
     said = {}

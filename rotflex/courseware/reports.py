@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rotflex.courseware.session import Session
 
 #: Not translated: a person's mark of a report as a whole holds for as long as what they read stays the same.
-_NOT_WRITTEN = "*not written yet*"
+NOT_WRITTEN = "*not written yet*"
 
 
 def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
@@ -50,7 +50,7 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     texts : name of a part → what is written there
     """
     return "\n\n".join(
-        f"**{item.number} {item.heading}**\n\n{texts.get(item.part, _NOT_WRITTEN)}" for item in items if item.part
+        f"**{item.number} {item.heading}**\n\n{texts.get(item.part, NOT_WRITTEN)}" for item in items if item.part
     )
 
 

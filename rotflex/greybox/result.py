@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ from rotflex.recording import Recording
 from rotflex.units import DEG
 
 _TOGETHER = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
+_DIGITS = 4  # of a value, where its interval does not need more
 _UNITS = {
     "K_s": "N·m/rad",
     "J_eq": "kg·m²",
@@ -142,18 +144,23 @@ class FitResult:
         return hil.open(uri, plant=spec, servo=self.servo, run=run)
 
     def __str__(self) -> str:
-        lines = []
+        return self.table()
+
+    def table(self, recordings: Sequence[str] = ()) -> str:
+        """What is printed. What a recording has its own is named by ``recordings``, else by its place."""
+        called = {name: _called(name, recordings) for name in self.estimates}
+        width = max(24, *(len(name) + 1 for name in called.values()))
+        lines = [f"{'':{width}}{_('value'):>12}   {_('95 % interval')}"]
         for name, found in self.estimates.items():
             low, high = self.intervals[name]
-            unit = _UNITS[name.partition("[")[0]]
-            value = _("fixed") if name in self.fixed else f"{found.value:.4g}"
-            lines.append(f"{name:24}{value:>12}   {low:.4g} … {high:.4g} {unit}")
+            unit, digits = _UNITS[name.partition("[")[0]], _digits(low, high)
+            value = _("fixed") if name in self.fixed else f"{found.value:.{digits}g}"
+            lines.append(f"{called[name]:{width}}{value:>12}   {low:.{digits}g} … {high:.{digits}g} {unit}")
         lines.append(_("What is left (RMS, deg): {left}.").format(left=in_degrees(self.residual_rms)))
-        return "\n".join([*lines, *self.fixed.values(), *self._hardly_apart(), self._in_ratio()])
+        return "\n".join([*lines, *self.fixed.values(), *self._hardly_apart([*called.values()]), self._in_ratio()])
 
-    def _hardly_apart(self) -> list[str]:
+    def _hardly_apart(self, names: Sequence[str]) -> list[str]:
         """What the recordings tell together better than apart."""
-        names = list(self.estimates)[: len(self.correlation)]
         text = _(
             "{one} and {other} are hardly told apart (correlation {correlation:.2f}): an error of one goes with an "
             "error of the other. A recording of other motion parts them."
@@ -225,6 +232,21 @@ def predicted(problem: Problem, unknowns: NDArray[np.float64]) -> tuple[Predicti
         angles = problem.simulate(unknowns, place)
         made.append(Prediction(record.beside(*angles), record.rms(*angles)))
     return tuple(made)
+
+
+def _called(name: str, recordings: Sequence[str]) -> str:
+    """A parameter's name for people: ``alpha_offset[0]`` with the recording's name in the place of its number."""
+    if not recordings:
+        return name
+    return re.sub(r"\[(\d+)\]$", lambda place: f"[{recordings[int(place[1])]}]", name)
+
+
+def _digits(low: float, high: float) -> int:
+    """So many significant digits that both ends of an interval are told apart, to two digits of its width."""
+    if not 0 < high - low < math.inf:
+        return _DIGITS
+    largest = max(abs(low), abs(high))
+    return max(_DIGITS, math.floor(math.log10(largest)) - math.floor(math.log10(high - low)) + 2)
 
 
 def in_degrees(values: Mapping[str, float]) -> str:

@@ -152,9 +152,9 @@ class RecordedPlant:
         return BenchError(
             _(
                 "A recording cannot be steered, and {name} is not the run that is asked for ({asked}): {why}. It holds "
-                "{held}: {channels}, {duration:g} s. experiments.watch(bench) gives it as it is, and "
-                'experiments.validation(bench, A, B, signal="recorded") a model beside it; for anything else, open '
-                "another bench."
+                "{held}: {channels}, {duration:g} s. experiments.watch(bench, duration={duration:g}) gives it as it "
+                'is, and experiments.validation(bench, A, B, signal="recorded") a model beside it; for anything else, '
+                "open another bench."
             ).format(
                 name=self.name,
                 asked=asked,

@@ -168,7 +168,7 @@ def test_rotflex_does_not_know_of_this_course() -> None:
 
 @pytest.mark.usefixtures("sandbox")
 def test_check_course_finds_nothing(solutions: Path) -> None:
-    assert "everything fits" in rotflex("check-course", "--course", solutions)
+    assert " in 1 notebook: everything fits" in rotflex("check-course", "--course", solutions)
 
 
 def test_a_release_holds_what_students_need_and_nothing_else(released: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -148,6 +150,17 @@ def test_watching_gives_all_that_was_recorded_and_no_more_with_its_voltage(recor
     assert len(heard) == len(original)
     assert heard["vm"] == pytest.approx(original["vm"], abs=1e-9)
     assert np.abs(heard["vm"]).max() > 0.1
+
+
+def test_what_the_refusal_advises_gives_the_whole_recording_of_whatever_length(tmp_path):
+    t = np.arange(0, 12.5, 0.002)
+    long = Recording.of(t, theta=np.sin(5 * t), alpha=0.1 * np.cos(5 * t), vm=np.sin(t))
+    long.save(tmp_path / "long.csv")
+    with hil.open(f"replay:{tmp_path / 'long.csv'}") as bench:
+        with pytest.raises(BenchError) as refused:
+            experiments.free_decay(bench, progress=False)
+        (duration,) = re.findall(r"experiments\.watch\(bench, duration=([\d.]+)\) gives it", str(refused.value))
+        assert len(experiments.watch(bench, float(duration), progress=False)) == len(long)
 
 
 def test_a_model_is_set_beside_whatever_voltage_was_recorded(recorded):

@@ -263,6 +263,17 @@ def test_the_card_links_to_it_and_says_where_to_look(scored):
         assert ("Its text cell is empty" in html) == look
 
 
+def test_the_card_of_the_whole_says_of_each_text_that_is_not_in_its_cell_to_look_in_the_document(scored):
+    (answer,) = [one for one in scored.book.scores.answers([(WHOLE, PART)]) if one.student == "ada"]
+    said = "“not written yet” says that a text cell is empty"
+    items = CATALOGUE.items(REPORT)
+    for texts, wanted in (({TEXT: "We shook it."}, True), ({one.part: "Ours." for one in items if one.part}, False)):
+        given = f"{answer.mark.given}\n\n{reports.in_one_piece(items, texts)}"
+        shown = cards.card(scored, [replace(answer, mark=replace(answer.mark, given=given))])
+        assert shown.first.some_in_pdf == wanted
+        assert (said in page(shown)) == wanted
+
+
 def test_it_is_served_as_it_came_with_a_policy_of_its_own(scored):
     (ann,) = clients(scored, "Ann")
     reply = ann.get(address("ada"))

@@ -424,6 +424,7 @@ def test_a_class_may_begin_in_the_middle(tmp_path):
     [
         ('[given]\nfrom = "model"\n', 'nothing called \'model\'; it has "gain", "stiffness"'),
         ('[given]\nfrom = "gain"\n', "everybody has the same bench"),
+        ('[given]\nfrom = "gain"\n', 'which = "same" or "preset", or one bench of the laboratory\'s ("real")'),
         (
             '[bench]\nwhich = "real"\nbenches = ["north", "south"]\n[given]\nfrom = "stiffness"\n',
             "names 2 of the laboratory's",

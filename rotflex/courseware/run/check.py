@@ -259,7 +259,12 @@ def _broken(broken: Sequence[Broken]) -> Iterator[str]:
 def _home(work: Work, student: str) -> _Home:
     """What was recorded at home."""
     if work.hand_in.claim is None:
-        return _Home(note=_("There is no {file} here: nothing was recorded on the page.").format(file=ANSWERS_FILE))
+        return _Home(
+            note=_(
+                "There is no {file} here: nothing was recorded on the page. That costs no points, for your notebooks "
+                "are run anew. But what they answer then cannot be compared with what you saw."
+            ).format(file=ANSWERS_FILE)
+        )
     try:
         content = answers.parse(work.hand_in.claim)
     except AnswerError as error:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from rotflex.courseware import messages
-from rotflex.courseware.messages import _
+from rotflex.courseware.messages import _, plural
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder
 
@@ -29,9 +29,8 @@ def release(
     found = courses.find(course)
     made = make(found, out, with_data, replace)
     _tell_translations(found)
-    typer.echo(
-        _("{count} notebooks: {notebooks}").format(count=len(made.notebooks), notebooks=", ".join(made.notebooks))
-    )
+    count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
+    typer.echo(f"{count}: {', '.join(made.notebooks)}")
     typer.echo(f"{made.folder}\n{made.archive}")
     if keep:
         typer.echo(_("Release {name}, kept as {file}").format(name=made.id, file=releases.keep(found, made)))
@@ -100,7 +99,7 @@ def check_course(
         typer.echo(_("{count} found.").format(count=count), err=True)
         raise typer.Exit(SOME_TROUBLE)
     typer.echo(
-        _("{asked} questions, tables and reports in {notebooks} notebooks: everything fits.").format(
-            asked=asked, notebooks=len(found.notebooks)
+        _("{asked} questions, tables and reports in {notebooks}: everything fits.").format(
+            asked=asked, notebooks=plural(len(found.notebooks), "{count} notebook", "{count} notebooks")
         )
     )

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.courseware.report_files import ReportFile, without_digests
+from rotflex.courseware.reports import NOT_WRITTEN
 from rotflex.instructor.gradebook import FIRST, Answer, MarkRecord, RunRecord
 from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.reports.feedback import figures_of, pictures_of
@@ -47,6 +48,7 @@ class Shown:
     now : what became of it so far, in words; "" while it waits
     pdf : the report as it was handed in, in words, as in "PDF, 7 pages"; "" if there is none
     look_in_pdf : whether its text is nowhere but there
+    some_in_pdf : of a report as a whole, whether texts of it may be nowhere but there
     """
 
     key: str
@@ -60,6 +62,7 @@ class Shown:
     now: str
     pdf: str = ""
     look_in_pdf: bool = False
+    some_in_pdf: bool = False
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,7 @@ def _shown(desk: Desk, answer: Answer, first: str, round: int) -> Shown:
         state(answer) if decided else "",
         "" if pdf is None else pdf.about,
         pdf is not None and answer.mark.given == pdf.given and where[0] not in desk.catalogue.report_judged,
+        pdf is not None and where[0] in desk.catalogue.report_judged and NOT_WRITTEN in answer.mark.given,
     )
 
 

@@ -91,7 +91,7 @@ def _of_given(decided: CourseSettings, known: Known) -> Iterator[str]:
         yield _(
             'given.from: "{name}" is for classes in which everybody has the same bench. On benches of their own it '
             "could only be worked out on students' machines, by code that answers what other classes are asked. Choose "
-            '[bench] which = "same" or "preset".'
+            '[bench] which = "same" or "preset", or one bench of the laboratory\'s ("real").'
         ).format(name=start.name)
     elif decided.bench.which == REAL and len(decided.bench.benches) > 1:
         yield _(

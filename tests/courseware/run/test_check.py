@@ -164,7 +164,7 @@ def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(
     assert "02_later.ipynb is not there. (Is it 02_later (1).ipynb?" in said
     assert "01_swing.ipynb: the cell q1 ends Python (exit); nothing after it was run." in said
     assert "02_later  nothing yet" in said
-    assert "There is no answers.json here" in said
+    assert "There is no answers.json here" in said and "That costs no points" in said
     (folder / "02_later.ipynb").write_text("<html>")
     assert any(
         "02_later.ipynb cannot be read: it is not JSON" in one for one in check(folder, MASTERS, CATALOGUE).problems
