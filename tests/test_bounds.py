@@ -50,6 +50,8 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.report.checks.pages:_LONGEST_HEADING": (60, "characters; three quarters of a line"),
     "courseware.report.checks.pages:_BEGINNING": (6, "letters: 'Conclu' is Conclusion and Conclusions"),
     "courseware.report.pandoc:_PATIENCE": (60.0, "s; a report takes a tenth of one, on a slow machine some"),
+    "courseware.report.writing:_SMALLEST": (0.6, "of 11 pt: 6.6 pt, and indices of 5; less is not read on paper"),
+    "courseware.report.writing:_LONGEST_WORD": (60, "characters of a word in a message; a line has about 80"),
     "courseware.report.front:_LONGEST": (2000, "characters of a caption; a third of a page"),
     "courseware.report.front:_MOST": (100, "captions and sources; twenty are many"),
     "courseware.report.fine_curves:_POINTS": (2000, "of a curve, on a page 160 mm wide: a dozen to each millimetre"),

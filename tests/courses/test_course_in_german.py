@@ -157,6 +157,7 @@ def test_the_same_answers_get_the_same_marks_in_either_language(course, tmp_path
 
 def test_a_students_check_runs_the_german_notebook(course, tmp_path):
     released = Path(shutil.copytree(course / "de" / "spring-course", tmp_path / "course"))
-    (released / "notebooks" / NOTEBOOK).write_text(written(course, "de", "ada"), encoding="utf-8")
-    said = rotflex("check", cwd=released / "notebooks", PYTHONPATH=str(released))
-    assert "01_spring  all there" in said and "changed" not in said
+    own = Path(shutil.copytree(released / "notebooks", tmp_path / "own"))
+    (own / NOTEBOOK).write_text(written(course, "de", "ada"), encoding="utf-8")
+    said = rotflex("check", cwd=own, PYTHONPATH=str(released))
+    assert "01_spring  vollständig" in said and "geändert" not in said

@@ -157,6 +157,7 @@ def commands(path):
 def faults(line):
     """What a command line names that there is not."""
     words = shlex.split(line.replace("…", "").replace("...", ""))[1:]
+    words = words[: words.index("--")] if "--" in words else words  # what follows is another program's
     command = typer.main.get_command(cli.app)
     while hasattr(command, "commands") and words and not words[0].startswith("-"):
         if words[0] not in command.commands:

@@ -162,6 +162,7 @@ MARKED_AND_TOLD = {
     "words": {("2.11", "explanation"): WORDS},
     "claim": Claim({"2.11": {"omega_n": "q1"}}, True),
     "handed_in": (),
+    "reports": {"modeling_report.pdf": b"%PDF-1.7"},
     "problems": ("a problem",),
     "notes": ("a note",),
 }

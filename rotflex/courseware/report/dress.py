@@ -106,8 +106,11 @@ class Typst:
 
     def table(self, number: int, caption: list[Node], table: Node) -> list[Node]:
         table["c"][0] = ["", ["typst:no-figure"], []]
+        columns = [width["t"] for _alignment, width in table["c"][2]]
+        # Where columns have widths of their own, none has a share.
+        share = len(columns) if set(columns) == {"ColWidthDefault"} else 1
         return [
-            _block("typst", f"#numbered-table({number})["),
+            _block("typst", f"#numbered-table({number}, {share})["),
             _para(caption),
             _block("typst", "]["),
             table,

@@ -15,7 +15,7 @@ from typing import Any
 
 from rotflex.courseware.messages import _
 from rotflex.courseware.report import pandoc
-from rotflex.courseware.report.document import Document, Place
+from rotflex.courseware.report.document import Document, Equation, Place, Table
 from rotflex.courseware.report.dress import Html, Typst, words_for
 from rotflex.courseware.report.pandoc import ReportError
 from rotflex.courseware.report.setting import Read, Setting, parts
@@ -24,6 +24,8 @@ from rotflex.courseware.report_files import COMPOSED
 _HERE = "rotflex.courseware.report"
 _STANDARD = "ua-1"  #: of the PDF: it can be read aloud
 _PAGE = re.compile(rb"/Type\s*/Page(?![A-Za-z])")
+_SMALLEST = 0.6  # of its size, to which a formula may be shrunk: its letters are then as small as a footnote's
+_LONGEST_WORD = 60  # characters of a word, in a message
 _LONGEST = 300  # characters of what a program says, in a message
 _MOST_CHARACTERS = 20  # of those that no font has, in a message
 _LACKING = re.compile(r"the text `\"(.+?)\"` could not be displayed")
@@ -140,10 +142,11 @@ def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]
         told += [_not_understood(*known[latex], why) for latex, why in refused.items() if latex in known]
         beside = {**dress.files, "cover.json": _cover(document)}
         try:
-            return _compiled(_template() + body, beside), told
+            pdf, noted = _compiled(_template() + body, beside)
+            return pdf, [*told, *_squeezed(noted, document)]
         except _NoGlyphs as error:
-            pdf, lacking = _with_other_fonts(_template() + body, beside, error)
-            return pdf, [*told, *_not_shown(lacking, document)]
+            pdf, noted, lacking = _with_other_fonts(_template() + body, beside, error)
+            return pdf, [*told, *_squeezed(noted, document), *_not_shown(lacking, document)]
         except ReportError:
             failing = {} if verbatim else _failing(list(known))
             if not failing:
@@ -152,16 +155,39 @@ def _pdf(document: Document, read: Read) -> tuple[bytes, list[tuple[str, Place]]
             verbatim = frozenset(known[latex][0] for latex in failing)
 
 
-def _with_other_fonts(markup: str, beside: dict[str, bytes], error: _NoGlyphs) -> tuple[bytes, str]:
+def _with_other_fonts(markup: str, beside: dict[str, bytes], error: _NoGlyphs) -> tuple[bytes, list[Any], str]:
     """The PDF where typst's fonts lack characters, and the characters that this computer's fonts lack, too.
 
     A name must not stop a report: with other fonts it may be set otherwise elsewhere, or have empty boxes.
     """
     try:
-        return _compiled(markup, beside, system_fonts=True), ""
+        return *_compiled(markup, beside, system_fonts=True), ""
     except _NoGlyphs as again:
         error = again
-    return _compiled(markup, beside, standard=None, system_fonts=True), error.characters
+    return *_compiled(markup, beside, standard=None, system_fonts=True), error.characters
+
+
+def _squeezed(noted: list[Any], document: Document) -> list[tuple[str, Place]]:
+    """What had to be made too small to be read, or broken: as the template notes it."""
+    told = []
+    for one in noted:
+        things: list[Equation | Table] = [*(document.equations if one["kind"] == "equation" else document.tables)]
+        thing = next((thing for thing in things if thing.number == one["number"]), None)
+        if thing is None or one.get("scale", 0) >= _SMALLEST:
+            continue
+        if isinstance(thing, Equation):
+            what = _(
+                "Equation ({number}) is too wide for the page: it is shrunk to {percent} % of its size, and hard to "
+                "read. Break it into lines: \\begin{{aligned}} … \\\\ … \\end{{aligned}}."
+            ).format(number=thing.number, percent=round(100 * one["scale"]))
+        else:
+            what = _(
+                "Table {number}: “{word}” is too long for its column, and may be broken anywhere. Shorten it, or put "
+                "spaces into it."
+            ).format(number=thing.number, word=one["word"][:_LONGEST_WORD])
+        section = next((section.number for section in document.sections if thing in section.blocks), "")
+        told.append((_("Section {number}: {what}").format(number=section, what=what), thing.place))
+    return told
 
 
 def _not_shown(characters: str, document: Document) -> list[tuple[str, Place]]:
@@ -217,8 +243,11 @@ def _cover(document: Document) -> bytes:
 
 def _compiled(
     markup: str, beside: dict[str, bytes], standard: str | None = _STANDARD, system_fonts: bool = False
-) -> bytes:
-    """Markup as PDF. Fonts are typst's own, so that it is the same everywhere, or also the computer's."""
+) -> tuple[bytes, list[Any]]:
+    """Markup as PDF, and what the template notes.
+
+    Fonts are typst's own, so that it is the same everywhere, or also the computer's.
+    """
     try:
         import typst
     except ImportError:
@@ -232,10 +261,11 @@ def _compiled(
             made = typst.compile(
                 main, root=folder, ignore_system_fonts=not system_fonts, pdf_standards=standards, timestamp=0
             )
+            asked = typst.query(main, "<noted>", field="value", root=folder, ignore_system_fonts=not system_fonts)
         except RuntimeError as error:  # typst's own errors are
             if lacking := _LACKING.findall(str(getattr(error, "diagnostic", "") or error)):
                 characters = "".join(_ESCAPED.sub(lambda match: chr(int(match[1], 16)), one) for one in lacking)
                 raise _NoGlyphs("".join(dict.fromkeys(characters))) from None
             raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
     assert isinstance(made, bytes)
-    return made
+    return made, list(json.loads(asked))

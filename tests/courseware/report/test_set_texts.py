@@ -210,7 +210,30 @@ def test_what_is_left_out_is_told_with_its_cell(hostile, said):
 
 
 def test_nothing_is_told_of_a_text_without_faults(made):
-    assert made.told == ()
+    """But for the equation, which is as wide as two pages."""
+    ((what, place),) = made.told
+    assert place == HERE and re.match(r"Section II.1: Equation \(2\) is too wide .* shrunk to \d\d %", what)
+
+
+def test_an_equation_that_is_shrunk_a_little_is_not_told_and_one_in_lines_neither():
+    wide = " + ".join(f"a_{{{index}}}" for index in range(18))
+    lines = r"\begin{aligned} x &= " + r" \\ &+ ".join([wide] * 3) + r"\end{aligned}"
+    assert written(of_text(f"$$ x = {wide} $$\n\n$$ {lines} $$\n")).told == ()
+
+
+def test_a_long_word_of_a_table_covers_no_value_and_is_told():
+    word = "W" * 90
+    made = written(of_text(f"Table: Words.\n\n| a | b | c |\n|---|---|---|\n| {word} | 4711 | Geschwindigkeit |\n"))
+    ((what, place),) = made.told
+    assert place == HERE and what.startswith("Section II.1: Table 2: “WWW")
+    for page in pypdfium2.PdfDocument(made.pdf):
+        text = page.get_textpage()
+        if found := text.search("4711").get_next():
+            break
+    boxes = [text.get_charbox(at) for at in range(text.count_chars()) if text.get_text_range(at, 1) == "W"]
+    ends = max(box[2] for box in boxes if box[3] - box[1] > 0 and box[1] < text.get_charbox(found[0])[3] + 1)
+    assert len(boxes) >= 90 and ends < text.get_charbox(found[0])[0]
+    assert "Geschwindigkeit" in text.get_text_bounded()
 
 
 @pytest.mark.parametrize(
