@@ -44,7 +44,7 @@ def test_between_samples_it_is_on_the_line_and_at_the_end_it_stands(recording):
 
 
 def test_it_needs_both_angles(recording):
-    with pytest.raises(RecordingError, match="no alpha"):
+    with pytest.raises(RecordingError, match="lacks alpha"):
         RecordedPlant(Recording.of(recording.time, theta=recording["theta"]))
 
 
