@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -20,7 +21,6 @@ from pathlib import Path
 
 import nbformat
 from nbformat import NotebookNode
-from sphinx.cmd.build import main as sphinx_build
 from website import chapters, secrets, staging
 
 from rotflex.errors import RotflexError
@@ -76,7 +76,9 @@ def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False,
         stage(folder, run, instructors, code)
         tags = ["-t", "instructor"] if instructors else []
         options = ["-W", "--keep-going", "-q", "-E", "-d", str(Path(begun) / "doctrees"), *tags]
-        status = sphinx_build(["-b", "html", "-c", str(staging.DOCS), *options, str(folder), str(made)])
+        # A process of its own: autodoc changes the signatures of what it documents, for whoever looks at them later.
+        sphinx = [sys.executable, "-m", "sphinx", "-b", "html", "-c", str(staging.DOCS), *options]
+        status = subprocess.run([*sphinx, str(folder), str(made)], check=False).returncode
         if status:
             return status
         package, file = MATHJAX
