@@ -325,6 +325,7 @@ def test_no_second_course_is_begun_inside_a_course(course, opened, monkeypatch, 
     rotflex("lab", "work", "--student", "ada")
     opened.clear()
     work = Path("work").resolve()
+    (work / inside).mkdir(exist_ok=True)  # as "data", which a release may bring
     monkeypatch.chdir(work / inside)
     done = rotflex("lab", *words)
     assert opened == [(work, [])]

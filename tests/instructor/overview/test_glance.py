@@ -158,7 +158,7 @@ def dropping(*names, course=OURS):
 
 def test_what_is_dropped_is_in_nothing_that_is_told_and_the_page_says_so_once(book, tmp_path):
     enrol(book, tmp_path, *((student, "", "", "") for student in "abcdef"))
-    fault = "2.16, comparison is not marked: key.py, line 3"
+    fault = "2.16, comparison is not marked: the key failed. key.py, line 3"
     for student in "abcdef":
         words = report_text("missing", given="") if student in "abc" else report_text()
         words = report_text("not marked: key fault") if student == "d" else words
