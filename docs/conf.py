@@ -9,6 +9,7 @@ from typing import Any
 from docutils import nodes
 
 HERE = Path(__file__).resolve().parent
+# Sphinx reads this file by itself: what it imports from the checkout can be found from here on, and not before.
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "tools")]
 
 from website import reference  # noqa: E402

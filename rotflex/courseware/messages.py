@@ -93,7 +93,7 @@ def speak(language: str) -> None:
 
     It holds for the whole process: a session, a command, or a program that writes pages for a course.
     """
-    global _spoken  # noqa: PLW0603
+    global _spoken  # noqa: PLW0603  # one language for the whole process, as its readers are
     spoken = _nearest(language)
     _spoken = (spoken, None if spoken == ENGLISH else _catalogues(spoken))
 

@@ -37,7 +37,7 @@ def templates(folder: str = _SHARED) -> Environment:
         extensions=["jinja2.ext.i18n"],
     )
     # A template is made once, and says what it says in the language of the moment.
-    made.install_gettext_callables(messages._, _number_of, newstyle=False)  # type: ignore[attr-defined]
+    made.install_gettext_callables(messages._, _number_of, newstyle=False)  # type: ignore[attr-defined]  # the extension adds it
     made.globals |= {"plural": messages.plural, "spoken": messages.spoken}
     return made
 
