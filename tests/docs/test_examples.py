@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 import typer.main
 from checkout import ROOT
+from traitlets.config import Config
 
 from rotflex import cli, experiments, greybox, hil
 from rotflex.workbook import spare_design
@@ -78,6 +79,15 @@ def any_model():
     return np.diag([-1.0, -1.0, -2.0, -2.0]), np.ones((4, 1))
 
 
+@pytest.fixture(autouse=True)
+def other_courses_are_forgotten():
+    """Modules of the tests' courses are not found by the tests after these, which have copies of their own."""
+    yield
+    for name, module in list(sys.modules.items()):
+        if Path(getattr(module, "__file__", None) or "/").is_relative_to(ROOT / "tests" / "courses"):
+            del sys.modules[name]
+
+
 def new_course(monkeypatch):
     """The package of the course on a spring, with the page's own catalogue, key and session in it."""
     example = sys.modules["example"]
@@ -109,7 +119,13 @@ def course_tutorial(monkeypatch):
     return {"__package__": "spring_page"}
 
 
+def hub_settings(_monkeypatch):
+    """The object that a hub's file of settings finds under this name."""
+    return {"c": Config()}
+
+
 PREPARED = {
+    "docs/jupyterhub.md": hub_settings,
     "docs/own_bench.md": own_bench,
     "docs/new_course.md": new_course,
     "docs/tutorials/own_bench.md": bench_tutorial,

@@ -39,7 +39,7 @@ def caseless(text: str) -> str:
 def asked() -> set[str]:
     """The questions of the student notebooks, as their cells name them; and the reports, as a whole."""
     cells = [cell for notebook in released_notebooks(ROOT).values() for cell in notebook["cells"]]
-    words = {cell["metadata"]["rotflex"]["question"] for cell in cells if "rotflex" in cell["metadata"]}
+    words = {about["question"] for cell in cells if "question" in (about := cell["metadata"].get("rotflex", {}))}
     return {*words, *AS_A_WHOLE} | {
         name for cell in cells for name in re.findall(r'^lab\.answer\(\s*"(.*?)"', text_of(cell), re.MULTILINE)
     }

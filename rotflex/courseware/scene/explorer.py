@@ -39,7 +39,7 @@ class Explorer(anywidget.AnyWidget):
     words = traitlets.Dict().tag(sync=True)
 
     def __init__(self) -> None:
-        super().__init__(words=_words())
+        super().__init__(words=page_words())
         self._version = 0
         self._loop = _running_loop()
         self._answered: dict[str, Any] = {}
@@ -160,8 +160,8 @@ class Explorer(anywidget.AnyWidget):
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
 
 
-def _words() -> dict[str, str]:
-    """What the page says by itself, by the names that the scripts have for it."""
+def page_words() -> dict[str, str]:
+    """What the page says by itself, in the reader's language, by the names that the scripts have for it."""
     return {
         "play": _("▶ Play"),
         "pause": _("❚❚ Pause"),
