@@ -25,7 +25,7 @@ from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.courseware.run import RUNNING
 from rotflex.courseware.session import DEMO, Session, student_of
-from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
 from rotflex.practice import Practice
 from rotflex.recordings_folder import ADDRESS, RecordingsFolder
 from rotflex.workbook.questions import CATALOGUE
@@ -111,11 +111,6 @@ class Lab(Session):
                     "recordings has {number}."
                 ).format(number=len(self.recordings.paths))
             )
-
-    @property
-    def true_stiffness(self) -> float:
-        """The stiffness (N·m/rad) of the student's own virtual bench, for a class to which it is given."""
-        return student_bench(self.seed, draw=self.policy.draw).parameters.K_s
 
     def bench(self, address: str | None = None, run: int = FIRST_RUN) -> hil.Bench:
         """This student's bench, to be opened in a ``with`` statement; or the one at another address.

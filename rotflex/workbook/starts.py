@@ -11,6 +11,7 @@ from typing import Any
 
 from rotflex.courseware.messages import N_
 from rotflex.courseware.starts import Start, Values
+from rotflex.hil.student_benches import student_bench
 
 DIGITS = 4  #: to which a stiffness is given: more than any sweep tells
 
@@ -24,7 +25,7 @@ def stiffness(K_s: float, J_l: float) -> Values:
 
 
 def _of_own_bench(lab: Any) -> Values:
-    return stiffness(lab.true_stiffness, lab.joint.J_l)
+    return stiffness(student_bench(lab.seed, draw=lab.policy.draw).parameters.K_s, lab.joint.J_l)
 
 
 STARTS = (
