@@ -246,14 +246,18 @@ def fill(folder: Path, student: str | None = None, was: str | None = None) -> li
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(_("{folder} is not a folder.").format(folder=folder))
     folder.mkdir(parents=True, exist_ok=True)
+    from rotflex.courseware import brought_over
+
+    if was is not None and (refused := brought_over.refusal(folder, was)):  # before anything is changed
+        raise ConfigurationError(refused)
     at_home = _is_home(folder, course)
     lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
     if student is not None:
         _write_course(folder, {**(_begun(folder) or _as_of_now(course)), course_file.STUDENT: student})
         lines.append(_("Student: {student}").format(student=student))
-    if was is not None:
-        from rotflex.courseware import brought_over
-
+    if was is not None and brought_over.nothing_yet(folder):
+        lines.append(_("Nothing was answered yet in {folder}, under no ID.").format(folder=folder))
+    elif was is not None:
         lines += brought_over.bring_over(folder, was, student or course_file.student(folder))
     return lines
 

@@ -310,6 +310,15 @@ def test_without_a_terminal_it_is_told_how_and_done_on_demand(mistyped):
     assert answered("ada") == 0.00153
     refused = rotflex("lab", "work", "--student", "ada", "--was", "eve")
     assert refused.exit_code == 2 and "has no answers of 'eve'" in refused.output
+    rotflex("lab", "work", "--student", "bob", "--was", "eve")
+    assert (named(), answered("ada")) == ("ada", 0.00153)  # what is refused changes nothing
+
+
+def test_an_id_that_was_mistyped_before_anything_was_answered_is_put_right_all_the_same(course, opened):
+    rotflex("lab", "work", "--student", "adda")
+    done = rotflex("lab", "work", "--student", "ada", "--was", "adda")
+    assert done.exit_code == 0 and named() == "ada" and len(opened) == 2
+    assert "Nothing was answered yet in work, under no ID." in done.output
 
 
 def test_the_same_id_in_other_letters_is_nobody_else(mistyped, at_a_terminal):

@@ -29,6 +29,17 @@ def any_of(folder: Path, student: str) -> bool:
     return _of(folder / ANSWERS_FILE, student) is not None
 
 
+def nothing_yet(folder: Path) -> bool:
+    """Whether nobody has answered anything in a folder."""
+    path = folder / ANSWERS_FILE
+    return not (path.exists() or set_aside.of_anybody(path))
+
+
+def refusal(folder: Path, was: str) -> str:
+    """Why there is nothing to be brought over from an ID though the folder has answers; "" if there is, or none yet."""
+    return "" if nothing_yet(folder) or any_of(folder, was) else _none_of(folder, was)
+
+
 def bring_over(folder: Path, was: str, student: str) -> list[str]:
     """Make answers that were given under a mistyped ID those of the right one, and say what came and what did not.
 
@@ -47,11 +58,7 @@ def bring_over(folder: Path, was: str, student: str) -> list[str]:
     path = folder / ANSWERS_FILE
     source = _of(path, was)
     if source is None:
-        raise ConfigurationError(
-            _("{folder} has no answers of {was!r}: look at the ID, in quotes if it has blanks.").format(
-                folder=folder, was=was
-            )
-        )
+        raise ConfigurationError(_none_of(folder, was))
     theirs = _read(source) or {}
     own_path = _of(path, student)
     own = (_read(own_path) if own_path else None) or {}
@@ -71,6 +78,11 @@ def bring_over(folder: Path, was: str, student: str) -> list[str]:
     except OSError as error:
         raise ConfigurationError(_("{file} cannot be written: {why}.").format(file=path, why=error.strerror)) from None
     return _told(was, student, sum(map(len, brought.values())), _left(theirs["answers"]))
+
+
+def _none_of(folder: Path, was: str) -> str:
+    said = _("{folder} has no answers of {was!r}: look at the ID, in quotes if it has blanks.")
+    return said.format(folder=folder, was=was)
 
 
 def _told(was: str, student: str, count: int, left: list[str]) -> list[str]:
