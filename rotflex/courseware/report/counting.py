@@ -67,6 +67,14 @@ def counted(text: str) -> Iterator[Counted]:
     yield from (one for _at, one in sorted(found, key=lambda item: item[0]))
 
 
+def tables(text: str) -> Iterator[list[list[str]]]:
+    """The rows of each table in a text, below its heading, as :func:`counted` counts them: entries as written."""
+    seen = _CODE.sub(_blank, _FENCED.sub(_blank, text))
+    for match in _TABLE.finditer(seen):
+        below = _BLANK_LINE.split(seen[match.end() :].removeprefix("\n"), maxsplit=1)[0]
+        yield [[one.strip() for one in line.strip().strip("|").split("|")] for line in below.split("\n") if "|" in line]
+
+
 def _displayed(text: str) -> Iterator[tuple[int, str]]:
     """Where each displayed equation begins, and its LaTeX; as pandoc reads it, whose braces go in pairs."""
     at = 0

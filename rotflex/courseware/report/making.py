@@ -194,7 +194,12 @@ def show(made: Sequence[str], said: str, told: Sequence[Told], found: Sequence[T
             )
             rich.append(f"<b>{html.escape(heading)}</b><ul>{listed}</ul>")
     if not (told or found):
-        plain.append(_("Nothing is missing, and nothing was left out."))
+        plain.append(
+            _(
+                "Nothing is missing and nothing was left out, as far as a program sees. Whether symbols are explained, "
+                "sources written in one way, and words spelt right, it does not see: read the report once more."
+            )
+        )
         rich.append(html.escape(plain[-1]))
     if _in_notebook():
         from IPython.display import display

@@ -18,6 +18,8 @@ from rotflex.courseware.report.dress import words_for
 _NUMBER = r"\d+(?:\.\d+)*"
 _LIST = rf"{_NUMBER}(?:(?:,\s*|,?\s+(?:and|or|to|{{and_}})\s+|\s*[-–]\s*){_NUMBER})*"
 _CITED = re.compile(r"\[(?P<keys>[\w.:-]{1,30}(?:\s*,\s*[\w.:-]{1,30})*)(?P<more>,\s*pp?\.[^\[\]]{1,40})?\]")
+#: Behind the number of a figure or a table that is not this report's: "Figure 2 of [1]".
+_ANOTHERS = re.compile(r"\s*,?\s+(?:of|in|from|aus|von)\s+\[")
 
 #: Of LaTeX, for which a report has words: it stays as it is typed.
 _COMMAND = r"(?P<command>\\(?:\w*cite\w*\*?|\w*ref\*?|label)(?:\s*\[[^\[\]]{0,60}\])*\s*\{[^{}]{0,60}\})"
@@ -65,7 +67,7 @@ class References:
             rf"|(?<!\w)(?P<table>(?i:{'|'.join(words['table'])}))\s+(?P<tables>{numbered})"
             rf"|\\(?:eq)?ref\{{(?P<ref>[^{{}}\s]{{1,60}})\}}"
             + (rf"|\((?P<tag>{tags})\)" if tags else "")
-            + rf"|(?<!\w)(?P<equation>{'|'.join(words['equation'])})\s+\((?P<unknown>[^()\s]{{1,60}})\)"
+            + rf"|(?<!\w)(?P<equation>(?i:{'|'.join(words['equation'])}))\s+\((?P<unknown>[^()\s]{{1,60}})\)"
             + rf"|{_CITED.pattern}|{_COMMAND}"
         )
 
@@ -108,7 +110,10 @@ class References:
         groups = match.groupdict()
         if match["figures"] or match["tables"]:
             kind = "figure" if match["figures"] else "table"
-            yield from self._numbered(kind, match[kind], match[f"{kind}s"], tell)
+            if _ANOTHERS.match(match.string, match.end()):
+                yield Referred(match[0])
+            else:
+                yield from self._numbered(kind, match[kind], match[f"{kind}s"], tell)
         elif tag := groups.get("tag") or match["ref"]:
             yield self._equation(tag, place, tell, match[0])
         elif match["command"]:

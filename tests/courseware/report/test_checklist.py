@@ -13,6 +13,8 @@ from poor_report import FAULTS, NOTEBOOK, POOR
 from rotflex.courseware import words
 from rotflex.courseware.report import composing
 from rotflex.courseware.report.checklist import Fault, faults, listed, not_looked_at
+from rotflex.courseware.report.checks import units
+from rotflex.courseware.report.checks.faults import named
 from rotflex.courseware.report.document import Document, Place, Prose
 from rotflex.courseware.session import Session
 from rotflex.workbook.questions import CATALOGUE
@@ -153,6 +155,18 @@ GENUG = "Dieser Satz steht hier, damit der Text, der ihm folgt, lang genug ist f
         (f"{ENOUGH} " * 30, "long"),
         (f"{ENOUGH} We saw it in [7].", "no entry"),
         (f"{ENOUGH}\n\n{words.STUB}", "draft"),
+        (f"{ENOUGH} It was higher by xx %.", "draft"),
+        (f"{ENOUGH} It is $K_s = X.XX$ N·m/rad.", "draft"),
+        (f"{ENOUGH} It had an amplitude of 4 and began at rest.", "no unit"),
+        (f"{ENOUGH} Both were recorded every 0.002.", "no unit"),
+        (f"{ENOUGH} It is $K_s$ = 2.02 (Table 2).", "no unit"),
+        (f"{ENOUGH} It is $K_s$ = 2.02 N/m.", "other unit"),
+        (f"{ENOUGH} It is $K_s$ = 1.10 N/m, and not more.", "other unit"),
+        (f"{ENOUGH} It is $\\omega_n$ = 24.2 Hz.", "other unit"),
+        (f"{ENOUGH} It is $K_s = J_l\\,\\omega_n^2 = 2.02~\\mathrm{{N/m}}$.", "other unit"),
+        (f"{ENOUGH} The length is (1.5 ± 0.0561) m.", "uncertainty"),
+        (f"{ENOUGH} The length is (1.53 ± 0.0561) m.", "uncertainty"),
+        (f"{ENOUGH} The length is $1.5312 \\pm 0.06$ m.", "uncertainty"),
     ],
 )
 def test_one_fault_alone_is_found_alone(words, kind):
@@ -190,10 +204,85 @@ def test_german_texts_are_read_as_german(words, kind):
         f"{ENOUGH} In `the the x = a*b^2` the code is as it is.",
         f"{ENOUGH} He said that that had had no effect.",
         f"{ENOUGH} The address is https://example.org/a,,b/TODO and no more.",
+        f"{ENOUGH} The fit gives $K_s$ = 2.11 N·m/rad, which is 4 % above that of Table 2.",  # a second one, told apart
+        f"{ENOUGH} It is $\\omega_n$ = 24.2 1/s.",  # an angle has no unit of its own
+        f"{ENOUGH} It is $\\omega_n$ = 3.85 Hz.",  # the same, in another unit
+        f"{ENOUGH} It is $K_s$ = 2.02 N m/rad, by the root $\\sqrt{{K_s/J_l}}$ = 24.2 rad/s.",
+        f"{ENOUGH} The length is (1.53 ± 0.06) m, the angle (40 ± 2) deg, the mass (0.125 ± 0.010) kg.",
+        f"{ENOUGH} Let $xx^T$ be a matrix, and section XX of [2] its source.",
+        f"{ENOUGH} It was read every 2 ms, with an amplitude of 4 and 5 deg.",
     ],
 )
 def test_what_only_looks_like_a_fault_is_none(words):
     assert kinds(one_text(words)) == []
+
+
+@pytest.mark.parametrize(
+    ("language", "words"),
+    [
+        ("en", "As Figure 1 shows, the frequency is 3.85 Hz."),
+        ("en", "The stiffness was found to be 2.02 N·m/rad."),
+        ("de", "Wie Abbildung 1 zeigt, sind es 3,85 Hz."),
+        ("de", "Die Steifigkeit ergab sich zu 2,02 N·m/rad."),
+    ],
+)
+def test_a_result_belongs_to_the_results_and_not_into_the_procedure(language, words):
+    words = f"{ENOUGH if language == 'en' else GENUG} {words}"
+    heading = {"en": "Procedure", "de": "Durchführung"}[language]
+    assert kinds(one_text(words, heading, language)) == ["result"]
+    assert kinds(one_text(words, "Analysis", language)) == []
+
+
+def test_what_stands_twice_in_one_text_is_not_said_to_stand_in_another():
+    (one,) = faults(one_text(f"{ENOUGH}\n\n{ENOUGH}"))
+    assert one.kind == "twice" and one.what.endswith("stands there twice, word for word.")
+
+
+def test_what_the_cover_lacks_is_told_with_the_line_to_write_it_in():
+    (one,) = faults(dataclasses.replace(TERSE, course=""))
+    assert one.kind == "course" and "“* **Course:** …”" in one.advice
+
+
+def test_a_thing_is_named_once_and_the_advice_names_it(found):
+    told = {one.what: one for one in found if one.kind == "not referred to"}
+    assert "“Table 2 shows …”" in told["Table 1 (Table 2): no text refers to it."].advice
+    assert named(ROWS, TERSE) == "Table 1"
+    assert "“Equation (2) shows …”" in told["Equation (2): no text refers to it."].advice
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "relation"),
+    [
+        ("N·m/rad", "N/m", "another quantity"),
+        ("N·m/rad", "Nm", "the same"),
+        ("kg·m²", "kg·m^2", "the same"),
+        ("N·m", "kg·m²/s²", "the same"),
+        ("N·m/(rad/s)", "N·m·s", "the same"),
+        ("V·s/rad", "V/(rad/s)", "the same"),
+        ("N·m/(rad·s)", "N·m/rad·s", "not understood"),  # the second can be read in two ways
+        ("V/(rad/s)", "V/rad", "another quantity"),
+        ("W", "V·A", "the same"),
+        ("J", "W·s", "the same"),
+        ("Ω", "V/A", "the same"),
+        ("Pa", "N/m²", "the same"),
+        ("ms", "s", "another size"),
+        ("deg/s", "rad/s", "another size"),
+        ("Hz", "rad/s", "another size"),
+        ("Hz", "s", "another quantity"),
+        ("rad·s⁻¹", "rad/s", "the same"),
+        ("mm", "min", "another quantity"),
+        ("apples", "m", "not understood"),
+    ],
+)
+def test_units_are_of_the_quantity_that_their_definitions_say(one, other, relation):
+    first, second = units.parsed(one), units.parsed(other)
+    if first is None or second is None:
+        said = "not understood"
+    elif first.powers != second.powers:
+        said = "another quantity"
+    else:
+        said = "the same" if first.size == pytest.approx(second.size) else "another size"
+    assert said == relation
 
 
 def test_more_pages_than_allowed_are_told():
@@ -271,6 +360,34 @@ def test_a_table_in_a_text_is_asked_for_a_caption_and_how_to_write_one_is_said()
     (one,) = faults(with_results(ONE, two, ROWS, OWN))
     assert one.what == "Table 2 has no caption." and "“Table:”" in one.advice
     assert kinds(with_results(ONE, two, ROWS, dataclasses.replace(OWN, caption=MORE_ROWS.caption))) == []
+
+
+@pytest.mark.parametrize(
+    ("written", "lacks"),
+    [
+        ("| run | T |\n|---|---|\n| 1 | 2.00 |\n| 2 | 2.01 |", True),
+        ("| run | T (s) |\n|---|---|\n| 1 | 2.00 |\n| 2 | 2.01 |", False),
+        ("| run | T | Unit |\n|---|---|---|\n| 1 | 2.00 | s |\n| 2 | 2.01 | s |", False),
+        ("| run | damping ratio |\n|---|---|\n| 1 | 0.02 |\n| 2 | 0.03 |", False),
+        ("| run | T |\n|---|---|\n| 1 | 2.00 s |\n| 2 | 2.01 s |", False),
+        ("| run | swings |\n|---|---|\n| 1 | 20 |\n| 2 | 21 |", False),
+        ("| quantity | value |\n|---|---|\n| length (m) | 1.00 |\n| period (s) | 2.01 |", False),
+        ("| quantity | value |\n|---|---|\n| length | 1.00 |\n| period | 2.01 |", True),
+    ],
+)
+def test_a_column_of_measured_numbers_in_a_table_of_ones_own_has_a_unit(written, lacks):
+    two = figure("Figure 2", 2, FULL, ("time (s)", "a (V)", ("",)))
+    head = tuple(one.strip() for one in written.split("\n")[0].strip("|").split("|"))
+    of_own = dataclasses.replace(OWN, caption=MORE_ROWS.caption, head=head)
+    report = with_results(ONE, two, ROWS)
+    words = text("b", "Figure 1, Figure 2, Table 1 and Table 2 are what came out of it, all of them together.", written)
+    section = report.sections[1]
+    section = dataclasses.replace(
+        section,
+        blocks=(words, dataclasses.replace(of_own, place=words.place, written=words.place), *section.blocks[1:]),
+    )
+    report = dataclasses.replace(report, sections=(report.sections[0], section, *report.sections[2:]))
+    assert kinds(report) == (["unit"] if lacks else [])
 
 
 def test_a_picture_in_a_text_is_called_by_its_section():

@@ -42,6 +42,14 @@ def called(one: Figure | Table, document: Document) -> str:
     return one.label
 
 
+def named(one: Figure | Table, document: Document) -> str:
+    """What a figure or table is told by: its number in the report, and what it is called by where that is another."""
+    text = _("Figure {number}") if isinstance(one, Figure) else _("Table {number}")
+    name = text.format(number=one.number)
+    label = called(one, document)
+    return name if label in ("", name) else f"{name} ({label})"
+
+
 def listed(faults: Iterable[Fault]) -> str:
     """Faults as a list in Markdown, each with a link to its cell."""
     return "\n".join(

@@ -27,6 +27,7 @@ class Language:
     may_repeat : words that may stand twice in a row
     draft : notes that are left in a first draft, besides those of every language
     results, procedure : how the heading of such a section begins
+    results_in : what says what came out, where it is told what was done
     interprets : what says more than what came out
     buttons : what tells of a program's buttons rather than of an experiment
     vague : "the figure above": a place, where a number should be
@@ -42,6 +43,7 @@ class Language:
     draft: re.Pattern[str]
     results: tuple[str, ...]
     procedure: tuple[str, ...]
+    results_in: re.Pattern[str]
     interprets: re.Pattern[str]
     buttons: re.Pattern[str]
     vague: re.Pattern[str]
@@ -69,6 +71,8 @@ _ENGLISH = Language(
          "blah"),
     ("results", "result", "measurements", "data"),
     ("procedure", "method", "experiment"),
+    _any("(?:was|were|is|are) found to be", "we (?:found|obtained|got) (?:that|a|an)", "turned out to be",
+         "came out as", r"as (?:figure|fig\.|table|tab\.) \S+ shows"),
     _any(
         "because", "therefore", "thus", "hence", "due to", "(?:this|which) means", "shows? that", "suggests?",
         "indicates?", "as expected", "(?:good|excellent|poor|close) agreement", "agrees? well", "we conclude",
@@ -89,10 +93,12 @@ _ENGLISH = Language(
         "nominal", "expected", "predicted", "desired", "before", "earlier", "literature", "compared", "than",
         "initial(?:ly)?", "assum\\w+", "guess\\w*", "first", "second", "between", "at least", "at most", "up to",
         "true", "real", "published", "given", "corrected", "limit\\w*", "specif\\w+", "should", "must", "for example",
-        "not", "no", "rather",
+        "not", "no", "rather", "above", "below", "higher", "lower", "larger", "smaller", "more", "less", "differ\\w*",
+        "deviat\\w+", "versus", "against",
     ),
     _any("frequency", "voltage", "duration", "length", "mass", "temperature", "current", "speed", "velocity", "force",
-         "power", "pressure", "distance", "settling time", "rise time", "sample time"),
+         "power", "pressure", "distance", "settling time", "rise time", "sample time", "amplitude", "stiffness",
+         "inertia", "torque", "deflection", "(?:sampled|recorded|measured|taken|stored|read) every"),
     _any("and", "so", "with", "which", "where", "while", "but", "because", "as", "by", "is", "was"),
     _words(
         "recieve recieved recieves seperate seperated seperately occured occuring definately accomodate "
@@ -113,6 +119,8 @@ _GERMAN = Language(
          "platzhalter", "bild einfügen"),
     ("ergebnis", "messergebnis", "resultat", "messwerte", "results"),
     ("durchführung", "versuch", "vorgehen", "verfahren", "methode", "procedure"),
+    _any("(?:ergab|ergaben|ergibt|ergeben) sich", "stellte sich heraus",
+         r"wie (?:abbildung|abb\.|figure|tabelle|tab\.|table) \S+ zeigt"),
     _any(
         "weil", "daher", "deshalb", "folglich", "somit", "aufgrund", "das bedeutet", "was bedeutet",
         r"zeig(?:t|en),? dass", "deutet darauf", "wie erwartet", "wie zu erwarten",
@@ -135,9 +143,12 @@ _GERMAN = Language(
         "früher\\w*", "zuvor", "literatur\\w*", "verglichen", "als", "anfang\\w*", "annahme\\w*", "angenommen\\w*",
         "geschätzt\\w*", "erste\\w*", "zweite\\w*", "zwischen", "mindestens", "höchstens", "bis zu", "wahre\\w*",
         "gegeben\\w*", "korrigiert\\w*", "grenz\\w*", "muss", "darf", "beispiel\\w*", "nicht", "kein\\w*",
+        "über", "unter", "höher\\w*", "niedriger\\w*", "größer\\w*", "kleiner\\w*", "mehr", "weniger", "weich\\w+",
+        "abweich\\w+", "gegenüber",
     ),
     _any("frequenz", "eigenfrequenz", "spannung", "dauer", "länge", "masse", "temperatur", "strom", "geschwindigkeit",
-         "kraft", "leistung", "druck", "abstand", "einschwingzeit", "anstiegszeit", "abtastzeit"),
+         "kraft", "leistung", "druck", "abstand", "einschwingzeit", "anstiegszeit", "abtastzeit", "amplitude",
+         "steifigkeit", "trägheitsmoment", "drehmoment", "auslenkung"),
     _any("und", "so", "mit", "woraus", "wobei", "während", "aber", "weil", "da", "ist", "war"),
     _words(
         "standart seperat wiederspiegelt wiederspiegeln orginal vorraus vorraussetzung rythmus rytmus "

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.report.checks.faults import Fault, called
+from rotflex.courseware.report.checks.faults import Fault, named
 from rotflex.courseware.report.checks.prose import Reading, words
 from rotflex.courseware.report.document import Document, Equation, Figure, Place, Table
 
@@ -126,17 +126,15 @@ def _is_picture(document: Document, figure: Figure) -> bool:
 
 
 def _not_named(one: Figure | Table | Equation, document: Document) -> Fault:
-    if isinstance(one, Figure):
-        name = _("Figure {number} ({label})").format(number=one.number, label=called(one, document))
-    elif isinstance(one, Table):
-        name = _("Table {number} ({label})").format(number=one.number, label=one.label)
+    if isinstance(one, Equation):
+        name = written = _("Equation ({number})").format(number=one.tag)
     else:
-        name = _("Equation ({number})").format(number=one.tag)
+        name, written = named(one, document), one.label
     return Fault(
         "not referred to",
         _("{name}: no text refers to it.").format(name=name),
         _("A reader does not learn what it is there for, or when to look at it."),
-        _("Name it where you use it, as in “Figure 2 shows …”; what no text needs can be left out."),
+        _("Name it where you use it, as in “{name} shows …”; what no text needs can be left out.").format(name=written),
         one.place,
     )
 

@@ -12,12 +12,15 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
 from rotflex.courseware.messages import _
+from rotflex.courseware.report.checks import units
 from rotflex.courseware.report.checks.faults import Fault
 from rotflex.courseware.report.checks.languages import Language
 from rotflex.courseware.report.checks.prose import Reading, spelt, symbol, typed
 from rotflex.courseware.report.document import Document, Table
 
 MOST_DIGITS = 6  #: of a number in a text; hardly anything is measured better
+MOST_DOUBTED = 2  #: digits of an uncertainty, of which the second is hardly known
+_APART = 2  # digits behind the point by which a value and its uncertainty may not differ
 _MINUS = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
 _POWER = r"\s?(?:·|×|\*|x)\s?10(?:\^?\(?[-−]?\d{1,2}\)?|[⁻⁰¹²³⁴-⁹]{1,3})|[eE][-+−]?\d{1,2}(?!\w)"
 _NUMBER = rf"[-−]?(?:\d+[.,]\d+|\d+)(?:{_POWER})?"
@@ -33,8 +36,16 @@ _CLOSE = re.compile(rf"(?<![\w.,^_-])\d+(?:[.,]\d+)?{_SPACED_UNIT}")
 _COMMA = re.compile(rf"(?<![\w.,])(\d+,\d+)\s?{_UNIT}")
 _POINT = re.compile(r"(?<![\w.,])\d+\.\d+(?![\w.])")
 _LONG = re.compile(r"(?<![\w.,/])\d+\.\d+(?![\w.])")
-_END = r"(?=\s*(?:[.;:)]\s*(?:$|\n|[^\d\s])|,\s+\D))"
-_IS = r"\s*(?:=|≈|:|is|was|of|equals|ist|war|beträgt|von)\s*(?:about |approximately |etwa |rund |ca\. |≈\s*)?"
+_END = (
+    r"(?=\s*(?:[.;:)]\s*(?:$|\n|[^\d\s])|,\s+\D"
+    r"|\((?:see |siehe )?(?:Figure|Fig\.|Table|Tab\.|Abbildung|Abb\.|Tabelle)))"
+)
+_DOUBTED = re.compile(r"(?<![\w.,])(\d+(?:\.\d+)?)\s*(?:±|\+/-)\s*(\d+(?:\.\d+)?)(?![\w.,]*\d)")
+_IS = (
+    r"\s*(?:=|≈|:|is|was|of|equals|ist|war|beträgt|von|(?<=every))\s*(?:about |approximately |etwa |rund |ca\. |≈\s*)?"
+)
+#: What stands before a symbol that is no part of a formula, as in "With a = 3 V": a word, or nothing.
+_BEFORE = re.compile(r"(?:^|[^\W\d_]{2,}|[,;:])\s*\Z")
 _LATER_UNIT = re.compile(rf"^\s*(?:±|\+/-|to|and|or|bis|und|oder|[,–-])\s*{_NUMBER}")
 
 
@@ -92,7 +103,27 @@ def _written(reading: Reading, text: str) -> Iterator[Fault]:
                 _("Round it to what you can stand for: the uncertainty has one digit, or two."),
                 reading.place,
             )
+            break
+    for match in _DOUBTED.finditer(text):
+        if _doubtful(match[1], match[2]):
+            yield Fault(
+                "uncertainty",
+                _("{where}: value and uncertainty do not go together in “{written}”.").format(
+                    where=reading.where, written=match[0]
+                ),
+                _("The uncertainty says which digits of the value are known; here they say different things."),
+                _("Give the uncertainty one digit, or two, and end the value at the same place: 2.02 ± 0.06."),
+                reading.place,
+            )
             return
+
+
+def _doubtful(value: str, uncertainty: str) -> bool:
+    """Whether an uncertainty has too many digits, or its value ends far from where it does."""
+    places = [len(one.partition(".")[2]) for one in (value, uncertainty)]
+    digits = uncertainty.replace(".", "").lstrip("0")
+    known = len(digits if "." in uncertainty else digits.rstrip("0"))
+    return known > MOST_DOUBTED or abs(places[0] - places[1]) >= _APART
 
 
 def _close(reading: Reading, number: str) -> Fault:
@@ -163,7 +194,7 @@ def _ended(text: str, entries: Mapping[str, Entry], language: Language | None) -
             said = rf"(?<![\w_^\\]){re.escape(name)}\s*(?:=|≈)\s*({_NUMBER})(?:{_END}|(?=\s*$){joins})"
             yield from ((name, match[1]) for match in re.finditer(said, text) if _is_alone(text, match.end()))
     if language is not None:
-        said = rf"({language.quantities.pattern}){_IS}({_NUMBER})(?:{_END}|(?=\s*$))"
+        said = rf"({language.quantities.pattern}){_IS}({_NUMBER})(?:{_END}|(?=\s*$){joins})"
         for match in re.finditer(said, text, re.IGNORECASE):
             if _is_alone(text, match.end()):
                 yield match[1], match[2]
@@ -240,9 +271,15 @@ def _other_than_table(reading: Reading, entries: Mapping[str, Entry], language: 
             said = rf"(?<![\w_^\\]){re.escape(name)}{by_way_of}\s*(?:=|≈)\s*({_NUMBER})\s?([^\s,;]*)"
             for match in re.finditer(said, text):
                 unit = match[2].rstrip(".)")
-                if not unit or not _same_unit(unit, entry.unit) or language.else_whose.search(text):
+                if not unit:
                     continue
-                if _differ(match[1], entry.digits):
+                if not _same_unit(unit, entry.unit):
+                    other = units.behind(text[match.start(2) :])
+                    if _BEFORE.search(text, 0, match.start()) and _is_another(other, match[1], entry):
+                        yield _other_unit(reading, name, other, entry)
+                        return
+                    continue
+                if _differ(match[1], entry.digits) and not language.else_whose.search(text):
                     yield Fault(
                         "other number",
                         _("{where}: {name} is {here} in the text, and {there} in Table {number}.").format(
@@ -257,6 +294,26 @@ def _other_than_table(reading: Reading, entries: Mapping[str, Entry], language: 
                         reading.place,
                     )
                     return
+
+
+def _is_another(unit: str, digits: str, entry: Entry) -> bool:
+    """Whether a unit cannot be that of a table's number: of another quantity, or of another size with its digits."""
+    here, there = units.parsed(unit), units.parsed(typed(entry.unit))
+    if here is None or there is None:
+        return False
+    return here.powers != there.powers or (here.size != there.size and not _differ(digits, entry.digits))
+
+
+def _other_unit(reading: Reading, name: str, unit: str, entry: Entry) -> Fault:
+    return Fault(
+        "other unit",
+        _("{where}: {name} is in {here} in the text, and in {there} in Table {number}.").format(
+            where=reading.where, name=name, here=unit, there=entry.unit, number=entry.table.number
+        ),
+        _("A unit says which quantity it is. With another one, a reader does not know what was measured."),
+        _("Find out which unit belongs to it, by its equation, and write that one."),
+        reading.place,
+    )
 
 
 def _differ(one: str, other: str) -> bool:

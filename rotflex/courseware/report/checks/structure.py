@@ -66,19 +66,35 @@ def faults(document: Document, readings: Sequence[Reading], pages: int | None) -
 
 def _cover(document: Document) -> Iterator[Fault]:
     wanted = (
-        (document.title, "title", _("The cover has no title."), _("A reader cannot tell what it is about.")),
+        (
+            document.title,
+            ("title", _("Title")),
+            _("The cover has no title."),
+            _("A reader cannot tell what it is about."),
+        ),
         (
             document.course,
-            "course",
+            ("course", _("Course")),
             _("The cover does not name the course."),
             _("Reports of several courses lie together."),
         ),
-        ("".join(document.authors), "author", _("The cover names no author."), _("Nobody can tell whose work it is.")),
-        (document.date, "date", _("The cover has no date."), _("A reader cannot tell which of two versions is newer.")),
+        (
+            "".join(document.authors),
+            ("author", _("Authors")),
+            _("The cover names no author."),
+            _("Nobody can tell whose work it is."),
+        ),
+        (
+            document.date,
+            ("date", _("Date")),
+            _("The cover has no date."),
+            _("A reader cannot tell which of two versions is newer."),
+        ),
     )
-    for there, kind, what, why in wanted:
+    for there, (kind, line), what, why in wanted:
         if not there.strip():
-            yield Fault(kind, what, why, _("Write it where the cover is filled in."), document.front)
+            advice = _("Write it into the cell of authors, captions and sources, in a line “* **{line}:** …”.")
+            yield Fault(kind, what, why, advice.format(line=line), document.front)
 
 
 def _length(reading: Reading, few_will_do: bool) -> Iterator[Fault]:

@@ -15,6 +15,7 @@ _SAME = 12  # words of a sentence that nobody writes twice by chance
 #: In any language.
 _DRAFT = re.compile(
     r"\b(?:TODO|TBD|TBA|FIXME|XXX+|t\.b\.d\.)|\?\?+|(?i:\blorem ipsum\b)"
+    r"|(?<![\w.^])(?:x{2,3}|[xX]{1,3}[.,][xX]{1,3})(?![\w^.])|(?<![\w.^])XX(?=\s?(?:%|°|deg|rad|Hz|V\b|N\b|m?s\b))"
     r"|\[(?:\.\.\.|…|\?)\]|<\?>|\b(?i:asdf\w*|qwert\w*)\b"
 )
 _TWICE = re.compile(r"\b([^\W\d_]{2,})\s+\1\b", re.IGNORECASE)
@@ -99,6 +100,14 @@ def _spoken(reading: Reading, language: Language) -> Iterator[Fault]:
             _("Move what it means, and why, to the analysis or the conclusions."),
             reading.place,
         )
+    if heading.startswith(language.procedure) and (said := language.results_in.search(reading.running)):
+        yield Fault(
+            "result",
+            _("{where}: “{words}” sounds like a result, in the procedure.").format(where=reading.where, words=said[0]),
+            _("A procedure is what somebody else can do again; what came out of it is looked for among the results."),
+            _("Move what came out to the results, or to the analysis."),
+            reading.place,
+        )
     if said := language.buttons.search(reading.bare):
         yield Fault(
             "buttons",
@@ -112,7 +121,7 @@ def _spoken(reading: Reading, language: Language) -> Iterator[Fault]:
             "vague",
             _("{where}: which one is “{words}”?").format(where=reading.where, words=said[0]),
             _("Figures and tables move when a page is set; above and below then are somewhere else."),
-            _("Call it by its number, as in “Figure 2”."),
+            _("Call it by its name and number, as “Figure” with the number of its question."),
             reading.place,
         )
 
@@ -141,13 +150,21 @@ def _pasted(readings: Sequence[Reading]) -> Iterator[Fault]:
                 continue
             if said in seen and not told:
                 told = True
+                begin = " ".join(sentence.split()[:6])
+                within = seen[said] == reading.where
                 yield Fault(
                     "twice",
-                    _("{where}: “{begin} …” stands in {other}, too, word for word.").format(
-                        where=reading.where, begin=" ".join(sentence.split()[:6]), other=seen[said]
+                    _("{where}: “{begin} …” stands there twice, word for word.").format(
+                        where=reading.where, begin=begin
+                    )
+                    if within
+                    else _("{where}: “{begin} …” stands in {other}, too, word for word.").format(
+                        where=reading.where, begin=begin, other=seen[said]
                     ),
                     _("A reader looks for the difference, and there is none."),
-                    _("Say it once, and refer to it: “as in {other}”.").format(other=seen[said]),
+                    _("Take one of them out.")
+                    if within
+                    else _("Say it once, and refer to it: “as in {other}”.").format(other=seen[said]),
                     reading.place,
                 )
             seen.setdefault(said, reading.where)
