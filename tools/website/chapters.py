@@ -190,7 +190,11 @@ def _instead_of_explorer(
     elif "text/html" in data:
         what, shown, body = "a table that can be sorted and copied.", "the plain table", data["text/html"]
     else:
-        what, shown, body = "the bench, which is run and watched there.", "a drawing of it", still
+        what, shown, body = (
+            "the bench, which is run and watched there.",
+            "a drawing of the bench, in another experiment than this one",
+            still,
+        )
     return _markdown(f"{EXPLORER.format(what=what, shown=shown)}\n\n{body}")
 
 
