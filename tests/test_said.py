@@ -192,4 +192,4 @@ def test_each_word_of_a_script_is_sent_to_it():
     from rotflex.courseware.scene import explorer
 
     asked = {name for script in SCRIPTS for name in re.findall(r"\bwords\.(\w+)", script.read_text(encoding="utf-8"))}
-    assert asked == set(explorer._words())
+    assert asked == set(explorer.page_words())

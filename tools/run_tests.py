@@ -63,7 +63,7 @@ def main(options: list[str]) -> int:
         if quick:
             print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}; make test runs them")
         title, tests = ("quick tests", QUICK_TESTS) if quick else ("tests and solution notebooks", ALL_TESTS)
-        checks.append(run(title, (PYTHON, "-m", "pytest", *SHARED, *tests, *options), variables))
+        checks.append(run(title, (PYTHON, "-u", "-m", "pytest", *SHARED, *tests, *options), variables))
     return 0 if all(checks) else 1
 
 

@@ -278,5 +278,5 @@ REFUSED = (
 
 def remove(folder: Path) -> None:
     """Delete a folder that may be thousands of folders deep, and closed."""
-    subprocess.run(["chmod", "-R", "u+rwX", folder], check=True)
-    subprocess.run(["rm", "-rf", folder], check=True)
+    subprocess.run(["chmod", "-R", "u+rwX", folder], check=True, timeout=300)
+    subprocess.run(["rm", "-rf", folder], check=True, timeout=300)

@@ -69,12 +69,12 @@ PLANTS = {
 }
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def run(tmp_path_factory):
     return chapters.run_before_answers(tmp_path_factory.mktemp("notebooks") / "kept")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def site(run, kept, tmp_path_factory):
     """The folder of the public site. Building it fails on a warning, a dead link, and what is of the solutions."""
     folder, held = tmp_path_factory.mktemp("site"), []
@@ -91,18 +91,18 @@ def site(run, kept, tmp_path_factory):
     return folder / "site"
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def built(site):
     return Built(site)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def kept(run):
     """What may not be told, by a student's chapters as they were run for the site."""
     return secrets.of_the_course(run.values())
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def address(site):
     class Quiet(http.server.SimpleHTTPRequestHandler):
         def log_message(self, *_arguments):
@@ -174,7 +174,7 @@ class TestPages:
 
     def test_links_that_leave_are_few_and_known(self, built):
         hosts = {urlsplit(link).hostname for link in built.outside}
-        assert hosts <= {"nbdime.readthedocs.io", "github.com", "pradyunsg.me", "www.sphinx-doc.org"}
+        assert hosts <= {"nbdime.readthedocs.io", "github.com", "pradyunsg.me", "www.python.org", "www.sphinx-doc.org"}
 
 
 class TestSecrets:

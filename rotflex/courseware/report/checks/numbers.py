@@ -38,7 +38,7 @@ _POINT = re.compile(r"(?<![\w.,])\d+\.\d+(?![\w.])")
 _LONG = re.compile(r"(?<![\w.,/])\d+\.\d+(?![\w.])")
 _END = (
     r"(?=\s*(?:[.;:)]\s*(?:$|\n|[^\d\s])|,\s+\D"
-    r"|\((?:see |siehe )?(?:Figure|Fig\.|Table|Tab\.|Abbildung|Abb\.|Tabelle)))"
+    r"|\((?:(?:see|siehe)\s)?(?:Figure|Fig\.|Table|Tab\.|Abbildung|Abb\.|Tabelle)))"
 )
 _DOUBTED = re.compile(r"(?<![\w.,])(\d+(?:\.\d+)?)\s*(?:±|\+/-)\s*(\d+(?:\.\d+)?)(?![\w.,]*\d)")
 _IS = (
