@@ -49,7 +49,7 @@ class Unit:
 
 
 def parsed(text: str) -> Unit | None:
-    """A unit as it is typed, as "N·m/rad" and "kg m^2"; None where it is not understood, or can be read in two ways."""
+    """A unit as it is typed, as "N·m/rad" and "kg·m^2"; None where it is not understood, or can be read in two ways."""
     plain = text.strip().translate(_RAISED)
     if within := _OVER_BRACKETS.fullmatch(plain):
         over, under = parsed(within["over"]), parsed(within["under"])
