@@ -97,8 +97,8 @@ _ENGLISH = Language(
         "deviat\\w+", "versus", "against",
     ),
     _any("frequency", "voltage", "duration", "length", "mass", "temperature", "current", "speed", "velocity", "force",
-         "power", "pressure", "distance", "settling time", "rise time", "sample time", "amplitude", "stiffness",
-         "inertia", "torque", "deflection", "(?:sampled|recorded|measured|taken|stored|read) every"),
+         "power", "pressure", "distance", "settling time", "rise time", "sample time", "amplitude",
+         "(?:sampled|recorded|measured|taken|stored|read) every"),
     _any("and", "so", "with", "which", "where", "while", "but", "because", "as", "by", "is", "was"),
     _words(
         "recieve recieved recieves seperate seperated seperately occured occuring definately accomodate "
@@ -148,7 +148,7 @@ _GERMAN = Language(
     ),
     _any("frequenz", "eigenfrequenz", "spannung", "dauer", "länge", "masse", "temperatur", "strom", "geschwindigkeit",
          "kraft", "leistung", "druck", "abstand", "einschwingzeit", "anstiegszeit", "abtastzeit", "amplitude",
-         "steifigkeit", "trägheitsmoment", "drehmoment", "auslenkung"),
+        ),
     _any("und", "so", "mit", "woraus", "wobei", "während", "aber", "weil", "da", "ist", "war"),
     _words(
         "standart seperat wiederspiegelt wiederspiegeln orginal vorraus vorraussetzung rythmus rytmus "
