@@ -30,6 +30,7 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "courseware.predictions:LONGEST": (1000, "characters: a sentence, and a few more"),
     # --- what a reader of a report minds ---
     "courseware.report.checks.numbers:MOST_DOUBTED": (2, "an uncertainty is given with one digit, or two"),
+    "courseware.report.checks.numbers:_APART": (2, "one digit more or less is a matter of rounding"),
     "courseware.report.checks.labels:_FEWEST_ROWS": (2, "one number makes no column"),
     "courseware.report.checks.formulas:_LONGEST": (40, "characters of a formula in a message; half a line"),
     "courseware.report.checks.formulas:_FEWEST_LETTERS": (4, "of a command; of three, every second is near another"),

@@ -164,6 +164,8 @@ GENUG = "Dieser Satz steht hier, damit der Text, der ihm folgt, lang genug ist f
         (f"{ENOUGH} It is $K_s$ = 1.10 N/m, and not more.", "other unit"),
         (f"{ENOUGH} It is $\\omega_n$ = 24.2 Hz.", "other unit"),
         (f"{ENOUGH} It is $K_s = J_l\\,\\omega_n^2 = 2.02~\\mathrm{{N/m}}$.", "other unit"),
+        (f"{ENOUGH} As was said above, it is $K_s$ = 1.30 N·m/rad, and nothing is below it.", "other number"),
+        (f"{ENOUGH} It is $K_s$ = 1.30 N·m/rad, more or less.", "other number"),
         (f"{ENOUGH} The length is (1.5 ± 0.0561) m.", "uncertainty"),
         (f"{ENOUGH} The length is (1.53 ± 0.0561) m.", "uncertainty"),
         (f"{ENOUGH} The length is $1.5312 \\pm 0.06$ m.", "uncertainty"),
@@ -184,6 +186,7 @@ def test_one_fault_alone_is_found_alone(words, kind):
         (f"{GENUG} Wir haben auf Start geklickt.", "buttons"),
         (f"{GENUG} Die obige Abbildung zeigt es.", "vague"),
         (f"{GENUG} Daraus folgt $K_s$ = 2,50 N·m/rad.", "other number"),
+        (f"{GENUG} Unter der Last und über der Platte ist es $K_s$ = 2,50 N·m/rad.", "other number"),
     ],
 )
 def test_german_texts_are_read_as_german(words, kind):

@@ -19,7 +19,8 @@ from rotflex.courseware.report.checks.prose import Reading, spelt, symbol, typed
 from rotflex.courseware.report.document import Document, Table
 
 MOST_DIGITS = 6  #: of a number in a text; hardly anything is measured better
-MOST_DOUBTED = 2  #: digits of an uncertainty, and how far from its end that of the value may not be
+MOST_DOUBTED = 2  #: digits of an uncertainty, of which the second is hardly known
+_APART = 2  # digits behind the point between the ends of a value and its uncertainty, which are too many
 _MINUS = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
 _POWER = r"\s?(?:·|×|\*|x)\s?10(?:\^?\(?[-−]?\d{1,2}\)?|[⁻⁰¹²³⁴-⁹]{1,3})|[eE][-+−]?\d{1,2}(?!\w)"
 _NUMBER = rf"[-−]?(?:\d+[.,]\d+|\d+)(?:{_POWER})?"
@@ -122,7 +123,7 @@ def _doubtful(value: str, uncertainty: str) -> bool:
     places = [len(one.partition(".")[2]) for one in (value, uncertainty)]
     digits = uncertainty.replace(".", "").lstrip("0")
     known = len(digits if "." in uncertainty else digits.rstrip("0"))
-    return known > MOST_DOUBTED or abs(places[0] - places[1]) >= MOST_DOUBTED
+    return known > MOST_DOUBTED or abs(places[0] - places[1]) >= _APART
 
 
 def _close(reading: Reading, number: str) -> Fault:
