@@ -8,14 +8,13 @@ from functools import lru_cache
 from rotflex.courseware.kinds.axis_labels import plain, unit_places
 from rotflex.instructor.marking.unit_words import PREFIXES, TIME, Named, Quantity, Unit
 
-_PER = ("per", "pro", "par", "por", "pr", "na", "за", "на", "в")
-_RATE = re.compile(rf"(.+?)(?:\s*/\s*|\s+(?:{'|'.join(_PER)})\s+)(.+)")
+_RATE = re.compile(r"(.+?)(?:\s*/\s*|\s+per\s+)(.+)")
 _INVERSE = re.compile(r"(.*?)[\s·.*]*(\w+)\s*\^\s*-1")
 _FACTOR = re.compile(
     r"[×x*·]?\s*(?:10\s*\^\s*(?P<power>[+-]?\d{1,2})|(?P<number>\d{0,9}\.?\d{1,9}(?:e[+-]?\d{1,2})?))\s*"
     r"[×x*·]?\s*(?P<rest>[^\d/\s^].*)"
 )
-_RATHER_MORE = re.compile(rf"[/·]|\^\s*-|^(?:{'|'.join(_PER)})\b")  # after a unit: it was but the first of a product
+_RATHER_MORE = re.compile(r"[/·]|\^\s*-|^per\b")  # after a unit: it was but the first of a product
 _COLUMN = re.compile(r"[^\W_]{3,}_(\w+)")  # "time_ms", as columns of tables are named
 
 
@@ -68,8 +67,8 @@ def _spelt(units: tuple[Unit, ...], full: bool = False) -> dict[str, Named]:
     for unit in units:
         symbols, names = [] if full else unit.symbols.split(), unit.names.split()
         found |= {word: Named(unit.name, unit.size) for word in [*symbols, *names]}
-        for size, (name, letters, words) in PREFIXES.items() if unit.prefixed else ():
-            prefixed = Named(name + unit.name, size * unit.size)
+        for size, (letters, prefix) in PREFIXES.items() if unit.prefixed else ():
+            prefixed = Named(letters[0] + unit.name, size * unit.size)
             found |= {letter + symbol: prefixed for letter in letters.split() for symbol in symbols}
-            found |= {prefix + word: prefixed for prefix in words.split() for word in [*symbols, *names]}
+            found |= {prefix + word: prefixed for word in [*symbols, *names]}
     return found

@@ -97,21 +97,17 @@ def own_trace(case: Case, where: tuple[str, str], channel: str, largest: float, 
 
 
 def readings(label: str, quantity: Quantity, which: str) -> tuple[Reading, ...]:
-    """The units that an axis may be in: those that its label names, then others. ``which`` is "horizontal", say."""
+    """Return the units that an axis may be in: those that its label names, then others. ``which`` as "horizontal"."""
     said = named(label, quantity)
-    if said:
-        fault = _("the {which} axis says {said}, and the curve is in {unit}: let one follow the other")
-    elif unit_places(label):
-        fault = _("the {which} axis names no unit that is known for it: write {example}, for example")
-    else:
-        fault = _("the {which} axis lacks its unit: write {example}, for example")
     names = ", ".join(unit.name for unit in said)
-    others = [unit for unit in quantity.usual if not any(math.isclose(unit.size, one.size) for one in said)]
-    faults = [fault.format(which=which, said=names, unit=unit.name, example=quantity.example) for unit in others]
-    return (
-        *map(Reading, said),
-        *(Reading(unit, words, bool(said)) for unit, words in zip(others, faults, strict=True)),
-    )
+    what = "names no unit that is known for it" if unit_places(label) else "lacks its unit"
+    lacking = f"the {which} axis {what}: write a symbol or an English word, such as {quantity.example}"
+    found = [Reading(unit) for unit in said]
+    for unit in quantity.usual:
+        if not any(math.isclose(unit.size, one.size) for one in said):
+            another = f"the {which} axis says {names}, and the curve is in {unit.name}: let one follow the other"
+            found.append(Reading(unit, another if said else lacking, says_another=bool(said)))
+    return tuple(found)
 
 
 def find(
