@@ -70,7 +70,8 @@ def counted(prose: Prose) -> tuple[Block, ...]:
         if one.kind == counting.EQUATION:
             found.append(Equation(number, one.content, one.name, HERE))
         elif one.kind == counting.TABLE:
-            found.append(Table("", number, one.content, True, one.head, (), HERE, HERE))
+            head, *rows = one.rows
+            found.append(Table("", number, one.content, bool(one.content), head, tuple(rows), HERE, HERE))
         else:
-            found.append(Figure(one.name, number, one.content, True, "", one.content, (), HERE, HERE))
+            found.append(Figure(one.name, number, one.content, bool(one.content), "", "", (), HERE, HERE))
     return tuple(found)

@@ -10,7 +10,7 @@ from pathlib import Path
 from rotflex.courseware import course_file, files, report_files
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import _, plural
-from rotflex.courseware.report.checks import pages
+from rotflex.courseware.report import checklist
 from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.own_files import megabytes
 from rotflex.errors import AnswerError
@@ -21,7 +21,7 @@ _INSTALL = "%pip install pypdf"
 
 
 def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLike[str]) -> None:
-    """Take a document as the report, and print what a reader would mind in its format.
+    """Take a document as the report, and print what is missing in it.
 
     Parameters
     ----------
@@ -51,25 +51,15 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
     about = report_files.of_data(report, data)
     print(*_lines(about, path, texts), sep="\n")
     if texts is None:
-        print(_("Its format was not looked at: that needs the library {name}. {install}").format(
-            name=_READER, install=_INSTALL
-        ))  # fmt: skip
+        print(f"What may be missing in it was not looked at: that needs the library {_READER}. {_INSTALL}")
         return
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
     titles = list(
         dict.fromkeys(_(item.heading).partition(":")[0] for item in catalogue.items(report) if not item.judged)
     )
-    found = list(pages.faults(texts, target.name, titles, limit if isinstance(limit, int) else None))
-    if found:
-        print("", _("What a reader would mind:"), *(f"  * {fault}" for fault in found), sep="\n")
-    else:
-        print(_("Its format was looked at, as far as its text tells, and nothing was found."))
-    print(
-        _(
-            "Axes of figures, formulas, spelling and what the text says were not looked at: go through the list in the "
-            "notebook yourself."
-        )
-    )
+    found = checklist.faults_of_pdf(texts, target.name, titles, limit if isinstance(limit, int) else None)
+    messages = [f"  * {fault.message}" for fault in found] or ["Nothing is missing, as far as its text tells."]
+    print("", *messages, checklist.NOT_CHECKED_OF_PDF, sep="\n")
 
 
 def _data(path: Path) -> bytes:

@@ -93,13 +93,22 @@ class _Composing:
     # --- sections --------------------------------------------------------------------------------------------------
 
     def _section(self, item: ReportItem) -> Section:
-        place = Place(self._notebook, self._cells.get(item.part, "")) if item.part else Place(self._notebook)
+        heading = _(item.heading)
         if item.part:
-            blocks: list[Block] = [*self._text(item.part, place)]
-        else:
-            blocks = [block for number, name in item.shows for block in self._shown(number, name)]
-            place = next((block.place for block in blocks), place)
-        return Section(item.number, _(item.heading), tuple(blocks), place)
+            place = Place(self._notebook, self._cells.get(item.part, ""))
+            return Section(item.number, heading, tuple(self._text(item.part, place)), place)
+        blocks = tuple(block for number, name in item.shows for block in self._shown(number, name))
+        missing = dict(self._missing(item))
+        place = next(iter([*missing.values(), *(block.place for block in blocks)]), Place(self._notebook))
+        return Section(item.number, heading, blocks, place, tuple(missing))
+
+    def _missing(self, item: ReportItem) -> Iterator[tuple[str, Place]]:
+        """Yield the results that a row shows as equations and that are not recorded, each with its cell."""
+        for number, name in item.shows:
+            question = self._lab.catalogue.find(number)
+            for part in question.parts if number not in self._lab.catalogue.tables else ():
+                if name in ("", part.name) and part.kind != FIGURE and not self._lab.content(number, part.name):
+                    yield part.name, Place(f"{question.notebook}.ipynb", self._lab.book.cell(number, part.name))
 
     def _text(self, part: str, place: Place) -> Iterator[Block]:
         found = self._written.words.get((self._report, part))
@@ -109,7 +118,8 @@ class _Composing:
             if one.kind == counting.EQUATION:
                 yield Equation(self._next(Equation), one.content, one.name, place)
             elif one.kind == counting.TABLE:
-                yield Table("", self._next(Table), one.content, bool(one.content), one.head, (), place, place)
+                head, *rows = one.rows
+                yield Table("", self._next(Table), one.content, bool(one.content), head, tuple(rows), place, place)
             elif one.name in pictures:
                 yield Figure(
                     one.name, self._next(Figure), one.content, bool(one.content), "", one.content, (), place, place
@@ -162,7 +172,7 @@ class _Composing:
             own_caption=bool(own),
             svg=svg,
             alt=alt,
-            axes=tuple(map(_axes, axes)),
+            axes=tuple(Axes(axis["xlabel"], axis["ylabel"]) for axis in axes),
             place=place,
             written=self._front.place,
         )
@@ -213,11 +223,6 @@ def _figure_label(question: Question, name: str) -> str:
 def _figure_number(question: Question, name: str) -> str:
     several = sum(part.kind == FIGURE for part in question.parts) > 1
     return f"{question.number} {name}" if several else question.number
-
-
-def _axes(axis: Mapping[str, Any]) -> Axes:
-    curves = tuple(line["label"] for line in axis["lines"])
-    return Axes(axis["title"], axis["xlabel"], axis["ylabel"], curves)
 
 
 def _limit(course: Mapping[str, Any]) -> int | None:

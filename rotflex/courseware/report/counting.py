@@ -29,13 +29,13 @@ class Counted:
     kind : :data:`EQUATION`, :data:`TABLE` or :data:`PICTURE_ALONE`
     name : the tag of an equation, or the name of a picture; "" where there is none
     content : an equation's LaTeX without its tag, the caption of a table or a picture; "" where there is none
-    head : the headings of a table's columns
+    rows : of a table, the headings of its columns first; entries as they are written
     """
 
     kind: str
     name: str
     content: str
-    head: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
 
 
 def untagged(latex: str) -> tuple[str, str]:
@@ -58,8 +58,7 @@ def counted(text: str) -> Iterator[Counted]:
         latex, tag = untagged(displayed)
         found.append((at, Counted(EQUATION, tag, latex)))
     for match in _TABLE.finditer(seen):
-        head = tuple(one.strip() for one in match["head"].strip().strip("|").split("|"))
-        found.append((match.start(), Counted(TABLE, "", _caption(seen, match), head)))
+        found.append((match.start(), Counted(TABLE, "", _caption(seen, match), tuple(_rows(seen, match)))))
     for paragraph in re.finditer(r"(?:^|(?<=\n\n))[^\n]+(?=\n\n|\Z|\n\Z)", re.sub(r"\n[ \t]+\n", _blank_lines, seen)):
         if picture := PICTURE.fullmatch(paragraph[0].strip()):
             name = picture["in"] or picture["out"]
@@ -67,12 +66,10 @@ def counted(text: str) -> Iterator[Counted]:
     yield from (one for _at, one in sorted(found, key=lambda item: item[0]))
 
 
-def tables(text: str) -> Iterator[list[list[str]]]:
-    """The rows of each table in a text, below its heading, as :func:`counted` counts them: entries as written."""
-    seen = _CODE.sub(_blank, _FENCED.sub(_blank, text))
-    for match in _TABLE.finditer(seen):
-        below = _BLANK_LINE.split(seen[match.end() :].removeprefix("\n"), maxsplit=1)[0]
-        yield [[one.strip() for one in line.strip().strip("|").split("|")] for line in below.split("\n") if "|" in line]
+def _rows(text: str, table: re.Match[str]) -> Iterator[tuple[str, ...]]:
+    below = _BLANK_LINE.split(text[table.end() :].removeprefix("\n"), maxsplit=1)[0]
+    for line in (table["head"], *(line for line in below.split("\n") if "|" in line)):
+        yield tuple(one.strip() for one in line.strip().strip("|").split("|"))
 
 
 def _displayed(text: str) -> Iterator[tuple[int, str]]:

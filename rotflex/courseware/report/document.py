@@ -27,18 +27,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Axes:
-    """What is written at one diagram of a figure, as the student gave it.
+    """What is written at the axes of one diagram of a figure, as the student gave it; "" for no label."""
 
-    Attributes
-    ----------
-    title, x_label, y_label : "" where there is none
-    curves : the label of each curve; "" where it has none
-    """
-
-    title: str
     x_label: str
     y_label: str
-    curves: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -86,6 +78,11 @@ class Figure:
     place: Place
     written: Place
 
+    @property
+    def in_text(self) -> bool:
+        """Return whether it stands in a text of the student's, and was not recorded."""
+        return self.place == self.written
+
 
 @dataclass(frozen=True)
 class Table:
@@ -98,7 +95,7 @@ class Table:
     caption : Markdown; "" for one in a text that has none
     own_caption : whether the student wrote the caption
     head : headings of the columns
-    rows : entries of each row, Markdown; "" where nothing is filled in yet. None for a table in a text
+    rows : entries of each row, Markdown; "" where nothing is filled in yet
     place : the cell that records it, or that has it in its text
     written : the cell where the caption is to be written
     """
@@ -111,6 +108,11 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     place: Place
     written: Place
+
+    @property
+    def in_text(self) -> bool:
+        """Return whether it stands in a text of the student's, and was not recorded."""
+        return self.place == self.written
 
 
 @dataclass(frozen=True)
@@ -145,12 +147,14 @@ class Section:
     blocks : in order. What a text holds (its equations, tables and pictures) follows it, to be counted; it is not
         shown a second time.
     place : where the section's text is written, or what it shows is recorded
+    missing : names of results that it shows as equations, and that are not recorded yet
     """
 
     number: str
     heading: str
     blocks: tuple[Block, ...]
     place: Place
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import os
-import re
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from rotflex.courseware import files, report_files
 from rotflex.courseware.messages import _, plural
 from rotflex.courseware.report import attaching, checklist
-from rotflex.courseware.report.document import Document, Place
+from rotflex.courseware.report.document import Place
 from rotflex.courseware.run import by_program, from_notebook
 from rotflex.errors import AnswerError
 
@@ -89,9 +88,8 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         notebook=document.front.notebook,
         when=datetime.fromtimestamp((folder / document.front.notebook).stat().st_mtime).strftime("%H:%M:%S"),
     )
-    show(
-        [paper.name, page.name], said, [*over_limit(document, made.pages), *once(made.told, document)], faults(document)
-    )
+    found = [(fault.message, fault.place) for fault in checklist.faults(document, made.pages)]
+    show([paper.name, page.name], said, made.told, found)
 
 
 def find(reports: Iterable[str], name: str) -> str:
@@ -137,44 +135,6 @@ def not_installed(missing: Sequence[str]) -> str:
     )
 
 
-def over_limit(document: Document, pages: int) -> list[Told]:
-    """What is to be said of the number of pages."""
-    if document.page_limit is None or pages <= document.page_limit:
-        return []
-    return [
-        (
-            _("The report has {pages}; your course allows {limit}, cover and contents included. Shorten it.").format(
-                pages=plural(pages, "{count} page", "{count} pages"), limit=document.page_limit
-            ),
-            Place(document.front.notebook),
-        )
-    ]
-
-
-def faults(document: Document) -> list[Told]:
-    """What the checklist finds in a report.
-
-    What was left out, and how many pages it has, is told before; so is why a picture is missing.
-    """
-    return [
-        (str(fault), fault.place)
-        for fault in checklist.faults(document)
-        if fault.kind != checklist.LEFT_OUT
-        and not (fault.kind == checklist.PICTURE and any(fault.about in what for what, _place in document.told))
-    ]
-
-
-def once(told: Iterable[Told], document: Document) -> list[Told]:
-    """What is told of a report, without what the checklist tells, too: there it stands with what to do."""
-    found = [fault for fault in checklist.faults(document) if fault.about and fault.kind != checklist.PICTURE]
-    return [(what, place) for what, place in told if not any(_tells(what, place, fault) for fault in found)]
-
-
-def _tells(what: str, place: Place, fault: checklist.Fault) -> bool:
-    named = re.search(rf"(?<![\w.]){re.escape(fault.about)}(?!\.?\w)", what)
-    return place == fault.place and named is not None
-
-
 # --- in a notebook, and without one ----------------------------------------------------------------------------------
 
 
@@ -194,13 +154,10 @@ def show(made: Sequence[str], said: str, told: Sequence[Told], found: Sequence[T
             )
             rich.append(f"<b>{html.escape(heading)}</b><ul>{listed}</ul>")
     if not (told or found):
-        plain.append(
-            _(
-                "Nothing is missing and nothing was left out, as far as a program sees. Whether symbols are explained, "
-                "sources written in one way, and words spelt right, it does not see: read the report once more."
-            )
-        )
+        plain.append("Nothing is missing and nothing was left out, as far as a program sees.")
         rich.append(html.escape(plain[-1]))
+    plain.append(checklist.NOT_CHECKED)
+    rich.append(html.escape(checklist.NOT_CHECKED))
     if _in_notebook():
         from IPython.display import display
 

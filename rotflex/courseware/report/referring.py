@@ -78,7 +78,7 @@ class References:
         figures, tables = list(document.figures), list(document.tables)
         for kind, things in (("figure", figures), ("table", tables)):
             for one in things:
-                number = one.label.rpartition(" ")[2] if one.place != one.written else ""
+                number = one.label.rpartition(" ")[2] if not one.in_text else ""
                 if re.fullmatch(_NUMBER, number):
                     labels[kind].setdefault(number, one.number)
         tags: dict[str, list[tuple[Place, int]]] = {}

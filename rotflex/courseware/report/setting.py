@@ -90,7 +90,7 @@ def _texts(document: Document) -> Iterator[str]:
                 yield block.text
             elif isinstance(block, Figure | Table):
                 yield block.caption
-            if isinstance(block, Table):
+            if isinstance(block, Table) and not block.in_text:
                 yield from (entry for row in block.rows for entry in row)
     yield from (one.text for one in document.references)
 

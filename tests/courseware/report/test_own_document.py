@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import os
 import zipfile
 
 import pytest
-from good_reports import TERSE
 from made_notebooks import notebook, saved
 from pdfs import blank, composed, typeset
+from report_texts import of_text
 
 from rotflex.courseware import report_files, reports
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, ReportItem, number
-from rotflex.courseware.report import attaching, writing
-from rotflex.courseware.report.checks import pages
+from rotflex.courseware.report import attaching, checklist, writing
 from rotflex.courseware.run import reports_along, student_folder
 from rotflex.courseware.run.asked import Asked
 from rotflex.courseware.run.check import GOOD, State, _Home, _part
@@ -65,7 +63,7 @@ def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder
     said = attach(lab, capsys, typeset())
     assert (folder / NAME).read_bytes() == typeset()
     assert "mine.pdf (2 pages)" in said and NAME in said
-    assert "nothing was found" in said and "were not looked at" in said
+    assert "Nothing is missing" in said and checklist.NOT_CHECKED_OF_PDF in said
 
 
 def test_the_file_of_another_report_is_not_taken_for_this_one(lab, folder, capsys, monkeypatch):
@@ -117,7 +115,7 @@ def test_the_notebooks_report_does_not_write_over_it(lab, folder, capsys):
     assert "document of your own" in capsys.readouterr().out
 
 
-# --- what is said of its format ---------------------------------------------------------------------------------------
+# --- what is said of it -----------------------------------------------------------------------------------------------
 
 
 @functools.cache
@@ -125,65 +123,20 @@ def texts():
     return tuple(attaching.read(typeset(), "x"))
 
 
-def kinds(old="", new="", limit=None):
+@pytest.mark.parametrize(
+    ("old", "new", "limit", "kinds"),
+    [
+        ("", "", 2, []),
+        ("", "", 1, ["pages"]),
+        ("Conclusion", "End", 2, ["headings"]),
+        ("Figure 1 shows", "One plot shows", 2, ["mention"]),
+        ("Figure 1 shows", "Figs. 3 and 1 show", 2, []),
+    ],
+)
+def test_what_is_missing_in_a_document_is_found(old, new, limit, kinds):
     there = [text.replace(old, new) if old else text for text in texts()]
-    assert (there == [*texts()]) == (not old)
-    return [one.kind for one in pages.faults(there, NAME, TITLES, limit)]
-
-
-def test_of_a_good_document_there_is_nothing_to_say():
-    assert kinds(limit=2) == []
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "kind"),
-    [
-        ("20 November 2026", "", "date"),
-        ("Conclusion", "End", "sections"),
-        ("Figure 1 shows", "One plot shows", "not referred to"),
-        ("and Table 1", "and another", "not referred to"),
-        ("Figure 1 shows", "Figure 1 and Figure 7 show", "dangling"),
-        ("References\n", "", "references"),
-        ("the handbook [1]", "the handbook [3] and [1]", "no entry"),
-        ("the handbook [1]", "the handbook", "never cited"),
-        ("The peak is", "The the peak is", "repeated word"),
-        ("The peak is", "TODO: more. The peak is", "draft"),
-        ("The peak is at 3.85 Hz", "The peak is at 3.851562500 Hz", "digits"),
-        ("The peak is at 3.85 Hz", "The peak is at 3.85 hz", "unit spelt"),
-    ],
-)
-def test_a_fault_of_a_document_is_found_alone(old, new, kind):
-    assert kinds(old, new) == [kind]
-
-
-def dangling(text):
-    found = pages.faults([text], NAME, TITLES, None)
-    return [one.what.split(",")[0].removeprefix("The text refers to ") for one in found if one.kind == "dangling"]
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "See Figure 9 and Table 3. " + "The arm swings, and it is slow. " * 20,
-        "Word " * 30 + "See Figure 9 and Table 3.",
-    ],
-)
-def test_a_mention_is_told_where_no_figure_or_table_has_a_caption_whatever_the_language(text):
-    assert dangling(text) == ["Figure 9", "Table 3"]
-
-
-def test_a_caption_without_a_sign_behind_its_number_is_one():
-    assert (
-        dangling("Figure 9 shows it, and Table 3.\nFigure 9 The arm swings\nTable 3\n" + "Words, and the arm. " * 20)
-        == []
-    )
-    assert dangling("It is as shown in\nFigure 9 and elsewhere. " + "Words, and the arm. " * 20) == ["Figure 9"]
-
-
-def test_pages_without_numbers_and_more_of_them_than_allowed_are_told():
-    bare = [text.removesuffix(f"\n{number}") for number, text in enumerate(texts(), start=1)]
-    assert [one.kind for one in pages.faults(bare, NAME, TITLES, None)] == ["page numbers"]
-    assert kinds(limit=1) == ["pages"]
+    found = checklist.faults_of_pdf(there, NAME, TITLES, limit)
+    assert [one.kind for one in found] == kinds
 
 
 def test_of_a_scan_it_is_told_that_it_is_one_and_nothing_else(lab, capsys):
@@ -211,8 +164,7 @@ def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, fo
 
 
 def test_a_report_that_lab_report_makes_says_that_it_is_made_of_the_notebooks_texts():
-    empty = dataclasses.replace(TERSE, sections=(), references=())
-    assert report_files.is_composed(writing.written(empty).pdf)
+    assert report_files.is_composed(writing.written(of_text("Words.")).pdf)
     assert not report_files.is_composed(typeset())
 
 

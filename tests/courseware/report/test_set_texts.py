@@ -10,7 +10,7 @@ import pypdfium2
 import pytest
 from report_texts import FRONT, HERE, of_text, png
 
-from rotflex.courseware.report import counting, making, pandoc, writing
+from rotflex.courseware.report import counting, pandoc, writing
 from rotflex.courseware.report.document import Place
 from rotflex.courseware.report.dress import spaced
 from rotflex.courseware.report.setting import Read, Setting
@@ -323,7 +323,7 @@ def test_a_report_that_typst_refuses_for_another_reason_is_not_made(monkeypatch)
     ],
 )
 def test_a_text_is_counted_as_it_is_numbered(text):
-    """The checklist reads what is counted by words alone; the report has what pandoc has read."""
+    """References and checklist go by what is counted in the Markdown; the report has what pandoc has read."""
     pictures = {"attachment:mine.png": png()}
     document = of_text(text, pictures)
     setting = Setting(document, Read.of(document), Html())
@@ -345,19 +345,3 @@ def test_a_command_that_stays_as_it_is_typed_is_told(typed):
     ((what, place),) = made.told
     assert typed in what and "as it is typed" in what and place == HERE
     assert typed in words_of(pypdfium2.PdfDocument(made.pdf))
-
-
-def test_what_the_checklist_tells_with_what_to_do_is_not_told_before_it():
-    document = of_text("Figure 9 and [3], <b>Figure 1</b>, Table 1, [1].")
-    told = written(document).told
-    before, behind = making.once(told, document), making.faults(document)
-    assert len([what for what, _place in told if "Figure 9 " in what or "[3]" in what]) == 2
-    assert [what for what, _place in before] == ["Section II.1: HTML is left out: <b>"]
-    assert all(len([what for what, _place in behind if piece in what]) == 1 for piece in ("Figure 9,", "[3] is cited"))
-
-
-def test_why_a_picture_is_missing_is_told_once():
-    document = of_text("Words. ![a](attachment:a.png)")
-    assert any("the picture a.png is not there" in what for what, _place in making.faults(document))
-    told = replace(document, told=(("analysis: the picture 'attachment:a.png': it is damaged", FRONT),))
-    assert not any("a.png" in what for what, _place in making.faults(told))
