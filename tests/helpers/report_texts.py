@@ -40,9 +40,8 @@ def of_text(text: str, pictures: Mapping[str, bytes] | None = None) -> Document:
         Figure("Figure 1.2", 1, "The speed $v$.", True, SVG, "A black box.", (), RECORDED, FRONT),
         Table("Table 3", 1, "Results.", True, ("What", "Symbol", "Value", "Unit"), (ROW,), RECORDED, FRONT),
     )
-    prose = Prose("analysis", text, HERE, pictures or {})
+    prose = Prose(text, HERE, pictures or {})
     return Document(
-        report="First report",
         title="The first <report>",
         course="A course",
         term="2026",

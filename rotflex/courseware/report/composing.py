@@ -75,7 +75,6 @@ class _Composing:
         sections = tuple(self._section(item) for item in self._items)
         problems = ((problem, Place(self._notebook)) for problem in self._written.problems)
         return Document(
-            report=self._report,
             title=self._front.title or _(self._about.title),
             course=self._front.course or str(course.get("title") or ""),
             term=str(course.get("term") or ""),
@@ -113,7 +112,7 @@ class _Composing:
     def _text(self, part: str, place: Place) -> Iterator[Block]:
         found = self._written.words.get((self._report, part))
         text, pictures = (found.text, found.pictures) if found else ("", {})
-        yield Prose(part, text, place, pictures)
+        yield Prose(text, place, pictures)
         for one in counting.counted(text):
             if one.kind == counting.EQUATION:
                 yield Equation(self._next(Equation), one.content, one.name, place)

@@ -39,13 +39,11 @@ class Prose:
 
     Attributes
     ----------
-    part : name of the report's part
     text : Markdown; "" where nothing is written yet
     place : its cell
     pictures : name, as the text has it in ``![…](name)`` → PNG
     """
 
-    part: str
     text: str
     place: Place
     pictures: Mapping[str, bytes] = field(default_factory=dict)
@@ -179,7 +177,6 @@ class Document:
 
     Attributes
     ----------
-    report : its number in the catalogue, as in "First report"
     title, course, term : for the cover; term may be ""
     student : ID of whose folder it is
     authors : names for the cover, as the student wrote them; none if they wrote none
@@ -191,7 +188,6 @@ class Document:
     told : what was left out of the student's texts or could not be read, in words, and the cell of each
     """
 
-    report: str
     title: str
     course: str
     term: str

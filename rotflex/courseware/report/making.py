@@ -156,7 +156,7 @@ def show(made: Sequence[str], said: str, told: Sequence[Told], found: Sequence[T
     if not (told or found):
         plain.append("Nothing is missing and nothing was left out, as far as a program sees.")
         rich.append(html.escape(plain[-1]))
-    plain.append(checklist.NOT_CHECKED)
+    plain += ["", checklist.NOT_CHECKED]
     rich.append(html.escape(checklist.NOT_CHECKED))
     if _in_notebook():
         from IPython.display import display
