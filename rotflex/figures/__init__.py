@@ -15,7 +15,8 @@ Ans.2.2           ``spectrum_plot``
 3.1               ``desired_poles`` in symbols, ``pole_map`` in numbers
 3.2, 3.3, 3.5     ``state_feedback``, ``simulation_loop``, ``implementation_loop``
 3.4, 3.6, 3.7     ``tracking``
-beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``, ``compare_tracking``
+beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``, ``compare_tracking``,
+                  ``motions_of_poles``, ``reading_a_response``
 ================  ===========================================================
 """
 
@@ -28,9 +29,16 @@ from rotflex.figures.diagrams import (
     validation_experiment,
 )
 from rotflex.figures.mechanism import desired_poles, joint_angles, lumped_model
-from rotflex.figures.poles import pole_map
+from rotflex.figures.poles import motions_of_poles, pole_map
 from rotflex.figures.spectra import compound_sine_spectrum, frequency_response, naive_against_true, spectrum_plot
-from rotflex.figures.traces import compare_tracking, free_decay, sweep_response, tracking, validation
+from rotflex.figures.traces import (
+    compare_tracking,
+    free_decay,
+    reading_a_response,
+    sweep_response,
+    tracking,
+    validation,
+)
 
 __all__ = [
     "ROLES",
@@ -43,9 +51,11 @@ __all__ = [
     "implementation_loop",
     "joint_angles",
     "lumped_model",
+    "motions_of_poles",
     "naive_against_true",
     "new_picture",
     "pole_map",
+    "reading_a_response",
     "show",
     "simulation_loop",
     "spectrum_plot",

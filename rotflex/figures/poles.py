@@ -1,4 +1,4 @@
-"""The map of poles in the s-plane."""
+"""Poles: their map in the s-plane, and the motions that belong to them."""
 
 from __future__ import annotations
 
@@ -63,6 +63,38 @@ def pole_map(
     emphasis += [] if omega_n is None else [_("the natural frequency {omega_n:g} rad/s").format(omega_n=omega_n)]
     figure.alt_text = _("Poles in the s-plane. {names}.").format(names=listed) + (
         _(" Marked are {names}.").format(names=_(" and ").join(emphasis)) if emphasis else ""
+    )
+    return figure
+
+
+def motions_of_poles() -> Picture:
+    """Draw the motions that belong to stable, marginally stable and unstable poles, in eight panels against time."""
+    t = np.linspace(0, 6, 601)
+    motions = (
+        ("−1", np.exp(-t), "stable"),
+        ("−0.4 ± 3j", np.exp(-0.4 * t) * np.cos(3 * t), "stable"),
+        ("0", np.ones_like(t), "marginally stable"),
+        ("± 3j", np.cos(3 * t), "marginally stable"),
+        ("0.4", np.exp(0.4 * t), "unstable"),
+        ("0.2 ± 3j", np.exp(0.2 * t) * np.cos(3 * t), "unstable"),
+        ("0, twice", 0.5 * t, "unstable"),
+        ("± 3j, twice", 0.5 * t * np.sin(3 * t), "unstable"),
+    )
+    colors = {"stable": GREEN, "marginally stable": BLUE, "unstable": VERMILLION}
+    with style():
+        figure = new_picture(WIDTH, 3.8)
+        panels = figure.subplots(2, 4, sharex=True, sharey=True)
+        for axes, (poles, motion, verdict) in zip(panels.flat, motions, strict=True):
+            axes.plot(t, motion, color=colors[verdict])
+            axes.axhline(0, color=BLACK, linewidth=0.6)
+            axes.set_title(f"{poles}\n{verdict}", fontsize=9.5)
+            axes.set(xlim=(0, 6), ylim=(-3, 3), yticks=(-2, 0, 2))
+        figure.supxlabel("time (s)", fontsize=11)
+        figure.supylabel("motion (any unit)", fontsize=11)
+    figure.alt_text = (
+        "Eight small plots of motion against time. Poles -1 and -0.4 plus or minus 3j: it dies away. Poles 0 and "
+        "plus or minus 3j: it stays as large as it is. Poles 0.4 and 0.2 plus or minus 3j: it grows. The poles 0 "
+        "and plus or minus 3j, each twice: it grows, too."
     )
     return figure
 

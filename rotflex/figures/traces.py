@@ -1,4 +1,4 @@
-"""Plots of recordings against time: the sweep, a free decay, the validation, and tracking."""
+"""Plots against time: the sweep, a free decay, the validation, tracking, and how a response is read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex.courseware.messages import _
-from rotflex.courseware.pictures import BLUE, ROLES, WIDTH, Picture, new_picture, style
+from rotflex.courseware.pictures import BLACK, BLUE, PURPLE, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
 from rotflex.specifications import LIMITS, SETTLING_BAND
 from rotflex.units import DEG
 
@@ -155,6 +155,44 @@ def compare_tracking(full: Recording, partial: Recording) -> Picture:
         "deflection's root mean square is {rms:.1f} deg with full and {rms_2:.1f} deg with partial feedback. The "
         "settling band, the limits of alpha and of the voltage are drawn in."
     ).format(time=full.time[-1], rms=rms[0], rms_2=rms[1])
+    return figure
+
+
+def reading_a_response() -> Picture:
+    """Draw how settling time and overshoot are read off a step from -20 to 20 degrees, on a made-up response."""
+    zeta, omega = 0.55, 16.0
+    omega_d = omega * np.sqrt(1 - zeta**2)
+    time = np.linspace(0, 0.8, 801)
+    decay = np.exp(-zeta * omega * time) * (np.cos(omega_d * time) + zeta * omega / omega_d * np.sin(omega_d * time))
+    angle = 20 - 40 * decay
+    band = SETTLING_BAND * 20
+    settled = np.flatnonzero(np.abs(angle - 20) > band)[-1] + 1
+    peak = angle.argmax()
+    between: dict[str, Any] = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0}
+    with style():
+        figure = new_picture(WIDTH, 3.6)
+        axes = figure.subplots()
+        axes.axhspan(20 - band, 20 + band, color=PURPLE, alpha=0.35, label=f"band, 20 ± {band:g} deg")
+        axes.plot([-0.1, 0, 0.02, 0.8], [-20, -20, 20, 20], label=r"command $\theta_d$", **ROLES["reference"])
+        axes.plot([-0.1, *time], [-20, *angle], color=BLUE, label=r"servo angle $\theta$")
+        axes.plot(time[settled], angle[settled], "o", color=VERMILLION, label="in the band for good")
+        for moment in (0, time[settled]):
+            axes.axvline(moment, color=BLACK, linewidth=0.8, linestyle=":")
+        axes.annotate("", (0, -8), (time[settled], -8), arrowprops=between)
+        axes.text(0.6 * time[settled], -6.5, "settling time $t_s$", ha="center")
+        axes.annotate("", (time[peak], 20), (time[peak], angle[peak]), arrowprops=between)
+        axes.annotate("overshoot (deg)", (time[peak], 22.6), (0.36, 26), arrowprops={"arrowstyle": "-"})
+        axes.annotate("", (0.46, -20), (0.46, 20), arrowprops=between)
+        axes.text(0.47, 3, "step, 40 deg")
+        axes.set(xlabel="time since the command began to move (s)", ylabel="angle (deg)")
+        axes.set(xlim=(-0.1, 0.8), ylim=(-24, 30))
+        axes.legend(loc="lower right", fontsize=9)
+    figure.alt_text = (
+        "A made-up step response from -20 to 20 degrees. It overshoots, comes back, and stays within the band of 20 "
+        "plus or minus 0.8 degrees; the settling time runs from the first movement of the command to the point at "
+        "which the curve enters the band for the last time. The overshoot is the height of the peak above 20 "
+        "degrees; the step is 40 degrees high."
+    )
     return figure
 
 

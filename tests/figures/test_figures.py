@@ -76,8 +76,9 @@ PLOTS = {
     "naive_against_true": lambda: figures.naive_against_true((F, np.roll(HUMP, 20)), (F, HUMP), (F, 9 * HUMP), 3.17),
     "pole_map": lambda: figures.pole_map({"open loop": OPEN_LOOP, "closed loop": CLOSED_LOOP}, zeta=0.6, omega_n=20),
     "pole_map_bare": lambda: figures.pole_map(OPEN_LOOP),
+    "reading_a_response": figures.reading_a_response,
 }
-EVERY = DIAGRAMS | PLOTS
+EVERY = DIAGRAMS | PLOTS | {"motions_of_poles": figures.motions_of_poles}  # its panels share one label
 
 
 @functools.cache
