@@ -108,10 +108,8 @@ ASKED_STILL = ("s08", "3.17", "explanation")
 
 #: Who copies → of whom, and what.
 COPIES: dict[str, tuple[str, str]] = {
-    **{f"s{11 + 2 * n}": (f"s{10 + 2 * n}", "code") for n in range(4)},
     **{f"s{21 + 2 * n}": (f"s{20 + 2 * n}", "recording") for n in range(3)},
     **{f"s{31 + 2 * n}": (f"s{30 + 2 * n}", "numbers") for n in range(3)},
-    **{f"s{41 + 2 * n}": (f"s{40 + 2 * n}", "words") for n in range(2)},
 }
 
 
@@ -197,8 +195,6 @@ class Drawn:
         for copier, (mate, what) in COPIES.items():
             if what == "numbers":
                 self._copy_numbers(self.students[copier], self.students[mate])
-            elif what == "words":
-                self._copy_words(self.students[copier], self.students[mate])
         self._exceptions()
 
     def _draw(self, one: Student) -> None:
@@ -269,14 +265,6 @@ class Drawn:
         mate.numbers, one.numbers = dict(right), dict(right)
         mate.machine |= dict.fromkeys(MEASURED, "right")
         one.machine |= dict.fromkeys(MEASURED, "wrong")
-
-    def _copy_words(self, one: Student, mate: Student) -> None:
-        """Two texts of the mate's, with another number and capitals; both are long enough to be of note."""
-        for where in (("2.17", "reason"), ("Modeling report", "discrepancy_analysis")):
-            text = " ".join(self._rng.choices(_WORDS.split(), k=36))
-            for each, written in ((mate, text), (one, text.upper())):
-                self._number += 7
-                each.persons[where] = Person(f"{written}, in {self._number} samples.", 3, 3, second=3)
 
     def _exceptions(self) -> None:
         """What waits in the end: an answer that nobody has read, one that the teacher is asked about, a key's fault."""

@@ -281,7 +281,7 @@ def told(scored):
 def test_copies_are_found_and_hardly_anybody_else(scored):
     copies = {frozenset((copier, mate)): what for copier, (mate, what) in COPIES.items()}
     found = told(scored)
-    assert len(copies) == 12 and len(copies.keys() & found) >= 11
+    assert len(copies) == 6 and copies.keys() <= found
     assert len(found - copies.keys()) <= 1
     text = (scored.out / "hints.md").read_text(encoding="utf-8")
     assert {frozenset(line[3:].split(", ")) for line in text.splitlines() if line.startswith("## ")} == found
