@@ -297,7 +297,7 @@ NO_BOUNDS = {
     "courseware.run.commands": "exit codes; tests/courseware/run/test_commands.py",
     "instructor.commands.options": "exit codes; tests/test_cli.py",
     "instructor.course_check.solved:_SEED": "any will do",
-    "instructor.gradebook.decided": "numbers of rounds",
+    "instructor.gradebook.score_rows:ROUND": "the number of a round",
     "instructor.gradebook.database:_WRITERS": "a lock's number; any will do",
     "instructor.isolation.outcome:MIB": "a unit",
     "instructor.scoring.desk:_KEY": "digits of a digest",

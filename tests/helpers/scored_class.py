@@ -1,6 +1,6 @@
 """A class of sixty on this course, made up from a seed, of which all is known: marks, levels, errors, copies.
 
-No notebook is run. The machine's marks are drawn; each answer in words has a true level; two scorers give levels with
+No notebook is run. The machine's marks are drawn; each answer in words has a true level; a scorer gives levels with
 errors by a rule. ``scored_book.py`` puts it into a gradebook; what it comes to is worked out in ``scored_by_hand.py``.
 """
 
@@ -98,8 +98,8 @@ BY_MACHINE = {
     "missing": 0.0,
 }
 MISSING, FOR_A_PERSON, KEY_FAULT = "missing", "for a person", "not marked: key fault"
-ANN, BEA, TEACHER = "Ann Lee", "Bea Kim", "Dr. T."
-ONE_OFF, SECOND_ONE_OFF = 0.15, 0.2  #: share of the answers to which a scorer gives the level next to the true one
+ANN, TEACHER = "Ann Lee", "Dr. T."
+ONE_OFF = 0.15  #: share of the answers to which a scorer gives the level next to the true one
 MEASURED = {("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")}
 
 #: Answers that nobody reads, and one that the teacher is asked about and does not decide.
@@ -123,7 +123,6 @@ class Person:
     true : its level; None where it was left blank
     first : the level that the first scorer gave; None where nobody did
     points : given without a level
-    second : the level that the second scorer, who is blind, gives if the answer is in the sample
     asked : whether the first scorer asked
     decided : the level that the teacher gave, who was asked
     """
@@ -132,7 +131,6 @@ class Person:
     true: int | None = None
     first: int | None = None
     points: float | None = None
-    second: int | None = None
     asked: bool = False
     decided: int | None = None
 
@@ -226,7 +224,6 @@ class Drawn:
         true = 0 if rng.random() < 0.03 else rng.choices((1, 2, 3, 4), likely)[0]
         found = Person(self._text(), true)
         found.asked = rng.random() < 0.006
-        found.second = _off(true, rng) if rng.random() < SECOND_ONE_OFF else true
         if rng.random() < 0.03:
             found.points = rng.choice((0.1, 0.2, 0.45, 0.6, 0.7, 0.95))  # at the middle of no two levels
         else:
