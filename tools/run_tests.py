@@ -1,10 +1,10 @@
 """Run every check, and fail if one fails: style, types, imports, scripts, tests, solutions against their outputs.
 
-    python tools/run_tests.py [--quick] [PYTEST OPTIONS ...]
+    python tools/run_tests.py [--quick | --all] [PYTEST OPTIONS ...]
 
-``--quick`` leaves out the tests that take long or need more than Python, and the solution notebooks, and says so. Tests
-are shared among as many processes as there are processors, up to four; ``-n 0`` runs them in one. pytest's closing line
-comes last.
+``--quick`` leaves out the tests that take long or need more than Python, and the solution notebooks, and says so.
+``--all`` adds the tests that need a package which ``make test-all`` installs for them. Tests are shared among as many
+processes as there are processors, up to four; ``-n 0`` runs them in one. pytest's closing line comes last.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ PYTHON = sys.executable
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 
 LEFT_OUT = ("slow", "isolation", "browser", "postgres")  #: markers of tests that a quick run does without
+SCHEDULED = "scheduled"  #: marker of tests that only --all runs
 SHARED = ("-n", "logical", "--maxprocesses", "4")
 #: Title → command.
 STATIC = {
@@ -32,7 +33,9 @@ STATIC = {
     "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
 }
 ALL_TESTS = ("--nbval", "tests", "solutions")
-QUICK_TESTS = ("tests", "-q", "-m", f"not ({' or '.join(LEFT_OUT)})", "--durations=5", "--durations-min=1")
+USUAL_TESTS = (*ALL_TESTS, "-m", f"not {SCHEDULED}")
+QUICK = f"not ({' or '.join((*LEFT_OUT, SCHEDULED))})"
+QUICK_TESTS = ("tests", "-q", "-m", QUICK, "--durations=5", "--durations-min=1")
 
 
 def run(title: str, command: Sequence[str], environment: Mapping[str, str]) -> bool:
@@ -55,14 +58,15 @@ def environment(folder: str) -> dict[str, str]:
 
 def main(options: list[str]) -> int:
     """All checks, in order; 0 if all are good."""
-    quick = "--quick" in options
-    options = [option for option in options if option != "--quick"]
+    quick, everything = "--quick" in options, "--all" in options
+    options = [option for option in options if option not in ("--quick", "--all")]
     with tempfile.TemporaryDirectory() as folder:
         variables = environment(folder)
         checks = [run(title, command, variables) for title, command in STATIC.items()]
         if quick:
             print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}; make test runs them")
-        title, tests = ("quick tests", QUICK_TESTS) if quick else ("tests and solution notebooks", ALL_TESTS)
+        tests = QUICK_TESTS if quick else ALL_TESTS if everything else USUAL_TESTS
+        title = "quick tests" if quick else "tests and solution notebooks"
         checks.append(run(title, (PYTHON, "-u", "-m", "pytest", *SHARED, *tests, *options), variables))
     return 0 if all(checks) else 1
 

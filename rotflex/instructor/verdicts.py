@@ -76,7 +76,7 @@ class Verdict:
 class OwnBench:
     """What makes a number that is measured on a student's own bench known again where it fits another's.
 
-    A check that has this as its ``own_bench`` is looked at by :mod:`rotflex.instructor.reports.similar`.
+    A check that has this as its ``own_bench`` is looked at by :mod:`rotflex.instructor.reports.hints`.
 
     Attributes
     ----------

@@ -9,8 +9,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import alike_class
+from checkout import ROOT
 from gradebooks import record
+from honest_hand_in import Notebook, solved_notebooks, written
 from made_courses import OURS, copied
 from scored_class import (
     ABSENT,
@@ -20,8 +21,6 @@ from scored_class import (
     FOR_A_PERSON,
     MISSING,
     PARTS,
-    SEED,
-    SIZE,
     Drawn,
     Student,
 )
@@ -32,9 +31,6 @@ from rotflex.courseware.kinds.recordings import encode_recording
 from rotflex.hil.student_benches import DRAW, student_seed
 from rotflex.instructor.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
 from rotflex.instructor.graded_run import Facts
-
-#: How those who copy code do so: the notebooks, and the share of names that are changed.
-_CODE = ({}, {"rename": 1.0}, {"notebooks": ["02", "06", "07"]}, {"notebooks": ["08", "09"], "rename": 0.5})
 
 
 def course(folder: Path) -> Path:
@@ -56,24 +52,17 @@ def roster(drawn: Drawn) -> str:
 
 def fill(book: Gradebook, drawn: Drawn) -> None:
     """Put everybody's files, runs and machine's marks into a gradebook."""
-    code, sweeps = _code(drawn), _sweeps(drawn)
+    sweeps = _sweeps(drawn)
+    notebooks = {name: _bare(content) for name, content in solved_notebooks(ROOT).items()}
     for one in drawn.students.values():
-        for files in _versions(one, code[one.name]):
+        for files in _versions(one, notebooks):
             book.deliver(one.name, files)
         record(book, _graded(one, sweeps[one.name]))
 
 
-def _code(drawn: Drawn) -> dict[str, dict[str, bytes]]:
-    """Everybody's notebooks, without what cells gave out."""
-    everybody = dict(zip(drawn.students, alike_class.honest_class(SIZE, SEED).values(), strict=True))
-    copiers = [name for name, (_mate, what) in COPIES.items() if what == "code"]
-    for name, how in zip(copiers, _CODE, strict=True):
-        everybody[name] = alike_class.copied(name, everybody[COPIES[name][0]], everybody[name], **how)
-    return {name: {file: _bare(content) for file, content in files.items()} for name, files in everybody.items()}
-
-
-def _bare(notebook: bytes) -> bytes:
-    content = json.loads(notebook)
+def _bare(notebook: Notebook) -> bytes:
+    """Write a notebook without what its cells gave out."""
+    content = json.loads(written(notebook))
     for cell in content["cells"]:
         if "outputs" in cell:
             cell["outputs"] = []

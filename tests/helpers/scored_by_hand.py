@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from fractions import Fraction
 
-import numpy as np
 from made_courses import OURS
 from scored_class import (
     BY_MACHINE,
@@ -89,16 +88,6 @@ def _by_person(where: Where, person: Person, out_of: Fraction) -> Mark:
     if person.points is not None:
         return Mark(where, fraction(person.points), out_of, "p", "given by a person")
     return Mark(where, None, out_of, "p", FOR_A_PERSON)
-
-
-def level_given(person: Person, out_of: float) -> int:
-    """The level that counts in the first round; of points without one, theirs by the thresholds (docs/scoring.md)."""
-    if person.decided is not None:
-        return person.decided
-    if person.first is not None:
-        return person.first
-    assert person.points is not None
-    return by_thresholds(fraction(person.points), fraction(out_of))
 
 
 def by_thresholds(earned: Fraction, out_of: Fraction) -> int:
@@ -295,18 +284,6 @@ def attainment(drawn: Drawn) -> dict[tuple[str, str, str], Attained | None]:
 
 
 # --- scoring ----------------------------------------------------------------------------------------------------------
-
-
-def kappas(pairs: Iterable[tuple[int, int]]) -> tuple[float, float]:
-    """Cohen's kappa, plain and with quadratic weights, from the table of how often who gave what."""
-    table = np.zeros((5, 5))
-    for one, other in pairs:
-        table[one, other] += 1
-    observed = table / table.sum()
-    chance = np.outer(observed.sum(axis=1), observed.sum(axis=0))
-    plain = (np.trace(observed) - np.trace(chance)) / (1 - np.trace(chance))
-    apart = np.subtract.outer(np.arange(5), np.arange(5)) ** 2
-    return float(plain), float(1 - (apart * observed).sum() / (apart * chance).sum())
 
 
 def tally(drawn: Drawn, where: Where) -> dict[str, int]:

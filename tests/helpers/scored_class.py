@@ -1,6 +1,6 @@
 """A class of sixty on this course, made up from a seed, of which all is known: marks, levels, errors, copies.
 
-No notebook is run. The machine's marks are drawn; each answer in words has a true level; two scorers give levels with
+No notebook is run. The machine's marks are drawn; each answer in words has a true level; a scorer gives levels with
 errors by a rule. ``scored_book.py`` puts it into a gradebook; what it comes to is worked out in ``scored_by_hand.py``.
 """
 
@@ -98,8 +98,8 @@ BY_MACHINE = {
     "missing": 0.0,
 }
 MISSING, FOR_A_PERSON, KEY_FAULT = "missing", "for a person", "not marked: key fault"
-ANN, BEA, TEACHER = "Ann Lee", "Bea Kim", "Dr. T."
-ONE_OFF, SECOND_ONE_OFF = 0.15, 0.2  #: share of the answers to which a scorer gives the level next to the true one
+ANN, TEACHER = "Ann Lee", "Dr. T."
+ONE_OFF = 0.15  #: share of the answers to which a scorer gives the level next to the true one
 MEASURED = {("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")}
 
 #: Answers that nobody reads, and one that the teacher is asked about and does not decide.
@@ -108,10 +108,8 @@ ASKED_STILL = ("s08", "3.17", "explanation")
 
 #: Who copies → of whom, and what.
 COPIES: dict[str, tuple[str, str]] = {
-    **{f"s{11 + 2 * n}": (f"s{10 + 2 * n}", "code") for n in range(4)},
     **{f"s{21 + 2 * n}": (f"s{20 + 2 * n}", "recording") for n in range(3)},
     **{f"s{31 + 2 * n}": (f"s{30 + 2 * n}", "numbers") for n in range(3)},
-    **{f"s{41 + 2 * n}": (f"s{40 + 2 * n}", "words") for n in range(2)},
 }
 
 
@@ -125,7 +123,6 @@ class Person:
     true : its level; None where it was left blank
     first : the level that the first scorer gave; None where nobody did
     points : given without a level
-    second : the level that the second scorer, who is blind, gives if the answer is in the sample
     asked : whether the first scorer asked
     decided : the level that the teacher gave, who was asked
     """
@@ -134,7 +131,6 @@ class Person:
     true: int | None = None
     first: int | None = None
     points: float | None = None
-    second: int | None = None
     asked: bool = False
     decided: int | None = None
 
@@ -197,8 +193,6 @@ class Drawn:
         for copier, (mate, what) in COPIES.items():
             if what == "numbers":
                 self._copy_numbers(self.students[copier], self.students[mate])
-            elif what == "words":
-                self._copy_words(self.students[copier], self.students[mate])
         self._exceptions()
 
     def _draw(self, one: Student) -> None:
@@ -230,7 +224,6 @@ class Drawn:
         true = 0 if rng.random() < 0.03 else rng.choices((1, 2, 3, 4), likely)[0]
         found = Person(self._text(), true)
         found.asked = rng.random() < 0.006
-        found.second = _off(true, rng) if rng.random() < SECOND_ONE_OFF else true
         if rng.random() < 0.03:
             found.points = rng.choice((0.1, 0.2, 0.45, 0.6, 0.7, 0.95))  # at the middle of no two levels
         else:
@@ -269,14 +262,6 @@ class Drawn:
         mate.numbers, one.numbers = dict(right), dict(right)
         mate.machine |= dict.fromkeys(MEASURED, "right")
         one.machine |= dict.fromkeys(MEASURED, "wrong")
-
-    def _copy_words(self, one: Student, mate: Student) -> None:
-        """Two texts of the mate's, with another number and capitals; both are long enough to be of note."""
-        for where in (("2.17", "reason"), ("Modeling report", "discrepancy_analysis")):
-            text = " ".join(self._rng.choices(_WORDS.split(), k=36))
-            for each, written in ((mate, text), (one, text.upper())):
-                self._number += 7
-                each.persons[where] = Person(f"{written}, in {self._number} samples.", 3, 3, second=3)
 
     def _exceptions(self) -> None:
         """What waits in the end: an answer that nobody has read, one that the teacher is asked about, a key's fault."""

@@ -14,13 +14,13 @@ from urllib.parse import unquote
 
 from made_courses import OURS
 from scored_by_hand import SHARES
-from scored_class import ANN, BEA, PARTS, TEACHER, Drawn, Person, Where
+from scored_class import ANN, PARTS, TEACHER, Drawn, Person, Where
 from scoring_class import Client, clients, shown
 from typer.testing import CliRunner
 
 from rotflex import cli
 from rotflex.instructor import course as courses
-from rotflex.instructor.gradebook import SECOND, Gradebook
+from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.scoring import rubric
 from rotflex.instructor.scoring.desk import Desk
 
@@ -49,26 +49,23 @@ class Scoring:
 
     Attributes
     ----------
-    twice : answers that the second scorer was given: student and part
     said : what the commands said, by option
     page : the page's overview in the end
     """
 
     def __init__(self, drawn: Drawn, folder: Path, source: Path) -> None:
         self.drawn, self.folder, self.source = drawn, folder, source
-        self.twice: list[tuple[str, Where]] = []
         self.said: dict[str, str] = {}
         found = courses.load(source)
         with Gradebook(folder / "gradebook.sqlite") as book:
             items = rubric.read(found.folder, found.catalogue)
-            desk = Desk(book, found.catalogue, items, found.settings.levels, one_in=10)
-            ann, bea, teacher = clients(desk, ANN, BEA, TEACHER)
+            desk = Desk(book, found.catalogue, items, found.settings.levels)
+            ann, teacher = clients(desk, ANN, TEACHER)
             for where in ON_THE_PAGE:
                 self._on_the_page(ann, where)
             self._directly(book)
             self._by_table(folder / "scores.csv")
             self._of_the_teacher(teacher)
-            self._again(bea, desk, book)
             self.page = ann.get("/").text
 
     def person(self, number: str) -> Person:
@@ -156,23 +153,6 @@ class Scoring:
             if person.decided is not None:
                 done = teacher.act("give", {**sent, "answers": picks, "level": person.decided, "remark": "Decided."})
                 assert not done.json()["trouble"], done.text
-
-    def _again(self, bea: Client, desk: Desk, book: Gradebook) -> None:
-        """The second round: on the page what was scored there, and the rest as the page writes it."""
-        for where in [one for one in PARTS if PARTS[one].marked == "person"]:
-            for answer in desk.due(BEA, where, SECOND):
-                person = self.drawn.students[answer.student].persons[where]
-                self.twice.append((answer.student, where))
-                assert person.second is not None
-                worth = float(SHARES[person.second]) * answer.mark.out_of
-                if where not in ON_THE_PAGE:
-                    book.scores.give(answer.student, where, worth, BEA, level=person.second, round=SECOND)
-        for where in ON_THE_PAGE:
-            sent: dict[str, Any] = {"question": where[0], "part": where[1], "round": 2}
-            reply = bea.act("next", sent)
-            while (found := self._shown(reply, where))[0] is not None:
-                person, picks = found
-                reply = bea.act("give", {**sent, "answers": picks, "level": person.second})
 
 
 def _number(text: str) -> str:

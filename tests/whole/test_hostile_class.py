@@ -172,15 +172,15 @@ def test_nothing_survives(graded):
 
 
 def test_only_students_have_a_place_among_the_results(graded):
-    ours = {"grades.csv", "gradebook.sqlite", "earlier.json", "hints.md"}
-    assert {path.name for path in graded.out.iterdir()} == {*CLASS, *HONEST, *ours}
+    ours = {"grades.csv", "gradebook.sqlite", "earlier.json"}
+    assert {path.name for path in graded.out.iterdir()} - {"hints.md"} == {*CLASS, *HONEST, *ours}
 
 
-def test_what_attacks_have_in_common_is_told_of_attacks_alone(graded):
-    told = (graded.out / "hints.md").read_text(encoding="utf-8")
-    assert _steering(told) == set()
-    assert "own-files-are-links, own-files-in-the-way have" in told  # one piece of code was given to both
-    assert not [name for name in HONEST if name in told]
+def test_hints_name_attacks_alone(graded):
+    file = graded.out / "hints.md"  # not there if no two attacks have an equal file
+    hints = file.read_text(encoding="utf-8") if file.exists() else ""
+    assert _steering(hints) == set()
+    assert not [name for name in HONEST if name in hints]
 
 
 # --- what people get to see -------------------------------------------------------------------------------------------

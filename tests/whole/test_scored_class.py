@@ -213,34 +213,6 @@ def test_attainment_of_each_group_and_nothing_of_small_ones(scored):
 # --- scoring ----------------------------------------------------------------------------------------------------------
 
 
-def test_how_well_the_two_agree_on_the_page(scored):
-    def pairs(those):
-        persons = [(scored.drawn.students[student].persons[where], where) for student, where in those]
-        return [(by_hand.level_given(one, PARTS[where].points), one.second) for one, where in persons]
-
-    twice = scored.scoring.twice
-    texts = sum(bool(person.text) for one in scored.drawn.students.values() for person in one.persons.values())
-    assert 0.07 * texts < len(twice) < 0.13 * texts
-    both = pairs(twice)
-    plain, weighted = by_hand.kappas(both)
-    assert 0.3 < plain < weighted < 1  # by the errors that were made
-    same = sum(one == other for one, other in both)
-    assert (
-        f"All parts together: {same} of {len(both)} the same; kappa {plain:.2f}, with quadratic weights {weighted:.2f}"
-        in scored.scoring.page
-    )
-    parts = 0
-    for where, row in page_rows(scored.scoring.page).items():
-        those = pairs([one for one in twice if one[1] == where])
-        told = re.search(r"(\d+) of (\d+) the same; kappa (-?[\d.]+), with quadratic weights (-?[\d.]+)", row[-1])
-        if len({level for pair in those for level in pair}) > 1:
-            plain, weighted = by_hand.kappas(those)
-            same = sum(one == other for one, other in those)
-            assert told.groups() == (str(same), str(len(those)), f"{plain:.2f}", f"{weighted:.2f}")
-            parts += 1
-    assert parts > 20
-
-
 def page_rows(page):
     """The overview's table: part → its cells, as text."""
     found = {}
@@ -281,8 +253,8 @@ def told(scored):
 def test_copies_are_found_and_hardly_anybody_else(scored):
     copies = {frozenset((copier, mate)): what for copier, (mate, what) in COPIES.items()}
     found = told(scored)
-    assert len(copies) == 12 and len(copies.keys() & found) >= 11
-    assert len(found - copies.keys()) <= 1
+    assert len(copies) == 6 and copies.keys() <= found
+    assert len(found - copies.keys()) <= 2  # by chance: of 24 other drawings, three have one
     text = (scored.out / "hints.md").read_text(encoding="utf-8")
     assert {frozenset(line[3:].split(", ")) for line in text.splitlines() if line.startswith("## ")} == found
 

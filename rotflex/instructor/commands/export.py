@@ -1,13 +1,13 @@
-"""The command that puts marks into the files and gradebooks of other platforms."""
+"""The command that puts marks into the files of other platforms."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -30,9 +30,9 @@ _SUFFIX = "-with-marks"
 def export(
     marks: Marks,
     into: Annotated[
-        Path | None,
+        Path,
         typer.Option(help="The file that you exported from Canvas, Moodle, Blackboard or Brightspace.", dir_okay=False),
-    ] = None,
+    ],
     column: Annotated[
         str | None, typer.Option(help="Its column for the marks; may be left out if only one takes marks.")
     ] = None,
@@ -58,32 +58,23 @@ def export(
         Path | None,
         typer.Option(help="The platform's zip of submissions, whose names --feedback needs.", dir_okay=False),
     ] = None,
-    nbgrader: Annotated[
-        Path | None, typer.Option(help="Put the marks into this gradebook of nbgrader's.", dir_okay=False)
-    ] = None,
-    assignment: Annotated[str | None, typer.Option(help="The assignment in nbgrader.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell what would come of it, and write nothing.")] = False,
     course: CourseFolder = None,
 ) -> None:
-    """Put marks into a platform's own file: one column of it, and nothing else; or into nbgrader's gradebook.
+    """Put marks into a platform's own file: one column of it, and nothing else.
 
     Exit code: 0 everybody's mark is in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
-    _check(into, nbgrader, assignment, feedback, submissions)
-    if nbgrader is not None:
-        of_columns = {"column": column, "out": out, "out-of": out_of, "decimals": decimals}
-        _refuse_with_nbgrader({**of_columns, "unfinished": unfinished, "cap": cap})
+    from rotflex.instructor.platforms.filled import Choice
+
+    if submissions is not None and feedback is None:
+        raise GradingError("--submissions gives names for --feedback: say where that is to be written.")
     found = courses.find(course)
     with open_existing(marks) as book:
-        if into is None:
-            complete = _into_nbgrader(book, found, Path(nbgrader or ""), assignment or "", dry_run)
-        else:
-            from rotflex.instructor.platforms.filled import Choice
-
-            target = out or into.with_stem(into.stem + _SUFFIX)
-            choice = Choice(found.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
-            order = _Order(into, target, column, _points(out_of), choice, feedback, submissions, dry_run)
-            complete = _into_file(book, found, order)
+        target = out or into.with_stem(into.stem + _SUFFIX)
+        choice = Choice(found.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
+        order = _Order(into, target, column, _points(out_of), choice, feedback, submissions, dry_run)
+        complete = _into_file(book, found, order)
     if not complete:
         raise typer.Exit(SOME_TROUBLE)
 
@@ -100,39 +91,6 @@ class _Order:
     feedback: Path | None
     submissions: Path | None
     dry: bool
-
-
-def _check(
-    into: Path | None, nbgrader: Path | None, assignment: str | None, feedback: Path | None, submissions: Path | None
-) -> None:
-    """Refuse options that do not go together."""
-    if (into is None) == (nbgrader is None):
-        raise GradingError(_("Say where the marks go: --into THEIR_EXPORT.csv, or --nbgrader gradebook.db."))
-    if (nbgrader is None) != (assignment is None):
-        raise GradingError(_("--nbgrader and --assignment go together: which of its assignments is it?"))
-    if nbgrader is not None and feedback is not None:
-        raise GradingError(_("--feedback is for platforms; nbgrader has feedback of its own."))
-    if submissions is not None and feedback is None:
-        raise GradingError(_("--submissions gives names for --feedback: say where that is to be written."))
-
-
-def _refuse_with_nbgrader(options: Mapping[str, Any]) -> None:
-    """Refuse what has no meaning there: nbgrader has points for each part, and no column of totals."""
-    given = [f"--{name}" for name, value in options.items() if value is not None and value is not False]
-    if given:
-        raise GradingError(
-            _("{options}: for --into, a platform's file; marks go into nbgrader part by part, as they are.").format(
-                options=", ".join(given)
-            )
-        )
-
-
-def _into_nbgrader(book: Gradebook, course: Course, theirs: Path, assignment: str, dry: bool) -> bool:
-    from rotflex.instructor.platforms import nbgrader_book
-
-    carried = nbgrader_book.carry(book, course, theirs, assignment, dry)
-    say(*carried.told(dry), _written(theirs, dry))
-    return not (carried.waiting or carried.without or carried.cells)
 
 
 def _into_file(book: Gradebook, course: Course, order: _Order) -> bool:

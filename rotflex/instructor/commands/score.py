@@ -23,9 +23,6 @@ def score(
         list[str] | None, typer.Option("--as", metavar="NAME", help="Who scores; may be given several times.")
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is served; 0: any free port.")] = 0,
-    second: Annotated[
-        int, typer.Option(min=0, help="About one in so many answers is read a second time, by another; 0: none.")
-    ] = 10,
     show_names: Annotated[bool, typer.Option("--names", help="Show whose an answer is; else it has a number.")] = False,
     browser: Annotated[bool, typer.Option(help="Open a browser for the first who scores.")] = True,
     write: Annotated[
@@ -47,7 +44,7 @@ def score(
     found = courses.find(course)
     with open_existing(marks) as book:
         items = rubric.read(found.folder, found.catalogue)
-        desk = Desk(book, found.catalogue, items, found.settings.levels, second, show_names)
+        desk = Desk(book, found.catalogue, items, found.settings.levels, show_names)
         if write is not None and read is not None:
             raise GradingError(_("Give --write or --read, and not both at once."))
         if write is not None:

@@ -28,7 +28,7 @@ It is a general package: it knows of students, questions and points, but of no c
 
 from __future__ import annotations
 
-from rotflex.instructor.gradebook.decided import FIRST, SECOND, Act, Answer, Publication, Request
+from rotflex.instructor.gradebook.decided import Act, Answer, Publication, Request
 from rotflex.instructor.gradebook.erasing import OfOthers
 from rotflex.instructor.gradebook.naming import Person
 from rotflex.instructor.gradebook.records import (
@@ -49,10 +49,8 @@ from rotflex.instructor.gradebook.records import (
 from rotflex.instructor.gradebook.store import Gradebook
 
 __all__ = [
-    "FIRST",
     "FOR_A_PERSON",
     "GIVEN_BY_A_PERSON",
-    "SECOND",
     "Act",
     "Answer",
     "AuditRecord",

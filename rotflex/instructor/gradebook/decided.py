@@ -8,9 +8,6 @@ from datetime import datetime
 
 from rotflex.instructor.gradebook.records import FOR_A_PERSON, GIVEN_BY_A_PERSON, GivenMark, MarkRecord
 
-#: Rounds of scoring. The second is a blind one, of a sample: it is compared with the first, and changes no mark.
-FIRST, SECOND = 1, 2
-
 
 @dataclass(frozen=True)
 class Act:
@@ -20,7 +17,6 @@ class Act:
     ----------
     number : of the act, by which it is undone
     student, question, part : whose answer, and which
-    round : ``FIRST`` or ``SECOND``
     actor : the scorer
     level : that was given; None if points were given without one, or the instructor is asked
     points, out_of : given, and possible; points are None where the instructor is asked
@@ -35,7 +31,6 @@ class Act:
     student: str
     question: str
     part: str
-    round: int
     actor: str
     level: int | None
     points: float | None
@@ -76,9 +71,9 @@ class Answer:
         """Question and part."""
         return self.question, self.part
 
-    def last(self, round: int = FIRST) -> Act | None:
-        """The last act of a round. Whether the mark comes from it, :attr:`decision` says."""
-        return next((one for one in reversed(self.acts) if one.round == round), None)
+    def last(self) -> Act | None:
+        """The last act. Whether the mark comes from it, :attr:`decision` says."""
+        return self.acts[-1] if self.acts else None
 
     @property
     def decision(self) -> Act | None:
@@ -88,19 +83,6 @@ class Answer:
             return None
         same = (last.actor, last.remark) == (given.actor, given.mark.reason)
         return last if same and math.isclose(last.points, given.mark.points) else None
-
-    @property
-    def read_twice(self) -> tuple[Act, Act] | None:
-        """What two readers gave, each without the other: the second round, and the first as it was before that.
-
-        What became of the first round afterwards is none of it: the two may have spoken.
-        """
-        second = self.last(SECOND)
-        if second is None:
-            return None
-        before = [one for one in self.acts if one.number < second.number and one.round == FIRST]
-        first = next((one for one in reversed(before) if one.points is not None), None)
-        return None if first is None or first.actor == second.actor else (first, second)
 
     @property
     def asked(self) -> bool:

@@ -16,10 +16,15 @@ from rotflex.instructor.gradebook.records import FOR_A_PERSON, GivenMark, MarkRe
 from rotflex.instructor.gradebook.rows import Where
 from rotflex.instructor.gradebook.tables import claims, decisions, marks, runs, scores, students
 
+#: The only round of scoring. Gradebooks of earlier versions may hold acts of a second, blind round as well: it changed
+#: no mark, and is not read any more. The columns stay, so that those gradebooks need no migration.
+ROUND = 1
+
 
 def acts(connection: Connection, *which: Any) -> list[Act]:
-    """Acts in the order in which they were done."""
-    found = select(scores, students.c.student).join(students).where(*which).order_by(scores.c.id)
+    """Read acts in the order in which they were done."""
+    read = select(scores, students.c.student).join(students).where(scores.c.round == ROUND, *which)
+    found = read.order_by(scores.c.id)
     return [_act(row) for row in connection.execute(found)]
 
 
@@ -35,7 +40,6 @@ def _act(row: Row[Any]) -> Act:
         row.student,
         row.question,
         row.part,
-        row.round,
         row.actor,
         row.level,
         row.points,
@@ -54,7 +58,7 @@ def put_act(connection: Connection, student_id: int, act: Act, replaced: dict[st
         "student_id": student_id,
         "question": act.question,
         "part": act.part,
-        "round": act.round,
+        "round": ROUND,
         "actor": act.actor,
         "level": act.level,
         "points": act.points,
@@ -134,22 +138,22 @@ def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
 # --- claims -----------------------------------------------------------------------------------------------------------
 
 
-def claimed(connection: Connection, where: Where, round: int) -> dict[str, tuple[str, datetime]]:
+def claimed(connection: Connection, where: Where) -> dict[str, tuple[str, datetime]]:
     """Student → who reads their answer, and until when; claims that have run out are taken away by :func:`claim`."""
     found = (
         select(students.c.student, claims.c.actor, claims.c.until)
         .join(students)
-        .where(*_of(where, round), claims.c.until > rows.now())
+        .where(*_of(where), claims.c.until > rows.now())
     )
     return {row.student: (row.actor, row.until) for row in connection.execute(found)}
 
 
-def claim(connection: Connection, student: str, where: Where, round: int, actor: str, seconds: float) -> None:
+def claim(connection: Connection, student: str, where: Where, actor: str, seconds: float) -> None:
     """Note who reads an answer, in place of who did."""
     student_id = rows.known_student(connection, student)
     question, part = where
-    connection.execute(delete(claims).where(claims.c.student_id == student_id, *_of(where, round)))
-    key = {"student_id": student_id, "question": question, "part": part, "round": round}
+    connection.execute(delete(claims).where(claims.c.student_id == student_id, *_of(where)))
+    key = {"student_id": student_id, "question": question, "part": part, "round": ROUND}
     connection.execute(insert(claims).values(**key, actor=actor, until=rows.now() + timedelta(seconds=seconds)))
 
 
@@ -158,8 +162,8 @@ def let_go(connection: Connection, actor: str) -> None:
     connection.execute(delete(claims).where((claims.c.actor == actor) | (claims.c.until <= rows.now())))
 
 
-def _of(where: Where, round: int) -> list[Any]:
-    return [claims.c.question == where[0], claims.c.part == where[1], claims.c.round == round]
+def _of(where: Where) -> list[Any]:
+    return [claims.c.question == where[0], claims.c.part == where[1], claims.c.round == ROUND]
 
 
 def first_free(order: Sequence[str], free: Collection[str]) -> str | None:

@@ -17,7 +17,7 @@ from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import deciding, rows, score_rows, storable
 from rotflex.instructor.gradebook.database import Database
-from rotflex.instructor.gradebook.decided import FIRST, SECOND, Act, Answer
+from rotflex.instructor.gradebook.decided import Act, Answer
 from rotflex.instructor.gradebook.records import FOR_A_PERSON, MarkRecord
 from rotflex.instructor.gradebook.rows import Where
 from rotflex.instructor.gradebook.tables import scores
@@ -67,9 +67,8 @@ class Scores:
         level: int | None = None,
         remark: str = "",
         expected: MarkRecord | None = None,
-        round: int = FIRST,
     ) -> Act:
-        """Points for an answer. In the first round they are its mark; in the second they are only kept.
+        """Give points for an answer: they are its mark.
 
         Parameters
         ----------
@@ -78,7 +77,6 @@ class Scores:
         actor : the scorer
         remark : for the student
         expected : the mark as the scorer saw it; None for whatever is there
-        round : ``FIRST``, or ``SECOND`` for a blind sample
 
         Raises
         ------
@@ -90,17 +88,9 @@ class Scores:
             before = deciding.run_of(connection, student)
             mark = deciding.mark_of(before, where)
             deciding.check_points(mark, points)
-            _check_round(round)
-            if round == SECOND:
-                _check_same_answer(mark, expected)
-            else:
-                deciding.check_expected(connection, before, mark, expected)
+            deciding.check_expected(connection, before, mark, expected)
             change = _change(actor, remark, _("scored") if level is None else _("level {n}").format(n=level))
-            act = _act(
-                before, mark, change.actor, round, storable.text(remark), level=level, points=float(points) + 0.0
-            )
-            if round == SECOND:
-                return score_rows.put_act(connection, before.student_id, act, None)
+            act = _act(before, mark, change.actor, storable.text(remark), level=level, points=float(points) + 0.0)
             was = deciding.stored_decision(connection, before.student_id, where)
             done = score_rows.put_act(connection, before.student_id, act, was)
             new = deciding.decided(mark, points, act.remark)
@@ -117,7 +107,7 @@ class Scores:
             mark = deciding.mark_of(before, where)
             deciding.check_expected(connection, before, mark, expected)
             change = _change(actor, remark, _("the instructor is asked"))
-            act = _act(before, mark, change.actor, FIRST, storable.text(remark), asked=True)
+            act = _act(before, mark, change.actor, storable.text(remark), asked=True)
             was = deciding.stored_decision(connection, before.student_id, where)
             done = score_rows.put_act(connection, before.student_id, act, was)
             deciding.put_back(connection, before.student_id, where, None)
@@ -137,19 +127,18 @@ class Scores:
             before = deciding.run_of(connection, act.student)
             mark = deciding.mark_of(before, act.where)
             change = _change(actor, "", _("taken back: act {n}").format(n=number))
-            undoing = _act(before, mark, change.actor, act.round, "", undoes=number)
-            if act.round == FIRST:
-                now = deciding.stored_decision(connection, before.student_id, act.where)
-                if not _is_as_left(now, act):
-                    raise deciding.taken(connection, before, mark)
-                deciding.put_back(connection, before.student_id, act.where, score_rows.replaced(connection, number))
+            undoing = _act(before, mark, change.actor, "", undoes=number)
+            now = deciding.stored_decision(connection, before.student_id, act.where)
+            if not _is_as_left(now, act):
+                raise deciding.taken(connection, before, mark)
+            deciding.put_back(connection, before.student_id, act.where, score_rows.replaced(connection, number))
             done = score_rows.put_act(connection, before.student_id, undoing, None)
             rows.put_audit(connection, before.student_id, before, change)
             return done
 
     # --- who reads what -----------------------------------------------------------------------------------------------
 
-    def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float, round: int = FIRST) -> str | None:
+    def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float) -> str | None:
         """The next answer for a scorer: of the first in an order that waits, and that nobody else is reading.
 
         It is theirs for a while; a claim that has run out is anybody's. What they had claimed before is let go.
@@ -159,7 +148,6 @@ class Scores:
         order : students
         where : which part
         actor, seconds : for whom, and for how long
-        round : in the second, an answer waits until another than the first has scored it in that round
 
         Returns
         -------
@@ -169,18 +157,18 @@ class Scores:
         actor = storable.text(actor)
         with self._database.writing() as connection:
             score_rows.let_go(connection, actor)
-            held = score_rows.claimed(connection, where, round)
+            held = score_rows.claimed(connection, where)
             free = [
                 one.student
                 for one in score_rows.answers(connection, [where])
-                if one.student not in held and _is_to_do(one, round)
+                if one.student not in held and one.mark.status == FOR_A_PERSON and not one.asked
             ]
             student = score_rows.first_free(order, free)
             if student is not None:
-                score_rows.claim(connection, student, where, round, actor, seconds)
+                score_rows.claim(connection, student, where, actor, seconds)
             return student
 
-    def hold(self, student: str, where: Where, actor: str, seconds: float, round: int = FIRST) -> str | None:
+    def hold(self, student: str, where: Where, actor: str, seconds: float) -> str | None:
         """Claim one answer for a scorer who has opened it, whatever became of it; what they had claimed is let go.
 
         Returns
@@ -191,27 +179,21 @@ class Scores:
         actor = storable.text(actor)
         with self._database.writing() as connection:
             score_rows.let_go(connection, actor)
-            for one, (holder, _until) in score_rows.claimed(connection, where, round).items():
+            for one, (holder, _until) in score_rows.claimed(connection, where).items():
                 if caseless(one) == caseless(student):
                     return holder
-            score_rows.claim(connection, student, where, round, actor, seconds)
+            score_rows.claim(connection, student, where, actor, seconds)
             return None
 
-    def claimed(self, where: Where, round: int = FIRST) -> dict[str, tuple[str, datetime]]:
+    def claimed(self, where: Where) -> dict[str, tuple[str, datetime]]:
         """Student → who is reading their answer, and until when."""
         with self._database.reading() as connection:
-            return score_rows.claimed(connection, where, round)
+            return score_rows.claimed(connection, where)
 
     def let_go(self, actor: str) -> None:
         """Let others have what a scorer has claimed."""
         with self._database.writing() as connection:
             score_rows.let_go(connection, storable.text(actor))
-
-
-def _is_to_do(answer: Answer, round: int) -> bool:
-    if round == SECOND:
-        return answer.read_twice is None
-    return answer.mark.status == FOR_A_PERSON and not answer.asked
 
 
 def _change(actor: str, remark: str, otherwise: str) -> rows.Change:
@@ -222,7 +204,6 @@ def _act(
     before: rows.Stored,
     mark: MarkRecord,
     actor: str,
-    round: int,
     remark: str,
     *,
     level: int | None = None,
@@ -233,23 +214,7 @@ def _act(
     """An act as it is to be written; number and time come with that."""
     student = before.graded.run.student
     where = (mark.question, mark.part)
-    return Act(
-        0, student, *where, round, actor, level, points, mark.out_of, remark, mark.given, asked, undoes, rows.now()
-    )
-
-
-def _check_round(round: int) -> None:
-    if round not in (FIRST, SECOND):
-        raise GradebookError(_("There are rounds 1 and 2, and no round {round}.").format(round=round))
-
-
-def _check_same_answer(mark: MarkRecord, expected: MarkRecord | None) -> None:
-    if expected is not None and not rows.same_answer(mark.given, storable.text(expected.given)):
-        raise GradebookError(
-            _("Question {question}, {part}: another answer was handed in since. Nothing was changed.").format(
-                question=mark.question, part=mark.part
-            )
-        )
+    return Act(0, student, *where, actor, level, points, mark.out_of, remark, mark.given, asked, undoes, rows.now())
 
 
 def _own_act(connection: Connection, number: int, actor: str) -> Act:

@@ -208,7 +208,7 @@ scores = Table(
     _belongs("student_id", "students.id"),
     _must("question", Text),
     _must("part", Text),
-    _must("round", Integer),
+    _must("round", Integer),  # always 1 now: see score_rows.ROUND
     _must("actor", Text),
     Column("level", Integer),  # NULL: points without a level, or the instructor is asked
     Column("points", Double),  # NULL: the instructor is asked
@@ -229,7 +229,7 @@ claims = Table(
     Column("student_id", Integer, ForeignKey("students.id"), primary_key=True, autoincrement=False),
     Column("question", Text, primary_key=True),
     Column("part", Text, primary_key=True),
-    Column("round", Integer, primary_key=True, autoincrement=False),
+    Column("round", Integer, primary_key=True, autoincrement=False),  # as above
     _must("actor", Text),
     _must("until", Instant),
 )

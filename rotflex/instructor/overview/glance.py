@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor.accounts.lateness import timing
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, StudentRecord
 from rotflex.instructor.overview import counted, published, slips, students, times, waiting
 from rotflex.instructor.overview.section import Section, Table, moment
 from rotflex.instructor.overview.students import Student
-from rotflex.instructor.reports import same_work
+from rotflex.instructor.reports import hints
 from rotflex.instructor.reports.result import received, result_in
 from rotflex.instructor.running.intake import is_unread
 
@@ -63,7 +64,7 @@ def at(book: Gradebook, course: Course) -> Glance:
         waiting.requests(book.requests.all()),
         waiting.faults(runs),
         slips.section(runs, titles),
-        _same_work(same_work.of_class(book, course)),
+        _in_common(hints.of_class(book, course)),
         times.section(len(runs), trail, book.scores.acts(), answers),
         published.section(book.requests.publications(), trail),
     )
@@ -89,20 +90,14 @@ def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetim
     return Student(about, counting, came, unread, late, tuple(name for name, one in would if one and one.days))
 
 
-def _same_work(found: same_work.Found) -> Section:
-    """What class-mates have in common."""
-    groups = same_work.by_students(found.hints)
-    first = (
-        _(
-            "{groups} of students with something in common that hardly anybody else has. A hint, never a verdict."
-        ).format(groups=plural(len(groups), "{count} group", "{count} groups"))
-        if groups
-        else _("Nobody has anything in common that hardly anybody else has, as far as it was compared.")
-        if found.left_out
-        else _("Nobody has anything in common that hardly anybody else has.")
-    )
-    never = _("It may be chance, or help that you allow. No mark depends on it. Ask before you conclude anything.")
-    more = (never if groups else "", found.left_out)
+def _in_common(found: Sequence[hints.Hint]) -> Section:
+    """Make the section of what class-mates have in common."""
+    title, groups = "Hints of the same work", hints.by_students(found)
     rows = tuple((", ".join(who), "\n".join(one.evidence for one in those)) for who, those in groups.items())
-    table = Table((_("Students"), _("What they have in common")), rows)
-    return Section(_("Hints of the same work"), first, tuple(filter(None, more)), (table,), urgent=bool(found.left_out))
+    table = Table(("Students", "What they have in common"), rows)
+    if not groups:
+        return Section(title, "Nobody has the numbers, recordings or files of a class-mate.", (), (table,))
+    count = plural(len(groups), "{count} group", "{count} groups")
+    first = f"{count} of students with equal numbers, recordings or files. A hint, never a verdict."
+    never = "It may be chance, or help that you allow. No mark depends on it. Ask before you conclude anything."
+    return Section(title, first, (never,), (table,))

@@ -1,4 +1,4 @@
-"""Marks into the files and gradebooks of other platforms.
+"""Marks into the files of other platforms.
 
 =================  ==================================================================================================
 ``their_file``     a file's bytes ↔ its cells: what is not changed stays as it is, byte for byte
@@ -8,6 +8,5 @@
 ``earned``         what each student has by the gradebook, or what they still wait for
 ``filled``         one column with marks in it, and all that there is to tell about that
 ``feedback_zip``   feedback pages under the names by which a platform takes them back
-``nbgrader_book``  marks into nbgrader's gradebook, cell by cell
 =================  ==================================================================================================
 """

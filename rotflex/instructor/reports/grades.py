@@ -1,7 +1,7 @@
 """Marks for people, all of them from the gradebook and its roster, whatever was graded just now.
 
 ``grades.csv`` has a row for everybody; each student of whom something was graded has ``marks.json`` and
-``feedback.html`` in a folder of their own. ``hints.md`` is there if there are any (:mod:`.same_work`).
+``feedback.html`` in a folder of their own. ``hints.md`` is there if there are any (:mod:`.hints`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rotflex.errors import GradingError
 from rotflex.instructor.accounts.lateness import unknown_names
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRecord
-from rotflex.instructor.reports import feedback, grades_table, same_work
+from rotflex.instructor.reports import feedback, grades_table, hints
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
 from rotflex.instructor.reports.result import Result, lapse, result_in
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -77,7 +77,7 @@ class Reports:
         make_folder(out)
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, str] = {}
-        self._hints = same_work.Found(())
+        self._hints: list[hints.Hint] = []
 
     def __enter__(self) -> Reports:
         return self
@@ -121,11 +121,11 @@ class Reports:
     @property
     def hints(self) -> str:
         """What class-mates have in common, in a line or two; "" where it is nothing. After :meth:`write_all`."""
-        line = _("{what}, as a hint and never a verdict: {count}, listed in {file}.")
-        counts = Counter(one.about for one in self._hints.hints)
+        counts = Counter(one.about for one in self._hints)
         file = self._out / HINTS_FILE
-        told = [line.format(what=about, count=count, file=file) for about, count in counts.items()]
-        return "\n".join([*told, *filter(None, [self._hints.left_out])])
+        return "\n".join(
+            f"{about}, as a hint and never a verdict: {count}, listed in {file}." for about, count in counts.items()
+        )
 
     def write_all(self) -> int:
         """Write everybody's pages, ``grades.csv``, and ``hints.md``.
@@ -150,19 +150,19 @@ class Reports:
                 rows.append(Unmarked(about, NOT_GRADED_YET if known_as in waiting else NOTHING_HANDED_IN))
             else:
                 rows.append(self._pages(graded, about))
-        self._write_hints(same_work.of_class(self._book, self._course))
+        self._write_hints()
         if rows:
             self._write(self._out / GRADES_FILE, grades_table.text(rows, self._course.key))
         if self._failures:
             raise _not_written(self._failures)
         return len(rows)
 
-    def _write_hints(self, found: same_work.Found) -> None:
-        """The file of hints, and of what could not be compared; none where there is neither, nor one of before."""
-        self._hints = found
+    def _write_hints(self) -> None:
+        """Write the file of hints; without hints, remove an earlier one."""
+        self._hints = hints.of_class(self._book, self._course)
         path = self._out / HINTS_FILE
-        if found.hints or found.left_out:
-            self._write(path, no_escapes(same_work.text(found)))
+        if self._hints:
+            self._write(path, no_escapes(hints.as_markdown(self._hints)))
             return
         try:
             path.unlink(missing_ok=True)

@@ -3,7 +3,6 @@
 =============  =======================================================================================================
 ``rubric``     what to look for in each part, and what tells one level from the next
 ``alike``      answers that are nearly the same, and in what they differ
-``agreement``  how well two scorers agree; which answers are read a second time
 ``desk``       who gets which answers next, what they give, and what they take back
 ``remarks``    remarks that are used again
 ``progress``   tallies, what is left and how long it takes

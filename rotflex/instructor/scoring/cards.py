@@ -10,7 +10,7 @@ from markupsafe import Markup
 from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.courseware.report_files import ReportFile, without_digests
 from rotflex.courseware.reports import NOT_WRITTEN
-from rotflex.instructor.gradebook import FIRST, Answer, MarkRecord, RunRecord
+from rotflex.instructor.gradebook import Answer, MarkRecord, RunRecord
 from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.reports.feedback import figures_of, pictures_of
 from rotflex.instructor.reports.rendered_words import as_html
@@ -76,14 +76,9 @@ class Level:
 
 @dataclass(frozen=True)
 class Card:
-    """All that changes when the next answer comes.
-
-    In the second round it has no remarks: those that were written before are the first round's, and no student reads
-    what is written in the second.
-    """
+    """All that changes when the next answer comes."""
 
     where: Where
-    round: int
     out_of: float
     answers: list[Shown]
     levels: list[Level]
@@ -95,7 +90,7 @@ class Card:
         return self.answers[0]
 
 
-def card(desk: Desk, answers: Sequence[Answer], round: int = FIRST) -> Card:
+def card(desk: Desk, answers: Sequence[Answer]) -> Card:
     """Answers that are scored together, ready for a page."""
     where, out_of = answers[0].where, answers[0].mark.out_of
     item = desk.rubric.get(where)
@@ -104,13 +99,13 @@ def card(desk: Desk, answers: Sequence[Answer], round: int = FIRST) -> Card:
         for level in sorted(desk.levels.shares, reverse=True)
     ]
     acts = desk.book.scores.acts([where])
-    typed = remarks.used(item.remarks if item else (), acts, where) if round == FIRST else []
+    typed = remarks.used(item.remarks if item else (), acts, where)
     first = answers[0].mark.given
-    shown = [_shown(desk, one, first, round) for one in answers]
-    return Card(where, round, out_of, shown, levels, typed)
+    shown = [_shown(desk, one, first) for one in answers]
+    return Card(where, out_of, shown, levels, typed)
 
 
-def _shown(desk: Desk, answer: Answer, first: str, round: int) -> Shown:
+def _shown(desk: Desk, answer: Answer, first: str) -> Shown:
     where = answer.where
     graded = desk.book.current(answer.student)
     run, marks = (graded.run, graded.marks) if graded is not None else (None, ())
@@ -118,11 +113,11 @@ def _shown(desk: Desk, answer: Answer, first: str, round: int) -> Shown:
     beside = [mark for mark in marks if mark.where in related and mark.where != where]
     section = [mark for mark in marks if mark.where not in related and _in_section(desk, mark, where)]
     figures = figures_of(run, desk.catalogue, related) if run is not None else {}
-    decided = round == FIRST and (answer.asked or not answer.waiting)
+    decided = answer.asked or not answer.waiting
     pdf = report_of(desk, run, where)
     return Shown(
         key_of(answer.student, where),
-        seen(answer, round),
+        seen(answer),
         desk.label(answer.student, where),
         _words(desk, run, answer),
         difference(first, answer.mark.given),

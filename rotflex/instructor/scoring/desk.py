@@ -20,11 +20,10 @@ from rotflex.courseware.report_files import is_given
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.accounts.exact import exact
-from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer, Gradebook
+from rotflex.instructor.gradebook import Act, Answer, Gradebook
 from rotflex.instructor.reports.result import points as shown_points
 from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.scoring import alike
-from rotflex.instructor.scoring.agreement import sampled
 from rotflex.instructor.scoring.rubric import Item
 from rotflex.instructor.settings import LevelSettings
 
@@ -62,15 +61,11 @@ def key_of(student: str, where: Where) -> str:
     return shuffled(student, where)[:_KEY]
 
 
-def seen(answer: Answer, round: int = FIRST) -> str:
-    """A digest of an answer and its mark: another one says that one of them has changed."""
+def seen(answer: Answer) -> str:
+    """Compute a digest of an answer and its mark: a different one says that one of them has changed."""
     mark = answer.mark
-    if round == SECOND:  # the first round's mark is not seen
-        second = answer.last(SECOND)
-        state: list[object] = [second.number if second else None]
-    else:
-        state = [mark.status, mark.points, answer.asked]
-    return hashlib.sha256(json.dumps([*state, mark.out_of, mark.given]).encode()).hexdigest()[:_KEY]
+    state = [mark.status, mark.points, answer.asked, mark.out_of, mark.given]
+    return hashlib.sha256(json.dumps(state).encode()).hexdigest()[:_KEY]
 
 
 class Desk:
@@ -82,7 +77,6 @@ class Desk:
     catalogue : of the course's questions
     rubric : what to look for in each part; what is missing in it is scored without
     levels : what each is worth, and which level a share of the points is
-    one_in : of so many answers about one is scored a second time, by another; none where it is 0
     names : whether scorers see whose an answer is
     """
 
@@ -92,13 +86,12 @@ class Desk:
         catalogue: Catalogue,
         rubric: Mapping[Where, Item],
         levels: LevelSettings,
-        one_in: int = 0,
         names: bool = False,
     ) -> None:
         self.book, self.catalogue, self.rubric, self.levels = book, catalogue, rubric, levels
-        self.one_in, self.names = one_in, names
+        self.names = names
         self._together: dict[int, tuple[int, ...]] = {}
-        self._put_off: dict[tuple[str, Where, int], dict[str, None]] = defaultdict(dict)
+        self._put_off: dict[tuple[str, Where], dict[str, None]] = defaultdict(dict)
         self._stuck: dict[str, set[int]] = defaultdict(set)  # scorer → acts that could not be taken back
 
     # --- what there is ------------------------------------------------------------------------------------------------
@@ -122,36 +115,14 @@ class Desk:
         """What a level is worth: exactly its share, or by the course's thresholds it may be another level."""
         return float(exact(self.levels.shares[level]) * exact(out_of))
 
-    def level_of(self, act: Act) -> int:
-        """The level that was given; of points without one, theirs by the course's thresholds."""
-        if act.level is not None:
-            return act.level
-        return self.levels.level_of(float(exact(act.points or 0.0) / exact(act.out_of)) if act.out_of else 0.0)
-
-    def in_second_round(self, answer: Answer) -> bool:
-        """Whether an answer is of the sample that is scored twice, and was scored once."""
-        scored = any(one.round == FIRST and one.points is not None for one in answer.acts)
-        return sampled(answer.student, answer.where, self.one_in) and not answer.waiting and scored
-
-    def due(self, actor: str, where: Where, round: int) -> list[Answer]:
-        """Answers that a scorer may be given, in their order."""
+    def due(self, where: Where) -> list[Answer]:
+        """List the answers that wait for a scorer, in their order."""
         answers = sorted(self.book.scores.answers([where]), key=lambda one: shuffled(one.student, where))
-        if round == FIRST:
-            return [one for one in answers if one.waiting and not one.asked]
-        return [one for one in answers if self._is_for_second(one, actor)]
-
-    def _is_for_second(self, answer: Answer, actor: str) -> bool:
-        first = answer.last(FIRST)
-        return (
-            self.in_second_round(answer)
-            and answer.read_twice is None
-            and first is not None
-            and first.actor != actor  # nobody is held against themselves
-        )
+        return [one for one in answers if one.waiting and not one.asked]
 
     # --- what comes next ----------------------------------------------------------------------------------------------
 
-    def next(self, actor: str, where: Where, round: int = FIRST) -> list[Answer]:
+    def next(self, actor: str, where: Where) -> list[Answer]:
         """The next answer for a scorer, claimed for them, and after it those that are nearly the same.
 
         Returns
@@ -159,13 +130,12 @@ class Desk:
         list of Answer
             Empty if nothing is left that nobody else is reading.
         """
-        due = self.due(actor, where, round)
-        groups = [[one] for one in due] if round == SECOND else _alike(due)
-        put_off = list(self._put_off[actor, where, round])
+        groups = _alike(self.due(where))
+        put_off = list(self._put_off[actor, where])
         groups.sort(key=lambda group: _place(put_off, key_of(group[0].student, where)))
-        student = self.book.scores.claim([group[0].student for group in groups], where, actor, HELD, round)
+        student = self.book.scores.claim([group[0].student for group in groups], where, actor, HELD)
         found = next((group for group in groups if group[0].student == student), [])
-        held = self.book.scores.claimed(where, round)
+        held = self.book.scores.claimed(where)
         others = [one for one in found[1:] if held.get(one.student, (actor,))[0] == actor]
         return [*found[:1], *others][:MOST_TOGETHER]
 
@@ -176,9 +146,9 @@ class Desk:
         place = order.index(where)
         return next(iter([*order[place + 1 :], *order[:place]]), None)
 
-    def put_off(self, actor: str, where: Where, round: int, key: str) -> None:
+    def put_off(self, actor: str, where: Where, key: str) -> None:
         """Let an answer come again when there is nothing else."""
-        later = self._put_off[actor, where, round]
+        later = self._put_off[actor, where]
         later.pop(key, None)
         later[key] = None
 
@@ -186,12 +156,12 @@ class Desk:
         """The answer of a key, whatever became of it."""
         return next((one for one in self.book.scores.answers([where]) if key_of(one.student, where) == key), None)
 
-    def renew(self, actor: str, where: Where, round: int, key: str) -> str:
+    def renew(self, actor: str, where: Where, key: str) -> str:
         """Hold on to an answer; in words what stands against it, "" if nothing does."""
         answer = self.find(where, key)
         if answer is None:
             return _("This answer is not there any more.")
-        holder = self.book.scores.hold(answer.student, where, actor, HELD, round)
+        holder = self.book.scores.hold(answer.student, where, actor, HELD)
         return (
             "" if holder is None else _("{name} is reading this one, too, and had it before you.").format(name=holder)
         )
@@ -207,7 +177,6 @@ class Desk:
         level: int | None = None,
         points: float | None = None,
         remark: str = "",
-        round: int = FIRST,
     ) -> Done:
         """Score answers in one go: a level, or points without one. What is another by now than was seen is not written.
 
@@ -225,12 +194,11 @@ class Desk:
                 level=None if points is not None else level,
                 remark=remark,
                 expected=answer.mark,
-                round=round,
             )
 
         done = Done()
         for pick in reversed(picks):
-            self._one(done, where, pick, round, write)
+            self._one(done, where, pick, write)
         self._remember(done)
         return done
 
@@ -242,35 +210,34 @@ class Desk:
                 done,
                 where,
                 pick,
-                FIRST,
                 lambda one: self.book.scores.ask(one.student, where, actor, remark=remark, expected=one.mark),
             )
         self._remember(done)
         return done
 
-    def _one(self, done: Done, where: Where, pick: Pick, round: int, write: Callable[[Answer], Act]) -> None:
+    def _one(self, done: Done, where: Where, pick: Pick, write: Callable[[Answer], Act]) -> None:
         answer = self.find(where, pick.key)
         if answer is None:
             done.problems.append(_("An answer is not there any more: it was handed in again, and left blank."))
             return
-        if seen(answer, round) != pick.seen:
-            done.problems.append(self.conflict(answer, round))
+        if seen(answer) != pick.seen:
+            done.problems.append(self.conflict(answer))
             return
         try:
             done.acts.append(write(answer))
         except GradebookError as error:
             now = self.find(where, pick.key)
-            changed = now is not None and seen(now, round) != pick.seen
-            done.problems.append(self.conflict(now, round) if now is not None and changed else str(error))
+            changed = now is not None and seen(now) != pick.seen
+            done.problems.append(self.conflict(now) if now is not None and changed else str(error))
 
     def _remember(self, done: Done) -> None:
         numbers = tuple(act.number for act in done.acts)
         self._together |= dict.fromkeys(numbers, numbers)
 
-    def conflict(self, answer: Answer, round: int = FIRST) -> str:
+    def conflict(self, answer: Answer) -> str:
         """In words what is there in place of what a page showed."""
         label = self.label(answer.student, answer.where)
-        if round == SECOND or (answer.waiting and not answer.asked):
+        if answer.waiting and not answer.asked:
             return _("{label} is another by now, or somebody scored it. Nothing of yours was written for it.").format(
                 label=label
             )

@@ -25,13 +25,12 @@ class Reading:
 
     Attributes
     ----------
-    where, round : which part, in which round
+    where : question and part
     seconds : since the act before
     answers : how many there were: those that are alike are decided together
     """
 
     where: Where
-    round: int
     seconds: float
     answers: int
 
@@ -44,7 +43,7 @@ def readings(acts: Iterable[Act]) -> list[Reading]:
     """
     bursts = list(_bursts(sorted(acts, key=lambda act: (act.when, act.number))))
     return [
-        Reading(later[0].where, later[0].round, _apart(before[-1], later[0]), len(later))
+        Reading(later[0].where, _apart(before[-1], later[0]), len(later))
         for before, later in pairwise(bursts)
         if _apart(before[-1], later[0]) < PAUSE
         and later[0].undoes is None
@@ -73,7 +72,7 @@ def _is_one_key(burst: Sequence[Act]) -> bool:
     """Whether one key can have done it: the same to each of a few answers to one part."""
     if burst[0].undoes is not None:
         return True
-    same = {(act.where, act.round, act.level, act.points, act.remark, act.asked) for act in burst}
+    same = {(act.where, act.level, act.points, act.remark, act.asked) for act in burst}
     return len(same) == 1 and len(burst) <= MOST_TOGETHER
 
 

@@ -1,4 +1,4 @@
-"""How scoring is going: tallies, what is left and how long it takes, who reads what, how well two agree."""
+"""How scoring is going: tallies, what is left and how long it takes, who reads what."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware.messages import _
-from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer
+from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.scoring import pace
-from rotflex.instructor.scoring.agreement import Agreement, agreement
-from rotflex.instructor.scoring.desk import Desk, Where, key_of
+from rotflex.instructor.scoring.desk import Desk, Where
 
 LEVELS = (4, 3, 2, 1, 0)
 
@@ -34,7 +33,7 @@ class Tally:
 
 
 def tally(answers: Sequence[Answer]) -> Tally:
-    """How far some answers are, in the first round."""
+    """Count how far some answers are."""
     done = [one for one in answers if not one.waiting]
     asked = sum(one.asked for one in answers)
     given = Counter(act.level if (act := one.decision) else None for one in done)
@@ -44,10 +43,10 @@ def tally(answers: Sequence[Answer]) -> Tally:
     )
 
 
-def time_left(own: Iterable[Act], where: Where, left: int, round: int = FIRST) -> float | None:
+def time_left(own: Iterable[Act], where: Where, left: int) -> float | None:
     """Seconds that the rest of a part takes a scorer, by the times of their own acts; None where too few are known."""
     found = pace.readings(own)
-    each = pace.usual([one for one in found if (one.where, one.round) == (where, round)])
+    each = pace.usual([one for one in found if one.where == where])
     return None if each is None else each * left
 
 
@@ -64,71 +63,30 @@ def in_words(seconds: float | None) -> str:
 
 
 @dataclass(frozen=True)
-class Differ:
-    """An answer on which two readers differ: its key, what it is called, and in words what each gave."""
-
-    key: str
-    label: str
-    told: str
-
-
-@dataclass(frozen=True)
 class Row:
     """A part on the overview.
 
     Attributes
     ----------
-    where, title : which
-    tally : of the first round
+    where, title : question and part, and the question's title
+    tally : of its answers
     readers : who is reading an answer to it
-    sampled, twice : answers of the sample that were scored once, and those of them that were scored twice
-    agreement : of the two rounds
-    differ : answers on which they differ
     """
 
     where: Where
     title: str
     tally: Tally
     readers: list[str]
-    sampled: int
-    twice: int
-    agreement: Agreement
-    differ: list[Differ]
 
 
-def rows(desk: Desk) -> tuple[list[Row], Agreement]:
-    """All parts that a person reads, in the catalogue's order, and how well the rounds agree over all of them."""
+def rows(desk: Desk) -> list[Row]:
+    """List all parts that a person reads, in the catalogue's order."""
     by_part: dict[Where, list[Answer]] = {}
     for one in desk.book.scores.answers():
         by_part.setdefault(one.where, []).append(one)
-    found, all_pairs = [], []
+    found = []
     for where in desk.in_order(list(by_part)):
-        answers = by_part[where]
         question = desk.catalogue.marked.get(where[0])
-        twice = [(one, *both) for one in answers if not one.waiting and (both := one.read_twice)]
-        pairs = [(desk.level_of(first), desk.level_of(second)) for _one, first, second in twice]
-        all_pairs += pairs
-        sample = [one for one in answers if desk.in_second_round(one)]
-        held = [desk.book.scores.claimed(where, round).values() for round in (FIRST, SECOND)]
-        found.append(
-            Row(
-                where,
-                question.title if question is not None else "",
-                tally(answers),
-                sorted({actor for holders in held for actor, _until in holders}),
-                len(sample),
-                sum(one.read_twice is not None for one in sample),
-                agreement(pairs),
-                [_differ(desk, *one) for one, (level, other) in zip(twice, pairs, strict=True) if level != other],
-            )
-        )
-    return found, agreement(all_pairs)
-
-
-def _differ(desk: Desk, answer: Answer, first: Act, second: Act) -> Differ:
-    told = _("{first} {level}, {second} {other}").format(
-        first=first.actor, level=desk.level_of(first), second=second.actor, other=desk.level_of(second)
-    )
-    if answer.decision != first:
-        told += _("; scored anew since")
-    return Differ(key_of(answer.student, answer.where), desk.label(answer.student, answer.where), told)
+        readers = sorted({actor for actor, _until in desk.book.scores.claimed(where).values()})
+        found.append(Row(where, question.title if question is not None else "", tally(by_part[where]), readers))
+    return found

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from rotflex.courseware.messages import _
-from rotflex.instructor.gradebook import FIRST, SECOND
 from rotflex.instructor.scoring.desk import Pick, Where
 
 LONGEST_REMARK = 2000  #: characters
@@ -49,14 +48,6 @@ def sent_where(sent: Mapping[str, Any]) -> Where:
     if not question or not part:
         raise BadRequest(_("Say which question and part."))
     return question, part
-
-
-def sent_round(sent: Mapping[str, Any]) -> int:
-    """The round; the first if none is sent."""
-    round = str(sent.get("round", FIRST))
-    if round not in (str(FIRST), str(SECOND)):
-        raise BadRequest(_("There are rounds 1 and 2."))
-    return int(round)
 
 
 def sent_sheet(sent: Mapping[str, Any]) -> Sheet:

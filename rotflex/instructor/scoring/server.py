@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, GradingError
-from rotflex.instructor.gradebook import FIRST, SECOND, Act, Answer
+from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
 from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.reports.templating import templates
 from rotflex.instructor.scoring import cards, documents, progress
 from rotflex.instructor.scoring.desk import Desk, Done, Where, key_of, seen, state
 from rotflex.instructor.scoring.guards import ACTOR, Guard, Scorer
-from rotflex.instructor.scoring.sent import BadRequest, Sheet, sent_round, sent_sheet, sent_text, sent_where
+from rotflex.instructor.scoring.sent import BadRequest, Sheet, sent_sheet, sent_text, sent_where
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -59,20 +59,18 @@ class Pages:
 
     def __init__(self, desk: Desk, title: str) -> None:
         self.desk, self.title = desk, title
-        self._again: dict[tuple[str, Where, int], dict[str, Again]] = {}
+        self._again: dict[tuple[str, Where], dict[str, Again]] = {}
 
     # --- pages --------------------------------------------------------------------------------------------------------
 
     def overview(self, scorer: Scorer, query: Mapping[str, str]) -> str:
         """All parts, how far each is, and what waits for the instructor."""
-        rows, overall = progress.rows(self.desk)
         asked = [one for one in self.desk.book.scores.answers() if one.asked]
         held = {where: self.desk.book.scores.claimed(where) for where in {one.where for one in asked}}
         return self._page(
             "overview.html",
             scorer,
-            rows=rows,
-            overall=overall,
+            rows=progress.rows(self.desk),
             asked=[
                 (
                     one.where,
@@ -83,12 +81,11 @@ class Pages:
                 )
                 for one in asked
             ],
-            one_in=self.desk.one_in,
         )
 
     def scoring(self, scorer: Scorer, query: Mapping[str, str]) -> str:
         """The page on which one part is scored; what changes on it comes by acts."""
-        where, round = sent_where(query), sent_round(query)
+        where = sent_where(query)
         question = self.desk.catalogue.marked.get(where[0])
         part = next((one for one in (question.parts if question else ()) if one.name == where[1]), None)
         item = self.desk.rubric.get(where)
@@ -96,7 +93,6 @@ class Pages:
             "scoring.html",
             scorer,
             where=where,
-            round=round,
             key=query.get("key", ""),
             title=question.title if question else "",
             prompt=part.prompt if part else "",
@@ -117,21 +113,21 @@ class Pages:
 
     def next(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """The next answer; the one of a key if there is one."""
-        where, round = sent_where(sent), sent_round(sent)
+        where = sent_where(sent)
         key = sent_text(sent, "key")
         if sent_text(sent, "skip"):
-            self.desk.put_off(scorer.name, where, round, sent_text(sent, "skip"))
+            self.desk.put_off(scorer.name, where, sent_text(sent, "skip"))
         if not key:
-            return self._reply(scorer, where, round)
+            return self._reply(scorer, where)
         answer = self.desk.find(where, key)
         if answer is None:
-            return self._reply(scorer, where, round, [_("That answer is not there any more; here is the next one.")])
-        told = self.desk.renew(scorer.name, where, round, key)
-        return self._reply(scorer, where, round, [told] if told else (), [answer], trouble=bool(told))
+            return self._reply(scorer, where, [_("That answer is not there any more; here is the next one.")])
+        told = self.desk.renew(scorer.name, where, key)
+        return self._reply(scorer, where, [told] if told else (), [answer], trouble=bool(told))
 
     def give(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Score what was shown and ticked."""
-        where, round, sheet = sent_where(sent), sent_round(sent), sent_sheet(sent)
+        where, sheet = sent_where(sent), sent_sheet(sent)
         level, points = sent.get("level"), sent.get("points")
         if (level is None) == (points is None):
             raise BadRequest(_("Give either a level or points."))
@@ -139,23 +135,18 @@ class Pages:
             raise BadRequest(_("There is no level {level!r}.").format(level=level))
         if points is not None and not (type(points) in (int, float) and abs(points) <= _MOST_POINTS):
             raise BadRequest(_("Points are a number, and not as large."))
-        if round == SECOND and sheet.remark:
-            raise BadRequest(_("In the second, blind marking there are no remarks: no student would read them."))
-        picks, remark = sheet.picks, sheet.remark
-        done = self.desk.give(scorer.name, where, picks, level=level, points=points, remark=remark, round=round)
-        return self._after(scorer, where, round, sheet, done)
+        done = self.desk.give(scorer.name, where, sheet.picks, level=level, points=points, remark=sheet.remark)
+        return self._after(scorer, where, sheet, done)
 
     def ask(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Leave what was shown and ticked to the instructor."""
         where, sheet = sent_where(sent), sent_sheet(sent)
-        if sent_round(sent) == SECOND:
-            raise BadRequest(_("In the second, blind marking nobody is asked: give the level that you would give."))
         done = self.desk.ask(scorer.name, where, sheet.picks, sheet.remark)
-        return self._after(scorer, where, FIRST, sheet, done)
+        return self._after(scorer, where, sheet, done)
 
     def undo(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Take back what was done last, and show it again."""
-        where, round = sent_where(sent), sent_round(sent)
+        where = sent_where(sent)
         done = self.desk.undo(scorer.name)
         told = list(done.problems)
         again = None
@@ -169,48 +160,47 @@ class Pages:
                 )
             )
             keys = {key_of(one.student, one.where) for one in done.acts}
-            again_there = self._again.setdefault((scorer.name, act.where, act.round), {})
+            again_there = self._again.setdefault((scorer.name, act.where), {})
             again_there |= dict.fromkeys(keys, Again(frozenset(keys), act.remark))
-            if (act.where, act.round) == (where, round):
-                there = [one for one in self.desk.due(scorer.name, where, round) if key_of(one.student, where) in keys]
+            if act.where == where:
+                there = [one for one in self.desk.due(where) if key_of(one.student, where) in keys]
                 again = there or None
                 if there:
-                    self.desk.renew(scorer.name, where, round, key_of(there[0].student, where))
-        return self._reply(scorer, where, round, told, again, trouble=bool(done.problems))
+                    self.desk.renew(scorer.name, where, key_of(there[0].student, where))
+        return self._reply(scorer, where, told, again, trouble=bool(done.problems))
 
     def renew(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Hold on to what is shown."""
-        return {"message": self.desk.renew(scorer.name, sent_where(sent), sent_round(sent), sent_text(sent, "key"))}
+        return {"message": self.desk.renew(scorer.name, sent_where(sent), sent_text(sent, "key"))}
 
     def leave(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Let others have what is shown."""
         self.desk.book.scores.let_go(scorer.name)
         return {}
 
-    def _after(self, scorer: Scorer, where: Where, round: int, sheet: Sheet, done: Done) -> dict[str, Any]:
+    def _after(self, scorer: Scorer, where: Where, sheet: Sheet, done: Done) -> dict[str, Any]:
         """What comes next; if nothing was written, the same answers as they are now, with all that was typed."""
         told = list(dict.fromkeys(done.problems))
-        again = self._again.setdefault((scorer.name, where, round), {})
+        again = self._again.setdefault((scorer.name, where), {})
         for act in done.acts:
             again.pop(key_of(act.student, where), None)
-        there = self._there(scorer, where, round, sheet) if not done.acts else []
+        there = self._there(where, sheet) if not done.acts else []
         if there:
             ticked = frozenset(pick.key for pick in sheet.picks)
             again |= dict.fromkeys(ticked, Again(ticked, sheet.remark, sheet.points))
-            now = {key_of(one.student, where): seen(one, round) for one in there}
-            if round == FIRST and any(now.get(pick.key, pick.seen) != pick.seen for pick in sheet.picks):
+            now = {key_of(one.student, where): seen(one) for one in there}
+            if any(now.get(pick.key, pick.seen) != pick.seen for pick in sheet.picks):
                 told.append(_("Here it is as it is now: what you give replaces that, s leaves it."))
-            return self._reply(scorer, where, round, told, there, trouble=True)
+            return self._reply(scorer, where, told, there, trouble=True)
         if len(done.acts) > 1:
             told.insert(0, _("{n} answers in one go; u takes them all back.").format(n=len(done.acts)))
         elif done.acts:
             told.insert(0, self._said(done.acts[0]))
-        return self._reply(scorer, where, round, told, trouble=bool(done.problems))
+        return self._reply(scorer, where, told, trouble=bool(done.problems))
 
-    def _there(self, scorer: Scorer, where: Where, round: int, sheet: Sheet) -> list[Answer]:
-        """What a page showed, if what was ticked is there still; in the second round only while it waits."""
-        answers = self.desk.book.scores.answers([where]) if round == FIRST else self.desk.due(scorer.name, where, round)
-        known = {key_of(one.student, where): one for one in answers}
+    def _there(self, where: Where, sheet: Sheet) -> list[Answer]:
+        """Find what a page showed, if what was ticked is still there."""
+        known = {key_of(one.student, where): one for one in self.desk.book.scores.answers([where])}
         ticked = any(pick.key in known for pick in sheet.picks)
         return [known[key] for key in sheet.shown if key in known] if ticked else []
 
@@ -227,19 +217,18 @@ class Pages:
         self,
         scorer: Scorer,
         where: Where,
-        round: int,
         told: Sequence[str] = (),
         answers: Sequence[Answer] | None = None,
         trouble: bool = False,
     ) -> dict[str, Any]:
         """The next card, how far the part is, and what there is to say."""
-        found = self.desk.next(scorer.name, where, round) if answers is None else answers
-        card = cards.card(self.desk, found, round) if found else None
-        before = self._again.get((scorer.name, where, round), {})
+        found = self.desk.next(scorer.name, where) if answers is None else answers
+        card = cards.card(self.desk, found) if found else None
+        before = self._again.get((scorer.name, where), {})
         again = next((before[one.key] for one in card.answers if one.key in before), None) if card else None
         tally = progress.tally(self.desk.book.scores.answers([where]))
-        left = len(self.desk.due(scorer.name, where, round))
-        time = progress.time_left(self.desk.book.scores.acts([where], scorer.name), where, left, round)
+        left = len(self.desk.due(where))
+        time = progress.time_left(self.desk.book.scores.acts([where], scorer.name), where, left)
         html = (
             templates(_PAGE)
             .get_template("card.html")
@@ -249,14 +238,13 @@ class Pages:
                 points=shown_points,
                 left=left,
                 asked=tally.asked,
-                round=round,
                 after=None if card else self.desk.part_after(where),
             )
         )
         state = (
             templates(_PAGE)
             .get_template("tally.html")
-            .render(tally=tally, left=left, time=progress.in_words(time) if left else "", round=round)
+            .render(tally=tally, left=left, time=progress.in_words(time) if left else "")
         )
         return {"html": html, "state": state, "message": " ".join(told), "trouble": trouble}
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from rotflex.courseware.messages import _, plural
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook import FIRST, Act, Answer
+from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
 from rotflex.instructor.reports.result import worth as in_points
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -281,7 +281,7 @@ def _decided_by(answer: Answer) -> str:
 
 def _own_acts_since(answer: Answer, before: _Before, actor: str) -> Sequence[Act]:
     """What a scorer did to an answer after the table was written; nothing if anybody else, or a new answer, did."""
-    since = [act for act in answer.acts if act.number > before.last and act.round == FIRST]
+    since = [act for act in answer.acts if act.number > before.last]
     if not since or _digest(answer.mark.given) != before.text or any(act.actor != actor for act in since):
         return []
     return since if answer.asked or _decided_by(answer) else []  # else it is by rotflex mark

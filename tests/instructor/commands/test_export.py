@@ -104,23 +104,7 @@ def test_feedback_that_cannot_be_is_refused_before_anything_is_written(folder):
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        ((), "Say where the marks go"),
-        (("--into", "{f}/Canvas.csv", "--nbgrader", "{f}/gradebook.db", "--assignment", "x"), "Say where the marks go"),
-        (("--nbgrader", "{f}/gradebook.db"), "--nbgrader and --assignment go together"),
-        (("--into", "{f}/Canvas.csv", "--assignment", "x"), "--nbgrader and --assignment go together"),
-        (
-            ("--nbgrader", "{f}/x.db", "--assignment", "x", "--feedback", "{f}/x.zip"),
-            "nbgrader has feedback of its own",
-        ),
-        (
-            ("--nbgrader", "{f}/x.db", "--assignment", "x", "--unfinished"),
-            "--unfinished: for --into, a platform's file",
-        ),
-        (("--nbgrader", "{f}/x.db", "--assignment", "x", "--decimals", "0", "--cap"), "--decimals, --cap: for --into"),
-        (
-            *[("--nbgrader", "{f}/x.db", "--assignment", "x", "--column", "a", "--out", "{f}/x", "--out-of", "9")],
-            "--column, --out, --out-of: for --into",
-        ),
+        ((), "Missing option '--into'"),
         (("--into", "{f}/Canvas.csv", "--submissions", "{f}/x.zip"), "--submissions gives names for --feedback"),
         (("--into", "{f}/Canvas.csv", "--out", "{f}/../{n}/Canvas.csv"), "is what was given, and is not written over"),
         (("--into", "{f}/Canvas.csv", "--out", "{f}/x", "--feedback", "{f}/x"), "cannot be both"),

@@ -10,11 +10,12 @@ import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sqlalchemy import text
+from sqlalchemy import insert, select, text
 
 from rotflex.errors import GradebookError
-from rotflex.instructor.gradebook import FIRST, FOR_A_PERSON, GIVEN_BY_A_PERSON, SECOND, Gradebook, rows
+from rotflex.instructor.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, rows
 from rotflex.instructor.gradebook.database import Database
+from rotflex.instructor.gradebook.tables import scores as scores_table
 from rotflex.instructor.verdicts import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
@@ -65,7 +66,7 @@ def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(
     assert (now.status, now.points, now.reason) == (GIVEN_BY_A_PERSON, 1.5, "Say how much.")
     line = class_of_three.audit("ada")[-1]
     assert (line.actor, line.after.points, line.reason) == ("kim", 1.5, "Say how much.")
-    assert (act.level, act.points, act.out_of, act.given, act.round) == (3, 1.5, 2.0, "It was fine.", FIRST)
+    assert (act.level, act.points, act.out_of, act.given) == (3, 1.5, 2.0, "It was fine.")
     assert datetime.now(UTC) - act.when < timedelta(hours=1)
     answer = {one.student: one for one in class_of_three.scores.answers([COMPARED])}["ada"]
     assert not answer.waiting and answer.last() == act
@@ -109,9 +110,8 @@ def test_of_two_who_score_the_same_answer_the_second_is_told_of_the_first_and_no
 def test_an_answer_that_was_handed_in_anew_meanwhile_is_not_scored_unread(class_of_three):
     seen = mark_now(class_of_three, "ada", COMPARED)
     record(class_of_three, graded("ada", report_text(given="Another text."), submission="second"))
-    for round in (FIRST, SECOND):
-        with pytest.raises(GradebookError, match="Nothing was changed"):
-            class_of_three.scores.give("ada", COMPARED, 2, "kim", expected=seen, round=round)
+    with pytest.raises(GradebookError, match="Nothing was changed"):
+        class_of_three.scores.give("ada", COMPARED, 2, "kim", expected=seen)
 
 
 def test_a_score_holds_for_the_same_text_only_and_comes_back_with_it(class_of_three):
@@ -122,20 +122,6 @@ def test_a_score_holds_for_the_same_text_only_and_comes_back_with_it(class_of_th
     record(class_of_three, graded("ada", report_text(given="It was  fine. "), submission="third"))
     (answer,) = [one for one in class_of_three.scores.answers([COMPARED]) if one.student == "ada"]
     assert not answer.waiting and answer.last().level == 4
-
-
-# --- a second, blind round --------------------------------------------------------------------------------------------
-
-
-def test_the_second_round_changes_no_mark_and_no_line_of_the_audit_trail(class_of_three):
-    class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
-    before, trail = mark_now(class_of_three, "ada", COMPARED), class_of_three.audit()
-    class_of_three.scores.give("ada", COMPARED, 1, "lee", level=2, round=SECOND)
-    assert mark_now(class_of_three, "ada", COMPARED) == before and class_of_three.audit() == trail
-    answer = class_of_three.scores.answers([COMPARED])[0]
-    assert (answer.last(FIRST).level, answer.last(SECOND).level) == (4, 2)
-    with pytest.raises(GradebookError, match="no round 3"):
-        class_of_three.scores.give("ada", COMPARED, 1, "lee", round=3)
 
 
 # --- asking the instructor --------------------------------------------------------------------------------------------
@@ -193,13 +179,6 @@ def test_only_ones_own_acts_are_taken_back_and_once(class_of_three):
         class_of_three.scores.undo(act.number, "kim")
     with pytest.raises(GradebookError, match="has no act"):
         class_of_three.scores.undo(undone.number, "kim")
-
-
-def test_a_second_mark_is_taken_back_without_a_trace_in_the_marks(class_of_three):
-    act = class_of_three.scores.give("ada", COMPARED, 1, "lee", level=2, round=SECOND)
-    class_of_three.scores.undo(act.number, "lee")
-    assert class_of_three.scores.answers([COMPARED])[0].last(SECOND) is None
-    assert class_of_three.audit("ada")[-1].actor == "batch"
 
 
 def test_the_database_itself_refuses_to_change_or_delete_an_act(class_of_three, url):
@@ -271,12 +250,24 @@ def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
 
 
-def test_what_is_decided_is_claimed_by_nobody_but_for_a_second_reading(class_of_three):
+def test_what_is_decided_is_claimed_by_nobody(class_of_three):
     class_of_three.scores.give("ada", WORDS, 1, "kim")
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR) is None
-    assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR, SECOND) == "ada"
-    class_of_three.scores.give("ada", WORDS, 1, "lee", round=SECOND)
-    assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR, SECOND) is None
+
+
+def test_acts_of_a_second_round_in_a_gradebook_of_an_earlier_version_change_nothing(class_of_three, url):
+    first = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    before = class_of_three.scores.answers()
+    with Database(url).writing() as connection:
+        (row,) = connection.execute(select(scores_table).where(scores_table.c.id == first.number)).mappings()
+        second = {name: value for name, value in row.items() if name != "id"}
+        second |= {"round": 2, "actor": "lee", "level": 1, "points": 0.5}
+        (number,) = connection.execute(insert(scores_table).values(second)).inserted_primary_key
+    assert class_of_three.scores.answers() == before and class_of_three.scores.acts() == [first]
+    with pytest.raises(GradebookError, match="has no act"):
+        class_of_three.scores.undo(number, "lee")
+    class_of_three.scores.undo(first.number, "kim")
+    assert mark_now(class_of_three, "ada", COMPARED).status == FOR_A_PERSON
 
 
 def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):
@@ -288,7 +279,6 @@ def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):
     assert {one: who for one, (who, _until) in scores.claimed(WORDS).items()} == {"ada": "lee"}
     assert scores.hold("ADA", WORDS, "kim", HOUR) == "lee"
     assert scores.hold("ada", WORDS, "lee", HOUR) is None  # their own is theirs again
-    assert scores.hold("ada", WORDS, "kim", HOUR, SECOND) is None
     scores.let_go("lee")
     assert scores.hold("ada", WORDS, "kim", HOUR) is None
 

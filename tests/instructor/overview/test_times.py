@@ -15,7 +15,7 @@ FIRST_PART, SECOND_PART = ("1.1", "why"), ("1.2", "how")
 
 def act(seconds, where=FIRST_PART, actor="tia", undoes=None, number=0):
     when = START + timedelta(seconds=seconds)
-    return Act(number, "ada", *where, 1, actor, 3, 1.0, 1.0, "", "So.", False, undoes, when)
+    return Act(number, "ada", *where, actor, 3, 1.0, 1.0, "", "So.", False, undoes, when)
 
 
 def answer(where, waiting=True):

@@ -27,7 +27,7 @@ def test_each_option_that_it_names_is_there_and_each_that_is_there_is_named():
 
 def test_each_platform_has_its_steps():
     headings = set(re.findall(r"^## (.+)$", TEXT, re.MULTILINE))
-    assert {platform.split("'")[0] for platform in FILES} | {"nbgrader"} <= headings
+    assert {platform.split("'")[0] for platform in FILES} <= headings
 
 
 def test_the_example_of_scaling_is_calculated():

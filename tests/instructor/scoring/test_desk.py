@@ -8,7 +8,7 @@ import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import COMPARED, LEVELS, WORDS, desk, fill, texts
 
-from rotflex.instructor.gradebook import FIRST, SECOND, Gradebook
+from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.outcomes.levels import Judged, evidence
 from rotflex.instructor.scoring import progress, remarks
 from rotflex.instructor.scoring.desk import MOST_TOGETHER, Pick, key_of, seen, state
@@ -23,8 +23,8 @@ def book(tmp_path):
         yield made
 
 
-def picks(answers, round=FIRST):
-    return [Pick(key_of(one.student, one.where), seen(one, round)) for one in answers]
+def picks(answers):
+    return [Pick(key_of(one.student, one.where), seen(one)) for one in answers]
 
 
 def scored(made, actor, count=1000, level=3):
@@ -42,7 +42,7 @@ def scored(made, actor, count=1000, level=3):
 def test_each_answer_comes_once_and_in_another_order_for_each_part(book):
     students = fill(book, texts(20))
     made = desk(book)
-    one, other = ([answer.student for answer in made.due("Ann", where, FIRST)] for where in (WORDS, COMPARED))
+    one, other = ([answer.student for answer in made.due(where)] for where in (WORDS, COMPARED))
     assert scored(made, "Ann") == one
     assert sorted(one) == students
     assert one != students != other != one
@@ -106,7 +106,7 @@ def test_what_was_skipped_comes_at_the_end(book):
     fill(book, texts(5))
     made = desk(book)
     (first,) = made.next("Ann", WORDS)
-    made.put_off("Ann", WORDS, FIRST, key_of(first.student, WORDS))
+    made.put_off("Ann", WORDS, key_of(first.student, WORDS))
     read = scored(made, "Ann")
     assert read[-1] == first.student
     assert len(read) == 5
@@ -149,7 +149,6 @@ def test_a_level_is_the_same_level_where_its_points_are_judged(tmp_path, share, 
         (act,) = made.give("Ann", WORDS, picks([answer]), level=level).acts
         (now,) = book.scores.answers([WORDS])
         assert made.levels.level_of(evidence([Judged("A", now.mark)]).share) == level
-        assert made.level_of(replace(act, level=None)) == level
         assert len(str(act.points)) < 9  # and not 0.8999999999999999, for feedback writes points in full
 
 
@@ -225,8 +224,7 @@ def test_another_answer_than_was_read_is_not_scored(book):
     made = desk(book)
     shown = picks(made.next("Ann", WORDS))
     record(book, graded("student-000", mark(), prose(given="Quite another."), report_text(), submission="second"))
-    for round in (FIRST, SECOND):
-        assert made.give("Ann", WORDS, shown, level=4, round=round).acts == []
+    assert made.give("Ann", WORDS, shown, level=4).acts == []
     record(book, graded("student-000", mark(), prose("missing", given=""), report_text(), submission="third"))
     (problem,) = made.give("Ann", WORDS, shown, level=4).problems
     assert "left blank" in problem
@@ -292,77 +290,8 @@ def test_an_answer_that_another_holds_is_told_when_it_is_renewed(book):
     made = desk(book)
     key = key_of("student-000", WORDS)
     assert made.next("Ann", WORDS)
-    assert made.renew("Ann", WORDS, FIRST, key) == ""
-    assert "Ann is reading this one" in made.renew("Bea", WORDS, FIRST, key)
-
-
-# --- the second round -------------------------------------------------------------------------------------------------
-
-
-def test_a_sample_is_read_again_by_another_and_changes_no_mark(book):
-    fill(book, texts(30))
-    made = desk(book, one_in=3)
-    scored(made, "Ann", level=4)
-    before = [one.mark for one in book.scores.answers([WORDS])]
-    assert made.next("Ann", WORDS, SECOND) == []  # nobody is held against themselves
-    read = 0
-    while answers := made.next("Bea", WORDS, SECOND):
-        read += 1
-        made.give("Bea", WORDS, picks(answers, SECOND), level=4 if read % 2 else 3, round=SECOND)
-    assert 4 <= read <= 16
-    assert [one.mark for one in book.scores.answers([WORDS])] == before
-    (row, _other), overall = progress.rows(made)
-    assert (row.sampled, row.twice) == (read, read)
-    assert row.agreement == overall
-    assert row.agreement.same == (read + 1) // 2
-
-
-def test_two_who_read_together_afterwards_agree_as_they_did_before(book):
-    fill(book, texts(2))
-    made = desk(book, one_in=1)
-    for _answer in range(2):
-        made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=3)
-    read = {}
-    for level in (3, 1):
-        (answer,) = made.next("Bea", WORDS, SECOND)
-        made.give("Bea", WORDS, picks([answer], SECOND), level=level, round=SECOND)
-        read[level] = answer.student
-    row = progress.rows(made)[0][0]
-    label = made.label(read[1], WORDS)
-    assert row.differ == [progress.Differ(key_of(read[1], WORDS), label, "Ann 3, Bea 1")]
-    before = row.agreement
-    assert (before.pairs, before.same) == (2, 1)
-    (now,) = [one for one in book.scores.answers([WORDS]) if one.student == read[1]]
-    made.give("Bea", WORDS, picks([now]), level=1)  # as they found together
-    row = progress.rows(made)[0][0]
-    assert (row.agreement, row.twice) == (before, 2)
-    assert [one.told for one in row.differ] == ["Ann 3, Bea 1; scored anew since"]
-
-
-def test_a_second_reading_without_a_first_before_it_is_none(book):
-    """The first took theirs back and scored again: nobody knows whether they have spoken, and another reads it."""
-    fill(book, texts(1))
-    made = desk(book, one_in=1)
-    made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=3)
-    made.give("Bea", WORDS, picks(made.next("Bea", WORDS, SECOND), SECOND), level=1, round=SECOND)
-    made.undo("Ann")
-    made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=1)
-    row = progress.rows(made)[0][0]
-    assert (row.sampled, row.twice, row.agreement.pairs, row.differ) == (1, 0, 0, [])
-    assert made.next("Ann", WORDS, SECOND) == []
-    book.scores.let_go("Bea")  # as her page does when it goes on
-    made.give("Cleo", WORDS, picks(made.next("Cleo", WORDS, SECOND), SECOND), level=2, round=SECOND)
-    row = progress.rows(made)[0][0]
-    assert (row.twice, [one.told for one in row.differ]) == (1, ["Ann 1, Cleo 2"])
-
-
-def test_whoever_reads_twice_agrees_with_nobody(book):
-    fill(book, texts(1))
-    made = desk(book, one_in=1)
-    shown = made.next("Ann", WORDS)
-    made.give("Ann", WORDS, picks(shown), level=3)
-    made.give("Ann", WORDS, picks(book.scores.answers([WORDS]), SECOND), level=3, round=SECOND)
-    assert progress.rows(made)[0][0].agreement.pairs == 0
+    assert made.renew("Ann", WORDS, key) == ""
+    assert "Ann is reading this one" in made.renew("Bea", WORDS, key)
 
 
 # --- how it is going --------------------------------------------------------------------------------------------------
@@ -398,11 +327,3 @@ def test_remarks_that_were_taken_back_are_not_used_again(book):
         assert remarks.used((), book.scores.acts(), WORDS) == [("a", remark)]
         made.undo("Ann")
         assert remarks.used((), book.scores.acts(), WORDS) == []
-
-
-def test_points_without_a_level_count_as_the_level_that_the_course_has_for_them(tmp_path):
-    """0.88 is nearer to the points of level 4 than to those of level 3, and by the thresholds it is a 3."""
-    with Gradebook(tmp_path / "class.sqlite") as book:
-        (student,) = fill(book, ["It bends."])
-        act = book.scores.give(student, WORDS, 0.88, "Ann")
-        assert desk(book).level_of(act) == 3 == LEVELS.level_of(0.88)

@@ -305,25 +305,6 @@ def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, chromium):
         seat.close()
 
 
-def test_keys_for_remarks_say_that_a_second_reader_has_none(tmp_path, chromium):
-    with serving(new_class(tmp_path, texts(1)), "Ann", "Bea", options=("--second", "1")) as (_process, addresses):
-        ann, bea = (Seat(chromium, address) for address in addresses)
-        ann.open()
-        ann.press("g")
-        assert "There is no remark g here" in ann.message
-        ann.press("4")
-        bea.open(f"{PART}&round=2")
-        for key in "rag":
-            bea.page.evaluate("() => say('')")
-            bea.press(key)
-            assert "there are no remarks" in bea.message, key
-        bea.press("2")
-        assert [(act.actor, act.level, act.round) for act in acts(tmp_path)] == [("Ann", 4, 1), ("Bea", 2, 2)]
-        for seat in (ann, bea):
-            assert seat.errors == []
-            seat.close()
-
-
 REASON = "The unit is right, and the value is not what your own recording of this question shows; look at its end."
 SHADOW = """() => {
   const one = document.querySelector(".rolling"), line = parseFloat(getComputedStyle(one).lineHeight);
@@ -370,8 +351,8 @@ def test_the_pages_can_be_used_by_everybody(tmp_path, chromium, scheme):
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
         fill(book, [*alike, *texts(3)])
         book.scores.ask("student-004", WORDS, "Ann", remark="Is it?")
-    with serving(tmp_path, "Ann", "Bea", options=("--second", "1")) as (_process, addresses):
-        seat = Seat(chromium, addresses[0], scheme)
+    with serving(tmp_path, "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address, scheme)
 
         assert findings(seat.page) == []
         seat.open()
@@ -384,15 +365,10 @@ def test_the_pages_can_be_used_by_everybody(tmp_path, chromium, scheme):
         while seat.keys:
             seat.press("3")
         assert findings(seat.page) == []
-        second = Seat(chromium, addresses[1], scheme).open(f"{PART}&round=2")
-        second.press("4")
-        second.page.goto(second.home)
-        seat, one = second, seat
-        assert "kappa" in seat.page.inner_text("main")
+        seat.page.goto(seat.home)
         assert findings(seat.page) == []
-        for each in (seat, one):
-            assert each.errors == []
-            each.close()
+        assert seat.errors == []
+        seat.close()
 
 
 def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):

@@ -66,7 +66,7 @@ def book(tmp_path):
 
 @pytest.fixture
 def both(book):
-    return clients(desk(book, one_in=2), "Ann", "Bea")
+    return clients(desk(book), "Ann", "Bea")
 
 
 # --- who is let in ----------------------------------------------------------------------------------------------------
@@ -194,7 +194,6 @@ def test_each_answer_of_the_server_has_the_headers(both):
         ({**SENT, "answers": [{"key": "a", "seen": "b"}] * 51, "level": 3}, "Tick"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": [["a"]], "level": 3}, "list of keys"),
         ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": ["a"] * 51, "level": 3}, "list of keys"),
-        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "round": 3}, "rounds"),
         ({**SENT, "answers": "x" * MOST_BYTES, "level": 3}, "too long"),
     ],
 )
@@ -246,37 +245,6 @@ def test_names_are_nowhere_unless_they_are_asked_for(both):
     assert "student-" not in ann.get("/").text
 
 
-def test_the_second_round_does_not_show_the_first(both, book):
-    ann, bea = both
-    while card := shown(ann.act("next", SENT)):
-        ann.act("give", {**SENT, "answers": card, "level": 1, "remark": "Only the first knows."})
-    reply = bea.act("next", {**SENT, "round": 2})
-    assert shown(reply)
-    assert "Only the first knows." not in reply.text
-    assert "level 1" not in reply.text
-    assert "<b>1</b>×" not in reply.json()["state"]
-    assert 'class="now"' not in reply.text
-    refused = bea.act("ask", {**SENT, "round": 2, "answers": shown(reply)})
-    assert (refused.status_code, "blind" in refused.json()["problem"]) == (400, True)
-
-
-def test_the_first_page_leads_to_what_two_readers_differ_on(book):
-    ann, bea = clients(desk(book, one_in=1), "Ann", "Bea")
-    while card := shown(ann.act("next", SENT)):
-        ann.act("give", {**SENT, "answers": card, "level": 1})
-    assert "differ on" not in bea.get("/").text
-    card = shown(bea.act("next", {**SENT, "round": 2}))
-    bea.act("give", {**SENT, "round": 2, "answers": card, "level": 1})
-    assert "differ on" not in bea.get("/").text
-    card = shown(bea.act("next", {**SENT, "round": 2}))
-    bea.act("give", {**SENT, "round": 2, "answers": card, "level": 3})
-    links = re.findall(r'<a href="(/score\?[^"]*key=\w+)">(Answer \d+)</a> \((.*?)\)', bea.get("/").text)
-    (link, _label, told), key = links[0], card[0]["key"]
-    assert len(links) == 1 and told == "Ann 1, Bea 3"
-    assert f'data-key="{key}"' in bea.get(link.replace("&amp;", "&")).text
-    assert "Ann gave it level 1" in bea.act("next", {**SENT, "key": key}).text
-
-
 def test_the_time_that_is_left_is_told_by_ones_own_times(tmp_path, monkeypatch):
     with Gradebook(tmp_path / "class.sqlite") as book:
         fill(book, texts(9))
@@ -288,22 +256,6 @@ def test_the_time_that_is_left_is_told_by_ones_own_times(tmp_path, monkeypatch):
             told = ann.act("give", {**SENT, "answers": card, "level": 1}).json()["state"]
         assert "min left" in told
         assert "min left" not in bea.act("next", SENT).json()["state"]
-
-
-def test_the_second_reader_is_offered_no_remark_that_no_student_would_read(both, book):
-    ann, bea = both
-    while card := shown(first := ann.act("next", SENT)):
-        assert (first.text.count("<textarea"), first.text.count("data-use=")) == (1, 2)
-        ann.act("give", {**SENT, "answers": card, "level": 1})
-    blind = {**SENT, "round": 2}
-    reply = bea.act("next", blind)
-    assert (reply.text.count("<textarea"), reply.text.count("data-use=")) == (0, 0)
-    before = book.scores.acts()
-    refused = bea.act("give", {**blind, "answers": shown(reply), "level": 3, "remark": "Why?"})
-    assert (refused.status_code, "no student would read them" in refused.json()["problem"]) == (400, True)
-    assert book.scores.acts() == before
-    bea.act("give", {**blind, "answers": shown(reply), "level": 3, "remark": ""})
-    assert [(act.level, act.round) for act in book.scores.acts()[len(before) :]] == [(3, 2)]
 
 
 def test_of_two_at_once_the_later_is_told_and_writes_nothing(both, book):
@@ -397,22 +349,6 @@ def test_where_nothing_was_written_all_that_was_shown_comes_again_ticked_as_it_w
         assert book.scores.acts() == []
 
 
-def test_a_second_reader_who_comes_second_is_given_the_next(book):
-    ann, bea, cid = clients(desk(book, one_in=1), "Ann", "Bea", "Cid")
-    while card := shown(ann.act("next", SENT)):
-        ann.act("give", {**SENT, "answers": card, "level": 1})
-    blind = {**SENT, "round": 2}
-    (card,) = shown(bea.act("next", blind))
-    cid.act("next", {**blind, "key": card["key"]})
-    slip = cid.act("give", {**blind, "answers": [card], "points": 10})
-    assert (shown(slip), points(slip)) == ([card], "10")
-    bea.act("give", {**blind, "answers": [card], "level": 3})
-    reply = cid.act("give", {**blind, "answers": [card], "level": 2})
-    assert "Nothing of yours was written" in reply.json()["message"]
-    assert card["key"] not in [one["key"] for one in shown(reply)]
-    assert [act.actor for act in book.scores.acts() if act.round == 2] == ["Bea"]
-
-
 ALIKE = [f"It bends{comma} for there is friction in the joint{end}" for comma, end in ((",", "."), ("", "."), ("", ""))]
 
 
@@ -489,8 +425,6 @@ def test_what_is_with_the_instructor_is_not_called_scored(both):
     page = reply.json()["html"]
     assert "Nothing is left here for you, but 3 answers are with the instructor" in page
     assert "All of this part is scored" not in page
-    blind = ann.act("next", {**SENT, "round": 2}).json()["html"]
-    assert "Nothing is left for you to read a second time" in blind
 
 
 def test_points_are_said_in_the_singular_where_there_is_one(both):
@@ -502,7 +436,7 @@ def test_points_are_said_in_the_singular_where_there_is_one(both):
 
 def test_each_page_says_whose_it_is_also_when_the_browser_became_anothers(both):
     ann, bea = both
-    paths = ("/", "/score?question=2.11&part=explanation", "/score?question=2.11&part=explanation&round=2")
+    paths = ("/", "/score?question=2.11&part=explanation")
     for scorer, other in ((ann, bea), (bea, ann)):
         for path in paths:
             header = re.search(r"<header>.*?</header>", scorer.get(path).text, re.S)[0]

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from rotflex.instructor.gradebook import FIRST, Act
+from rotflex.instructor.gradebook import Act
 from rotflex.instructor.scoring.progress import in_words, time_left
 
 WHERE = ("7", "why")
@@ -15,7 +15,7 @@ BEGIN = datetime(2026, 3, 1, 9, tzinfo=UTC)
 
 def acts(*seconds, actor="Ann", where=WHERE, level=3, undoes=None):
     return [
-        Act(n, f"s{n}", *where, FIRST, actor, level, 0.75, 1.0, "", "…", False, undoes, BEGIN + timedelta(seconds=at))
+        Act(n, f"s{n}", *where, actor, level, 0.75, 1.0, "", "…", False, undoes, BEGIN + timedelta(seconds=at))
         for n, at in enumerate(seconds)
     ]
 

@@ -4,7 +4,7 @@ const place = document.getElementById("scoring");
 const card = document.getElementById("card");
 const message = document.getElementById("message");
 const help = document.getElementById("help");
-const task = { question: place.dataset.question, part: place.dataset.part, round: place.dataset.round };
+const task = { question: place.dataset.question, part: place.dataset.part };
 const RENEWED = 40_000; // ms; an answer is held three times as long
 let busy = false;
 let unseen = new Set();
@@ -110,21 +110,9 @@ const givePoints = () => {
   decide("give", { points });
 };
 
-const ask = () => {
-  if (!field("ask")) {
-    say("In the second, blind marking nobody is asked: give the level that you would give.", true);
-    return;
-  }
-  decide("ask", {});
-};
-
-const remark = () => {
-  if (!field("remark")) say("In the second, blind marking there are no remarks: no student would read them.", true);
-  return field("remark");
-};
+const ask = () => decide("ask", {});
 
 const use = (key) => {
-  if (!remark()) return;
   const chosen = card.querySelector(`[data-use="${key}"] span`);
   if (!chosen) {
     say(`There is no remark ${key} here.`, true);
@@ -150,7 +138,7 @@ const skip = () => act("next", { skip: answers()[0].dataset.key });
 const back = () => card.querySelector("[data-first]")?.focus();
 
 const KEYS = {
-  r: () => remark()?.focus(),
+  r: () => field("remark").focus(),
   p: () => {
     field("points").focus();
     field("points").select(); // what is there from before is typed over
