@@ -32,7 +32,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/greybox/**/*.py",
             "rotflex/instructor/design.py",
             "rotflex/instructor/model.py",
-            "rotflex/instructor/stiffness.py",
             "rotflex/instructor/symbolic.py",
         ),
     ),
