@@ -25,7 +25,7 @@ PACKAGES = ("rotflex",)
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        4041,
+        3980,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -36,7 +36,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3961,
+        3880,
         (
             "rotflex/bench_commands/**/*.py",
             "rotflex/bench_doctor/**/*.py",
@@ -63,8 +63,8 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3815, ("rotflex/courseware/**/*.py",)),
-    "run": (2848, ("rotflex/courseware/run/**/*.py",)),
+    "answers, session, files of a course": (3715, ("rotflex/courseware/**/*.py",)),
+    "run": (2759, ("rotflex/courseware/run/**/*.py",)),
     "report": (3384, ("rotflex/courseware/report/**/*.py",)),
     "running, intake": (3100, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2587, ("rotflex/instructor/gradebook/**/*.py",)),
@@ -82,7 +82,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        4285,
+        4258,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",
