@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from posixpath import dirname, join, normpath
 from typing import Any
 
 from docutils import nodes
+from sphinx import addnodes
 
 HERE = Path(__file__).resolve().parent
 # Sphinx reads this file by itself: what it imports from the checkout can be found from here on, and not before.
 sys.path[:0] = [str(HERE.parent), str(HERE.parent / "tools")]
 
-from website import reference  # noqa: E402
+from website import reference, staging  # noqa: E402
 
 import rotflex  # noqa: E402
 
@@ -21,6 +23,11 @@ author = "The rotflex authors"
 project_copyright = "the rotflex authors, BSD 3-Clause"
 version = release = rotflex.__version__
 language = "en"
+root_doc = "docs/index"
+if not tags.has("instructor"):  # noqa: F821  (Sphinx defines it)
+    # These pages are not copied for the public site; here it is said that tables of contents name them all the same.
+    exclude_patterns = [one.removesuffix(".md") + rest for one in staging.FOR_INSTRUCTORS for rest in (".*", "/**")]
+    suppress_warnings = ["toc.excluded"]
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
 
@@ -68,6 +75,16 @@ def name_levels(_app: Any, _page: str, _template: str, context: dict[str, Any], 
     context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
 
 
+def without_instructors_pages(app: Any, doctree: nodes.document) -> None:
+    """In the public site, pages that are for instructors are named in place of a link."""
+    if app.tags.has("instructor"):
+        return
+    for link in [*doctree.findall(addnodes.pending_xref), *doctree.findall(addnodes.download_reference)]:
+        target = normpath(join(dirname(app.env.docname), link["reftarget"].partition("#")[0]))
+        if staging.is_for_instructors(target):
+            link.replace_self([*link.children, nodes.Text(" (in the instructors' site)")])
+
+
 def keep_tags(_app: Any, doctree: nodes.document) -> None:
     """Formulas with a number of their own stay as they are: Sphinx would put lines into ``split``, which has none."""
     for formula in doctree.findall(nodes.math_block):
@@ -82,4 +99,5 @@ def setup(app: Any) -> None:
     app.connect("autodoc-process-docstring", reference.process_docstring, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", reference.with_colons, priority=600)
     app.connect("doctree-read", keep_tags)
+    app.connect("doctree-read", without_instructors_pages)
     app.connect("html-page-context", name_levels, priority=900)  # after the theme

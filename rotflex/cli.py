@@ -100,9 +100,6 @@ def lab(
         ),
     ] = None,
     student: Annotated[str | None, typer.Option(help="Your student ID: it makes your own virtual bench.")] = None,
-    was: Annotated[
-        str | None, typer.Option(help="The ID under which you answered until now, if it was mistyped; with --student.")
-    ] = None,
 ) -> None:
     """Open JupyterLab on the course's notebooks.
 
@@ -125,9 +122,7 @@ def lab(
         typer.echo(line)
     if student is None:
         student = _asked(folder)
-    elif was is None and _was_another(folder, student):
-        was = course_file.student(folder)
-    for line in fill(folder, student, was):
+    for line in fill(folder, student):
         typer.echo(line)
     if not _is_source(folder):
         course_place.remember(folder)
@@ -195,30 +190,11 @@ def _hubs_user() -> str:
         return ""
 
 
-def _was_another(folder: Path, student: str) -> bool:
-    """Whether whoever sits at the terminal says that the ID in the folder was theirs, and mistyped."""
-    from rotflex.courseware import brought_over
-
-    before = course_file.student(folder)
-    if student_id.caseless(before) == student_id.caseless(student) or not brought_over.any_of(folder, before):
-        return False
-    if not _at_a_terminal():
-        typer.echo(
-            _(
-                "The folder has answers of {before!r}. They are kept, and not used. If you gave them, before your ID "
-                "was put right, start with --student {student!r} --was {before!r}: that brings them over."
-            ).format(before=before, student=student)
-        )
-        return False
-    question = _("The folder has answers of {before!r}. Did you give them, before your ID was put right?")
-    return typer.confirm(question.format(before=before), default=False)
-
-
 def _at_a_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
-def fill(folder: Path, student: str | None = None, was: str | None = None) -> list[str]:
+def fill(folder: Path, student: str | None = None) -> list[str]:
     """Copy into a folder what is not there yet of the course, and write down the student. No answer is overwritten.
 
     A folder that was begun under another release is brought to the installed one.
@@ -227,7 +203,6 @@ def fill(folder: Path, student: str | None = None, was: str | None = None) -> li
     ----------
     folder : to work in; made if needed
     student : ID for ``course.json``; None leaves the file as it is
-    was : an ID of the same person, which was mistyped: its answers become the student's
 
     Returns
     -------
@@ -237,8 +212,7 @@ def fill(folder: Path, student: str | None = None, was: str | None = None) -> li
     Raises
     ------
     ConfigurationError
-        If an ID cannot be one, there are no notebooks to copy, no answers to bring over, or ``course.json`` cannot be
-        written.
+        If the ID cannot be one, there are no notebooks to copy, or ``course.json`` cannot be written.
     """
     if student is not None:
         student = student_id.normalised(student)
@@ -246,19 +220,11 @@ def fill(folder: Path, student: str | None = None, was: str | None = None) -> li
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(_("{folder} is not a folder.").format(folder=folder))
     folder.mkdir(parents=True, exist_ok=True)
-    from rotflex.courseware import brought_over
-
-    if was is not None and (refused := brought_over.refusal(folder, was)):  # before anything is changed
-        raise ConfigurationError(refused)
     at_home = _is_home(folder, course)
     lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
     if student is not None:
         _write_course(folder, {**(_begun(folder) or _as_of_now(course)), course_file.STUDENT: student})
         lines.append(_("Student: {student}").format(student=student))
-    if was is not None and brought_over.nothing_yet(folder):
-        lines.append(_("Nothing was answered yet in {folder}, under no ID.").format(folder=folder))
-    elif was is not None:
-        lines += brought_over.bring_over(folder, was, student or course_file.student(folder))
     return lines
 
 

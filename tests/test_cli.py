@@ -280,52 +280,6 @@ def test_lab_asks_nothing_of_who_opens_the_courses_own_notebooks(course, opened,
     assert opened == [(Path("notebooks"), [])] and course_place.remembered() is None
 
 
-@pytest.fixture
-def mistyped(course, opened):
-    """A folder that was begun under a mistyped ID, with an answer in it."""
-    rotflex("lab", "work", "--student", "adda")
-    Lab("adda", "virtual", Path("work"), quiet=True).answer("0.1", resolution=0.00153)
-    opened.clear()
-
-
-def answered(student):
-    return Lab(student, "virtual", Path("work"), quiet=True).value("0.1", "resolution", default=None)
-
-
-@pytest.mark.parametrize(("reply", "value"), [("y", 0.00153), ("n", None), ("", None)])
-def test_answers_under_a_mistyped_id_are_brought_over_where_they_were_the_students(
-    mistyped, at_a_terminal, reply, value
-):
-    done = CliRunner().invoke(cli.app, ["lab", "work", "--student", "ada"], input=f"{reply}\n")
-    assert "The folder has answers of 'adda'. Did you give them, before your ID was put right?" in done.output
-    assert ("Brought over to 'ada': 1 answer that 'adda' had given." in done.output) is (reply == "y")
-    assert (named(), answered("ada")) == ("ada", value)
-
-
-def test_without_a_terminal_it_is_told_how_and_done_on_demand(mistyped):
-    done = rotflex("lab", "work", "--student", "ada")
-    assert "start with --student 'ada' --was 'adda'" in " ".join(done.output.split())
-    assert answered("ada") is None
-    assert rotflex("lab", "work", "--student", "ada", "--was", "adda").exit_code == 0
-    assert answered("ada") == 0.00153
-    refused = rotflex("lab", "work", "--student", "ada", "--was", "eve")
-    assert refused.exit_code == 2 and "has no answers of 'eve'" in refused.output
-    rotflex("lab", "work", "--student", "bob", "--was", "eve")
-    assert (named(), answered("ada")) == ("ada", 0.00153)  # what is refused changes nothing
-
-
-def test_an_id_that_was_mistyped_before_anything_was_answered_is_put_right_all_the_same(course, opened):
-    rotflex("lab", "work", "--student", "adda")
-    done = rotflex("lab", "work", "--student", "ada", "--was", "adda")
-    assert done.exit_code == 0 and named() == "ada" and len(opened) == 2
-    assert "Nothing was answered yet in work, under no ID." in done.output
-
-
-def test_the_same_id_in_other_letters_is_nobody_else(mistyped, at_a_terminal):
-    assert "Did you give them" not in rotflex("lab", "work", "--student", "ADDA").output
-    assert answered("ADDA") == 0.00153
-
-
 # --- which folder it is -----------------------------------------------------------------------------------------------
 
 

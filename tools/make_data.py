@@ -12,9 +12,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from rotflex import experiments, hil
-from rotflex.instructor import design, model, stiffness
+from rotflex.identification import SWEEP_BAND
+from rotflex.instructor import design, model
 from rotflex.recording import Recording
+from rotflex.units import HZ
 
 SEED = 2011
 DATA = Path(__file__).resolve().parents[1] / "data"
@@ -24,9 +28,7 @@ def recordings() -> dict[str, Recording]:
     """The four experiments, by the names that their files have."""
     with hil.open(f"virtual:?seed={SEED}&arm_position=1") as bench:
         sweep = experiments.sweep(bench, progress=False)
-        f_hz, amplitude = stiffness.amplitude_spectrum(sweep.degrees("alpha"), sweep.sample_time)
-        omega_n = stiffness.natural_frequency(f_hz, amplitude).value
-        K_s = bench.joint.J_l * omega_n**2
+        K_s = bench.joint.J_l * peak(sweep) ** 2
         plant = model.state_space(bench.servo, bench.joint, K_s)
         K = design.gain_by_place(plant.A, plant.B, design.desired_poles(0.6, 20.0, -30.0, -40.0))
         return {
@@ -35,6 +37,15 @@ def recordings() -> dict[str, Recording]:
             "fsf": experiments.tracking(bench, K, "full", progress=False),
             "psf": experiments.tracking(bench, K, "partial", progress=False),
         }
+
+
+def peak(sweep: Recording) -> float:
+    """Find where the spectrum of alpha is largest, rad/s, as the workbook's answer 2.11 does."""
+    alpha = sweep["alpha"]
+    padded = 2 ** int(np.ceil(np.log2(alpha.size)))
+    f_hz = np.fft.rfftfreq(padded, sweep.sample_time)
+    inside = (f_hz >= SWEEP_BAND[0]) & (f_hz <= SWEEP_BAND[1])
+    return float(f_hz[inside][np.argmax(np.abs(np.fft.rfft(alpha, padded))[inside])]) * HZ
 
 
 def main(folder: Path) -> None:

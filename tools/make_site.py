@@ -1,10 +1,9 @@
 """Build the site into build/site; the instructors' own into build/site-instructor.
 
-    python tools/make_site.py [--instructor] [--out FOLDER] [--code ADDRESS]
+    python tools/make_site.py [--instructor] [--out FOLDER]
 
-Needs the extra ``site`` and no network. ``--code`` is the address under which a code host shows the repository's
-files, as ``https://…/blob/main``. A warning of Sphinx's is an error, and so is what the public site says of the
-solutions.
+Needs the extra ``site`` and no network. A warning of Sphinx is an error, a dead link for one, and so is what the public
+site says of the solutions.
 """
 
 from __future__ import annotations
@@ -23,38 +22,30 @@ import nbformat
 from nbformat import NotebookNode
 from website import chapters, secrets, staging
 
-from rotflex.errors import RotflexError
-
 BUILD = staging.ROOT / "build"
 KEPT = BUILD / "site-notebooks"  #: runs of the notebooks, which take half a minute
 MATHJAX = ("sphinx-mathjax-offline", "static/mathjax/tex-svg.js")  #: distribution, file: formulas without a network
+#: The site's first page is ``docs/index.md``, as in the repository.
+FRONT = '<!DOCTYPE html><title>rotflex</title><meta http-equiv="refresh" content="0; url=docs/index.html">\n'
 
 
-def stage(folder: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = "") -> staging.Stage:
+def stage(folder: Path, run: Mapping[str, NotebookNode], instructors: bool = False) -> None:
     """Put the pages of a site together, for Sphinx.
 
     Parameters
     ----------
-    folder : where
+    folder : where; made
     run : the student notebooks as they were run before any answer
-    instructors, code : see :class:`website.staging.Stage`
-
-    Raises
-    ------
-    DeadLink
-        If a page links to a file that is not there.
+    instructors : whether it is the instructors' site, which has the notebooks with solutions, too
     """
-    made = staging.Stage(folder, instructors, code)
-    made.write()
+    staging.write(folder, instructors)
     still = arm(moving=False)
-    (folder / "moving_arm.html").write_text(arm(moving=True), encoding="utf-8")
+    (folder / "docs" / "moving_arm.html").write_text(arm(moving=True), encoding="utf-8")
     for name, notebook in run.items():
-        chapters.chapter(notebook, Path(name).stem, folder / "chapters" / name, chapters.AS_IT_BEGINS, still)
-    for source, page in made.pages.items():
-        if source.startswith("solutions/"):
-            notebook = nbformat.read(staging.ROOT / source, as_version=4)
-            chapters.chapter(notebook, Path(page).stem, folder / page, chapters.WITH_SOLUTIONS, still)
-    return made
+        chapters.chapter(notebook, Path(name).stem, folder / "notebooks" / name, chapters.AS_IT_BEGINS, still)
+    for path in sorted((staging.ROOT / "solutions").glob("*.ipynb")) if instructors else ():
+        notebook = nbformat.read(path, as_version=4)
+        chapters.chapter(notebook, path.stem, folder / "solutions" / path.name, chapters.WITH_SOLUTIONS, still)
 
 
 def arm(moving: bool) -> str:
@@ -69,11 +60,11 @@ def arm(moving: bool) -> str:
     )
 
 
-def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False, code: str = "") -> int:
-    """Build a site; 0 if it is good. What is not is told on standard error. See :func:`stage`."""
+def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False) -> int:
+    """Build a site, and return 0 if it is good. What is wrong is printed on standard error. See :func:`stage`."""
     with tempfile.TemporaryDirectory(prefix="rotflex-site-") as begun:
         folder, made = Path(begun) / "pages", Path(begun) / "site"
-        stage(folder, run, instructors, code)
+        stage(folder, run, instructors)
         tags = ["-t", "instructor"] if instructors else []
         options = ["-W", "--keep-going", "-q", "-E", "-d", str(Path(begun) / "doctrees"), *tags]
         # A process of its own: autodoc changes the signatures of what it documents, for whoever looks at them later.
@@ -85,6 +76,7 @@ def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False,
         source = resources.files(importlib.import_module(package)).joinpath(file)
         (made / "_static" / "mathjax.js").write_bytes(source.read_bytes())
         (made / ".buildinfo").unlink(missing_ok=True)
+        (made / "index.html").write_text(FRONT, encoding="utf-8")
         if not instructors:
             found = secrets.of_the_course(run.values()).found_in(made)
             for one in found:
@@ -101,14 +93,9 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description="Build the site.")
     parser.add_argument("--instructor", action="store_true", help="the instructors' site, which gives answers away")
     parser.add_argument("--out", type=Path, help="folder; whatever is in it is replaced")
-    parser.add_argument("--code", default="", help="address of the repository's files on a code host")
     options = parser.parse_args(arguments)
     out = options.out or BUILD / ("site-instructor" if options.instructor else "site")
-    try:
-        status = build(out, chapters.run_before_answers(KEPT), options.instructor, options.code)
-    except RotflexError as error:
-        print(error, file=sys.stderr)
-        return 1
+    status = build(out, chapters.run_before_answers(KEPT), options.instructor)
     print(f"NOT BUILT: {out}" if status else f"{out}: open index.html")
     return status
 

@@ -1,4 +1,4 @@
-"""Run every check, and fail if one fails: style, types, imports, scripts, tests, solutions against their outputs.
+"""Run every check, and fail if one fails: style, types, imports, size, scripts, tests, solutions against their outputs.
 
     python tools/run_tests.py [--quick | --all] [PYTEST OPTIONS ...]
 
@@ -30,6 +30,7 @@ STATIC = {
     "format": (PYTHON, "-m", "ruff", "format", "--check", "."),
     "types": (PYTHON, "-m", "mypy"),
     "imports": (str(SCRIPTS / "lint-imports"), "--no-logo"),
+    "size": (PYTHON, "tools/count_lines.py"),
     "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
 }
 ALL_TESTS = ("--nbval", "tests", "solutions")

@@ -324,10 +324,8 @@ class AnswerBook:
         if caseless(content["student"]) != caseless(self.student):
             aside = set_aside.set_aside(self.path, set_aside.label(content["student"]))
             self.notices.append(
-                _(
-                    "The answers of {student!r} were put aside as {aside}. If you gave them, before your ID was put "
-                    "right: rotflex lab --student {now!r} --was {student!r} brings them over."
-                ).format(student=content["student"][:40], aside=aside, now=self.student)
+                f"The answers of {content['student'][:40]!r} were put aside as {aside}. If you gave them under a "
+                f"mistyped ID, run your notebooks again, in order: your answers are then recorded for {self.student!r}."
             )
             return self._back()
         if content["probe_seed"] != self.probe_seed:

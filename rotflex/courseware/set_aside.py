@@ -28,10 +28,5 @@ def label(student: str) -> str:
 def of_student(path: Path, student: str) -> list[Path]:
     """The files that were set aside under a student's label, the newest first; several IDs may have the same one."""
     ours = re.compile(rf"{re.escape(f'{path.stem}.{label(student)}')}(-\d+)?{re.escape(path.suffix)}", re.IGNORECASE)
-    found = [one for one in of_anybody(path) if ours.fullmatch(one.name)]
+    found = [one for one in path.parent.glob(f"{path.stem}.*{path.suffix}") if ours.fullmatch(one.name)]
     return sorted(found, key=lambda one: one.stat().st_mtime_ns, reverse=True)
-
-
-def of_anybody(path: Path) -> list[Path]:
-    """The files that were set aside, for whatever reason."""
-    return list(path.parent.glob(f"{path.stem}.*{path.suffix}"))

@@ -1,7 +1,7 @@
 """The instructor's: what students never get.
 
 ==================================================  ================================================================
-``model``, ``symbolic``, ``design``, ``stiffness``  what this course's questions ask students to build
+``model``, ``symbolic``, ``design``                 what this course's questions ask students to build
 ``course``, ``verdicts``                            a course as one object; what an answer is judged against
 ``release``                                         the student's notebooks, folder and zip
 ``running``                                         submissions taken in and run in isolation → ``answers.json``

@@ -164,8 +164,6 @@ class PoleExplorer(Explorer):
 
     # --- what there is to see ---------------------------------------------------------------------------------------
 
-    # --- what there is to see ---------------------------------------------------------------------------------------
-
     def view(self) -> Scene:
         """The s-plane beside the response and the arm, verdicts and gain below."""
         found, other = self.design, self._optimal()

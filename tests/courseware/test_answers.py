@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 
 import numpy as np
 import pytest
@@ -173,10 +174,38 @@ def test_another_students_answers_are_put_aside_and_not_mixed_in(path):
     book = book_at(path, student="ada")
     assert book.get("2.11", "omega_n") is None
     assert book.notices == [
-        "The answers of 'demo' were put aside as answers.demo.json. If you gave them, before your ID was put right: "
-        "rotflex lab --student 'ada' --was 'demo' brings them over."
+        "The answers of 'demo' were put aside as answers.demo.json. If you gave them under a mistyped ID, run your "
+        "notebooks again, in order: your answers are then recorded for 'ada'."
     ]
     assert parse((path.parent / "answers.demo.json").read_bytes())["student"] == "demo"
+
+
+def worked_in(path, student):
+    """A book that a student works in, and no program."""
+    return AnswerBook(path, student, BENCH, 12, clock=time.time)
+
+
+def test_answers_that_were_put_aside_come_back_with_their_id(path):
+    worked_in(path, "Ada L").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    worked_in(path, "adda").answer(CATALOGUE.find("2.11"), {"omega_n": 17.0})
+    book = worked_in(path, "ada l")
+    assert book.get("2.11", "omega_n")["value"] == 19.9
+    assert book.notices[-1] == "Your answers are back, which had been put aside as answers.Ada_L.json."
+    assert not list(path.parent.glob("answers.Ada*"))
+    assert worked_in(path, "adda").get("2.11", "omega_n")["value"] == 17.0
+
+
+def test_an_id_with_the_same_label_does_not_get_the_answers(path):
+    worked_in(path, "a+b").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    assert worked_in(path, "a b").get("2.11", "omega_n") is None
+    assert worked_in(path, "A+B").get("2.11", "omega_n")["value"] == 19.9
+
+
+def test_where_a_program_runs_the_notebooks_nothing_comes_back(path):
+    book_at(path, student="ada").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
+    path.rename(path.with_name("answers.ada.json"))
+    assert AnswerBook(path, "ada", {}, 12, clock=None).get("2.11", "omega_n") is None
+    assert path.with_name("answers.ada.json").exists()
 
 
 def test_the_case_of_a_students_id_does_not_matter(path):

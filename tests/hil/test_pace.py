@@ -1,4 +1,4 @@
-"""How steadily samples come; and tasks of a board without a clock, which report the same."""
+"""How steadily samples come, on a board with a clock of its own and on one without."""
 
 from __future__ import annotations
 
@@ -8,17 +8,14 @@ import sys
 import numpy as np
 import pytest
 from fault_board import SAMPLE_TIME, FaultBoard, Stopwatch
+from software_tasks import SoftwareTasks
 
 from rotflex.config import joint, srv02
-from rotflex.errors import HILError
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import Clock
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
 from rotflex.hil.pace import TOO_SLOW, Pace, undisturbed
-from rotflex.hil.software_tasks import SoftwareTasks
-
-BOTH = np.array([0, 1], dtype=np.uint32)
 
 
 def pace_of(arrivals: list[float], period: float = 1.0) -> tuple[Pace, list[int]]:
@@ -165,31 +162,3 @@ def test_one_sample_that_was_missed_is_told_although_the_next_one_came_a_little_
         recording = run(bench, OpenLoop(), np.full(200, 1.0), SAMPLE_TIME, progress=False)
     assert recording.metadata["timing"]["missed"] == 1
     assert recording.metadata["timing"]["lost"] == [[101, 1]]
-
-
-def test_software_tasks_end_and_refuse_as_a_boards_own():
-    time = Stopwatch()
-    tasks = SoftwareTasks(lambda channels, number, buffer: buffer.fill(7), time)
-    with pytest.raises(HILError, match="at least one sample"):
-        tasks.create_encoder_reader(0, BOTH, 2)
-    task = tasks.create_encoder_reader(10, BOTH, 2)
-    buffer = np.zeros(8, dtype=np.int32)
-    with pytest.raises(HILError, match="not been started"):
-        tasks.read_encoder(task, 1, buffer)
-    with pytest.raises(HILError, match="cannot take"):
-        tasks.start(task, 0.0, 5)
-    tasks.start(task, 100.0, 5)
-    with pytest.raises(HILError, match="asked for 0"):
-        tasks.read_encoder(task, 0, buffer)
-    with pytest.raises(HILError, match="must hold 10 counts"):
-        tasks.read_encoder(task, 5, buffer)
-    assert tasks.read_encoder(task, 3, buffer) == 3
-    assert buffer.tolist() == [7] * 6 + [0] * 2
-    time.pass_by(0.021)
-    assert tasks.read_encoder(task, 4, buffer) == 1
-    assert tasks.get_buffer_overflows(task) == 1
-    assert tasks.read_encoder(task, 1, buffer) == 0
-    tasks.stop(task)
-    tasks.delete(task)
-    with pytest.raises(HILError, match="no task"):
-        tasks.read_encoder(task, 1, buffer)

@@ -7,7 +7,6 @@ an explorer, which needs Python behind it, becomes a drawing of its bench and a 
 from __future__ import annotations
 
 import base64
-import contextlib
 import copy
 import hashlib
 import os
@@ -33,7 +32,7 @@ QUIET = {"ROTFLEX_PROGRESS": "off", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREAD
 AS_IT_BEGINS = """
 :::{{note}}
 This is the notebook `{name}` as it is **before anything is answered**, run with the bench of a student called “demo”.
-To answer, run experiments and use the explorers, open the notebook itself: see [For students](../student.md).
+To answer, run experiments and use the explorers, open the notebook itself: see [For students](../docs/student.md).
 :::
 """
 WITH_SOLUTIONS = """
@@ -75,56 +74,24 @@ def _digest() -> str:
 
 
 def _run(folder: Path) -> Iterator[tuple[str, NotebookNode]]:
-    """Run all, one after the other in one kernel that forgets in between: what it has imported, it has."""
+    """Run all, one after the other, in a folder that looks like a student's."""
     from nbclient import NotebookClient
 
     shutil.copytree(NOTEBOOKS, folder)
-    with _kernel(folder) as manager:
-        for path in sorted(NOTEBOOKS.glob("*.ipynb")):
-            notebook = nbformat.read(path, as_version=4)
-            count = len(notebook.cells)
-            notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -sf", id="forget"))
-            client = NotebookClient(notebook, km=manager, timeout=CELL_TIMEOUT, store_widget_state=False)
-            client.execute(cwd=str(folder), reset_kc=True)
-            del notebook.cells[0]
-            assert len(notebook.cells) == count
-            yield path.name, notebook
-
-
-@contextlib.contextmanager
-def _kernel(folder: Path) -> Iterator[Any]:
-    """A kernel of this Python, in a folder that looks like a student's."""
-    from ipykernel.kernelspec import make_ipkernel_cmd
-    from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
-    from jupyter_client.manager import AsyncKernelManager
-
-    spec = KernelSpec(
-        argv=make_ipkernel_cmd(extra_arguments=["--log-level=ERROR"]), display_name="Python", language="python"
-    )
-
-    class OfThisPython(KernelSpecManager):  # whatever else is installed under the name of a kernel
-        def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
-            return spec
-
-    manager = AsyncKernelManager(kernel_spec_manager=OfThisPython())
-    before = dict(os.environ)
     paths = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     with tempfile.TemporaryDirectory(prefix="site-ipython-") as settings:
-        os.environ.update({**QUIET, "IPYTHONDIR": settings, "PYTHONPATH": paths})
-        os.environ.pop("ROTFLEX_PICTURES", None)
-        try:
-            yield manager
-        finally:
-            os.environ.clear()
-            os.environ.update(before)
-            _end(manager)
-
-
-def _end(manager: Any) -> None:
-    import asyncio
-
-    if manager.has_kernel:
-        asyncio.run(manager.shutdown_kernel(now=True))
+        environment = os.environ | {**QUIET, "IPYTHONDIR": settings, "PYTHONPATH": paths}
+        environment.pop("ROTFLEX_PICTURES", None)
+        for path in sorted(NOTEBOOKS.glob("*.ipynb")):
+            notebook = nbformat.read(path, as_version=4)
+            client = NotebookClient(
+                notebook,
+                timeout=CELL_TIMEOUT,
+                kernel_name="python3",
+                extra_arguments=["--log-level=ERROR"],
+                store_widget_state=False,
+            )
+            yield path.name, client.execute(cwd=str(folder), env=environment)
 
 
 def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str) -> None:
@@ -164,7 +131,7 @@ def _linked(text: str, name: str) -> str:
 
     def link(found: re.Match[str]) -> str:
         there = (NOTEBOOKS / f"{found[1]}.ipynb").is_file() and found[1] != name
-        return f"[`{found[1]}`](../chapters/{found[1]}.ipynb)" if there else found[0]
+        return f"[`{found[1]}`](../notebooks/{found[1]}.ipynb)" if there else found[0]
 
     lines = text.split("\n")
     return "\n".join(line if line.startswith("<") else _NAME.sub(link, line) for line in lines)

@@ -13,17 +13,14 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from rotflex.courseware import answers, files, words
+from rotflex.courseware import files
 from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, restore
 from rotflex.courseware.run.alignment import Happened, Role
 from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
-from rotflex.courseware.run.words_in_code import words_in_code
-from rotflex.courseware.words import Where
-from rotflex.errors import AnswerError, ConfigurationError
+from rotflex.errors import ConfigurationError
 
 STUB = "# Your code here."  #: what a released answer cell has where the solution stood
 ASIDE = "-before"  #: at the end of the name of a cell that an answer cell of another kind has taken the place of
@@ -41,8 +38,6 @@ class Changes:
     Attributes
     ----------
     changed, new, gone : how many of the course's cells have another text, were not there, are no longer there
-    words : answers that stood in code and have text cells now, where they were copied to
-    calculated : those that could not be copied, since code puts them together and none was recorded
     aside : answer cells that are of another kind now; what a student had written stands below
     dropped : answer cells that are none any more, and stay as the student's own
     """
@@ -50,8 +45,6 @@ class Changes:
     changed: int = 0
     new: int = 0
     gone: int = 0
-    words: tuple[str, ...] = ()
-    calculated: tuple[str, ...] = ()
     aside: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
 
@@ -62,16 +55,12 @@ class Changes:
                 notebook=notebook, changed=self.changed, new=self.new, gone=self.gone
             )
         lists = {
-            _(
-                "{notebook}: answers in words have text cells now. Yours were copied there, see how they look: {names}."
-            ): (self.words),
-            _("{notebook}: answers in words have text cells now. Copy these there by hand: {names}."): self.calculated,
-            _("{notebook}: another kind of cell now; what you had written stands below: {names}."): self.aside,
-            _("{notebook}: no answer cells any more, but still there as your own: {names}."): self.dropped,
+            "another kind of cell now; what you had written stands below": self.aside,
+            "no answer cells any more, but still there as your own; copy what new cells ask for by hand": self.dropped,
         }
-        for told, names in lists.items():
+        for message, names in lists.items():
             if names:
-                yield told.format(notebook=notebook, names=", ".join(names))
+                yield f"{notebook}: {message}: {', '.join(names)}."
 
 
 def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]:
@@ -96,12 +85,12 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
         If a file cannot be written; what was there is there still.
     """
     lines, whole, kept = [], True, folder / _KEPT.format(release=release)
-    copied, recorded = False, _recorded_words(folder)
+    copied = False
     for path in sorted(released.glob("*.ipynb")):
         own = folder / path.name
         try:
             data = own.read_bytes()
-            done, changes = updated(data, json.loads(path.read_text(encoding="utf-8")), recorded)
+            done, changes = updated(data, json.loads(path.read_text(encoding="utf-8")))
         except FileNotFoundError:
             continue
         except (OSError, NotebookError) as error:
@@ -129,20 +118,6 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
     return lines, whole
 
 
-def _recorded_words(folder: Path) -> dict[Where, str]:
-    """The answers in words that a folder's ``answers.json`` holds."""
-    try:
-        recorded = answers.parse((folder / files.ANSWERS_FILE).read_bytes())["answers"]
-    except (OSError, AnswerError):
-        return {}
-    return {
-        (question, part): answer["value"]
-        for question, parts in recorded.items()
-        for part, answer in parts.items()
-        if answer.get("kind") == "prose" and isinstance(answer.get("value"), str)
-    }
-
-
 def _keep(folder: Path, name: str, data: bytes) -> None:
     """Keep a notebook as it was, unless it is kept already."""
     folder.mkdir(exist_ok=True)
@@ -155,16 +130,13 @@ def _keep(folder: Path, name: str, data: bytes) -> None:
             return
 
 
-def updated(
-    data: bytes, master: Mapping[str, Any], recorded: Mapping[Where, str] = MappingProxyType({})
-) -> tuple[dict[str, Any], Changes]:
+def updated(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], Changes]:
     """A student's notebook with the cells of a release in place of those of another, and what changed.
 
     Parameters
     ----------
     data : the student's notebook's file
     master : the notebook as the release has it
-    recorded : answers in words as they were recorded last
 
     Raises
     ------
@@ -172,7 +144,7 @@ def updated(
         If the file is no notebook.
     """
     notebook = document(data)
-    preparing = _Preparing(master["cells"], [cell for cell in notebook["cells"] if isinstance(cell, dict)], recorded)
+    preparing = _Preparing(master["cells"], [cell for cell in notebook["cells"] if isinstance(cell, dict)])
     notebook["cells"] = preparing.cells()
     prepared = json.dumps(notebook).encode()
     happened = [
@@ -186,8 +158,6 @@ def updated(
         changed=happened.count(Happened.CHANGED),
         new=happened.count(Happened.MISSING),
         gone=preparing.gone,
-        words=tuple(preparing.words),
-        calculated=tuple(preparing.calculated),
         aside=tuple(dict.fromkeys(preparing.aside.values())),
         dropped=tuple(preparing.dropped),
     )
@@ -196,16 +166,13 @@ def updated(
 class _Preparing:
     """A student's cells, made ready for being held against another release than the one that they are of."""
 
-    def __init__(self, master: list[_Cell], own: list[_Cell], recorded: Mapping[Where, str]) -> None:
+    def __init__(self, master: list[_Cell], own: list[_Cell]) -> None:
         self._master = {cell["id"]: cell for cell in master}
         self._by_grade_id = {_grading(cell)["grade_id"]: cell for cell in master if "grade_id" in _grading(cell)}
         self._own = own
         self.gone = 0
         self.aside: dict[str, str] = {}  # new name of the student's cell → the answer cell in whose place it was
         self.dropped: list[str] = []
-        self.words: list[str] = []
-        self.calculated: list[str] = []
-        self._in_code, self._recorded = words_in_code(map(_well_formed, own)), recorded
 
     def cells(self) -> list[_Cell]:
         """The cells."""
@@ -258,36 +225,9 @@ class _Preparing:
             if name in there:
                 after = max(place for place, one in enumerate(found, 1) if self._of_course(one) is cell)
             elif alignment.role_of(cell) is Role.ANSWER:
-                found.insert(after, self._new(cell))
+                found.insert(after, copy.deepcopy(cell))
                 after += 1
         return found
-
-    def _new(self, cell: _Cell) -> _Cell:
-        """An answer cell that is new, with the words that stood in code before."""
-        new = copy.deepcopy(cell)
-        where = words.where_of(cell)
-        if where is not None and where in self._in_code:
-            text = self._in_code[where] or self._recorded.get(where)
-            if text is None:
-                self.calculated.append(" ".join(where))
-            else:
-                self.words.append(" ".join(where))
-                kept = alignment.source_of(cell)
-                for stub in words.stubs_of(cell):
-                    kept = kept.replace(stub, "")
-                new["source"] = f"{kept.rstrip()}\n\n{text}"
-        return new
-
-
-def _well_formed(cell: _Cell) -> _Cell:
-    """A student's cell as the course's are."""
-    source = cell.get("source")
-    return {
-        "cell_type": cell.get("cell_type"),
-        "id": _name(cell),
-        "metadata": {"nbgrader": _grading(cell)},
-        "source": source,
-    }
 
 
 def _metadata(cell: Mapping[str, Any]) -> dict[str, Any]:

@@ -55,8 +55,8 @@ Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex
     .venv/bin/rotflex lab
 
 JupyterLab opens `{first}` in the folder `notebooks`. The first time, it asks for the ID that your instructor knows you
-by. {bench} (Mistyped? `.venv/bin/rotflex lab --student RIGHT --was WRONG` puts the ID right, and brings your answers
-over.)
+by. {bench} (Mistyped? Rename the folder `notebooks`, and start `.venv/bin/rotflex lab --student RIGHT`, which makes a
+fresh one. Copy your notebooks and the folder `recordings` from the old one into it, and run them again, in order.)
 
 Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
 Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside

@@ -5,7 +5,6 @@ from __future__ import annotations
 import builtins
 
 import pytest
-from made_notebooks import answer, locked
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number
@@ -14,7 +13,6 @@ from rotflex.courseware.run.cell_reports import CellError, CellReport, Reports
 from rotflex.courseware.run.handed_in import CODE, as_released
 from rotflex.courseware.run.merge import merged
 from rotflex.courseware.run.reasons import explain
-from rotflex.courseware.run.words_in_code import words_in_code
 
 #: Every place of every compound statement and of every expression in which a name can be read.
 USES = {
@@ -307,31 +305,6 @@ def test_what_stopped_is_told_of_what_builds_on_a_name_that_it_binds(binding, us
         MASTER, made, Reports(reports, ()), set(), CATALOGUE, handed_in=("1_one.ipynb",), claim=None, seconds=60
     )
     assert found.missing["2", "x"].startswith("It builds on what stopped before it: 1 (ZeroDivisionError")
-
-
-# --- words that stand in code -----------------------------------------------------------------------------------------
-
-RECORDER = locked("a-answer", 'lab.answer("1.4", why=why)')
-
-
-@pytest.mark.parametrize(
-    "source",
-    [
-        "for i in range(1):\n    why = 'It rubs.'",
-        "for why in ['It rubs.']:\n    pass",
-        "while True:\n    why = 'It rubs.'\n    break",
-        "try:\n    why = 'It rubs.'\nfinally:\n    pass",
-        "try:\n    pass\nexcept Exception:\n    why = 'It rubs.'",
-        "with open('x') as why:\n    pass",
-        "with f():\n    why = 'It rubs.'",
-        "match 1:\n    case 1:\n        why = 'It rubs.'",
-        "why: str = str('It rubs.')",
-        "print(why := 'It rubs.')",
-        "why, other = 'It rubs.', 1",
-    ],
-)
-def test_words_that_a_block_binds_are_not_taken_for_those_that_stood_there_before(source):
-    assert words_in_code([answer("a", f"why = 'It slips.'\n{source}"), RECORDER]) == {("1.4", "why"): None}
 
 
 @pytest.mark.parametrize(

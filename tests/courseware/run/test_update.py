@@ -13,9 +13,7 @@ from hypothesis import strategies as st
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from rotflex.courseware import files
-from rotflex.courseware import words as words_
 from rotflex.courseware.run import update
-from rotflex.courseware.run.handed_in import cells_of
 from rotflex.courseware.run.update import Changes, updated
 from rotflex.errors import ConfigurationError
 
@@ -115,61 +113,18 @@ def test_an_answer_that_is_no_longer_asked_for_stays_as_their_own_and_what_recor
     assert by_id(done)["q3"]["source"] == "n = 4" and "nbgrader" not in by_id(done)["q3"]["metadata"]
     assert "q3-answer" not in by_id(done)
     assert changes.dropped == ("q3",)
-    assert [*changes.lines("a.ipynb")][-1] == "a.ipynb: no answer cells any more, but still there as your own: q3."
+    assert [*changes.lines("a.ipynb")][-1].endswith("by hand: q3.")
 
 
-def in_words(question, part, name):
-    return {
-        **text(name, f"**✎ Your answer: {question}, {part}**\n\n{words_.STUB}"),
-        "metadata": {"nbgrader": {**ANSWER, "grade_id": name}, "rotflex": {"question": question, "part": part}},
-    }
-
-
-#: What older releases asked for in code is asked for in text cells.
-WORDED = notebook(*OLD["cells"][:4], in_words("2", "why", "q2-why"), *OLD["cells"][4:6], in_words("3", "n", "q3-n"))
-
-
-def test_words_that_stood_between_quotes_are_copied_into_their_text_cells():
-    source = 'why = """It rubs:\n\n    * in the air,\n    * in the spring.\n    """'
-    done, changes = brought(worked(q2=source, q3='n = "one" + "two"', q1="k = 3"), WORDED)
-    heading = "**✎ Your answer: 2, why**"
-    assert by_id(done)["q2-why"]["source"] == f"{heading}\n\nIt rubs:\n\n* in the air,\n* in the spring."
-    assert by_id(done)["q3-n"] == WORDED["cells"][-1]
-    assert by_id(done)["q2"]["source"] == source and by_id(done)["q3"]["source"] == 'n = "one" + "two"'
-    assert words_.words_of(WORDED["cells"], cells_of(saved(done))) == {
-        ("2", "why"): words_.Words("It rubs:\n\n* in the air,\n* in the spring.")
-    }
-    assert list(changes.lines("a.ipynb"))[1:] == [
-        "a.ipynb: answers in words have text cells now. Yours were copied there, see how they look: 2 why.",
-        "a.ipynb: answers in words have text cells now. Copy these there by hand: 3 n.",
-        "a.ipynb: no answer cells any more, but still there as your own: q2, q3.",
-    ]
-
-
-def test_words_that_code_puts_together_are_copied_as_they_were_recorded(desk, released):
-    (desk / "a.ipynb").write_bytes(saved(worked(q2='why = f"It rubs {k}."', q3='n = "It" + " rubs."')))
-    (released / "a.ipynb").write_bytes(saved(WORDED))
-    recorded = {"2": {"why": {"kind": "prose", "value": "It rubs 3."}}, "3": {"n": {"kind": "number", "value": 3}}}
-    book = {"format": 1, "student": "ada", "bench": {}, "software": "", "probe_seed": 1, "answers": recorded}
-    (desk / "answers.json").write_text(json.dumps(book))
-    lines, _whole = update.update(desk, released, "2026-x")
-    now = by_id(json.loads((desk / "a.ipynb").read_text()))
-    assert now["q2-why"]["source"].endswith("\n\nIt rubs 3.")
-    assert "a.ipynb: answers in words have text cells now. Copy these there by hand: 3 n." in lines
-    assert json.loads((desk / "answers.json").read_text()) == book
-
-
-def test_words_are_copied_once_and_what_was_written_since_stays():
-    done, _changes = brought(worked(q2='why = "It rubs."'), WORDED)
-    by_id(done)["q2-why"]["source"] = "It rubs, as I see it now."
-    again, changes = brought(done, WORDED)
-    assert again == done and changes == Changes()
-
-
-def test_where_nothing_was_written_nothing_is_copied():
-    done, changes = brought(OLD, WORDED)
-    assert done["cells"] == WORDED["cells"]
-    assert changes == Changes(gone=4)
+def test_an_answer_in_words_that_stood_in_code_stays_as_their_own_and_its_new_text_cell_is_empty():
+    worded = words("q3-why", "*Write here.*")
+    master = notebook(*OLD["cells"][:4], worded)
+    done, changes = brought(worked(q3='why = "It rubs."'), master)
+    assert by_id(done)["q3-why"] == worded
+    assert by_id(done)["q3"]["source"] == 'why = "It rubs."'
+    assert [*changes.lines("a.ipynb")][-1] == (
+        "a.ipynb: no answer cells any more, but still there as your own; copy what new cells ask for by hand: q3."
+    )
 
 
 def test_a_new_answer_cell_is_empty_though_cells_of_their_own_stand_in_its_place():

@@ -1,0 +1,176 @@
+"""Count lines of code, and fail if a room has more than its budget.
+
+    python tools/count_lines.py
+
+Lines of code are those with anything on them but comments and docstrings. A string that is no docstring counts, except
+for its blank lines. Modules are files ``*.py`` of the packages, empty ones included; of tests, each line counts.
+
+Longer lines, missing docstrings and code in data files do not make a room smaller.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import sys
+import tokenize
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("rotflex",)
+
+#: Room → the most lines of code that it may have, and its files. Where several patterns match, the longest one decides:
+#: a file that is named belongs elsewhere than the rest of its folder.
+ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
+    "laboratory core, figures, greybox, model": (
+        3980,
+        (
+            "rotflex/*.py",
+            "rotflex/figures/**/*.py",
+            "rotflex/greybox/**/*.py",
+            "rotflex/instructor/design.py",
+            "rotflex/instructor/model.py",
+            "rotflex/instructor/symbolic.py",
+        ),
+    ),
+    "hil, commissioning, doctor, bench commands": (
+        3880,
+        (
+            "rotflex/bench_commands/**/*.py",
+            "rotflex/bench_doctor/**/*.py",
+            "rotflex/commissioning/**/*.py",
+            "rotflex/hil/**/*.py",
+        ),
+    ),
+    "serial board": (882, ("rotflex/hil/serial/**/*.py",)),
+    "signing, plausible, recordings": (
+        555,
+        (
+            "rotflex/courseware/signed_files.py",
+            "rotflex/plausible.py",
+            "rotflex/recordings_folder.py",
+            "rotflex/signing/**/*.py",
+        ),
+    ),
+    "widgets, scene, the course": (
+        5246,
+        (
+            "rotflex/courseware/scene/**/*.py",
+            "rotflex/lab.py",
+            "rotflex/widgets/**/*.py",
+            "rotflex/workbook/**/*.py",
+        ),
+    ),
+    "answers, session, files of a course": (3715, ("rotflex/courseware/**/*.py",)),
+    "run": (2759, ("rotflex/courseware/run/**/*.py",)),
+    "report": (3384, ("rotflex/courseware/report/**/*.py",)),
+    "running, intake": (3100, ("rotflex/instructor/running/**/*.py",)),
+    "gradebook": (2587, ("rotflex/instructor/gradebook/**/*.py",)),
+    "marking": (1312, ("rotflex/instructor/marking/**/*.py",)),
+    "isolation": (1321, ("rotflex/instructor/isolation/**/*.py",)),
+    "reports, scoring": (3363, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
+    "outcomes, overview, platforms, accounts": (
+        3241,
+        (
+            "rotflex/instructor/accounts/**/*.py",
+            "rotflex/instructor/erasure/**/*.py",
+            "rotflex/instructor/outcomes/**/*.py",
+            "rotflex/instructor/overview/**/*.py",
+            "rotflex/instructor/platforms/**/*.py",
+        ),
+    ),
+    "settings, release, commands, rest": (
+        4258,
+        (
+            "rotflex/cli.py",
+            "rotflex/instructor/*.py",
+            "rotflex/instructor/commands/**/*.py",
+            "rotflex/instructor/course_check/**/*.py",
+            "rotflex/instructor/release/**/*.py",
+            "rotflex/instructor/settings/**/*.py",
+            "rotflex/instructor/translation/**/*.py",
+        ),
+    ),
+}
+
+_LAYOUT = (
+    tokenize.COMMENT,
+    tokenize.DEDENT,
+    tokenize.ENCODING,
+    tokenize.ENDMARKER,
+    tokenize.INDENT,
+    tokenize.NEWLINE,
+    tokenize.NL,
+)
+_WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def code_lines(source: str) -> int:
+    """Count the lines of a module that are neither blank, nor comments, nor docstrings.
+
+    Raises
+    ------
+    SyntaxError
+        If the text is no Python.
+    """
+    docstrings = set(_docstrings(ast.parse(source)))
+    text = source.splitlines()
+    counted: set[int] = set()
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type not in _LAYOUT and token.start not in docstrings:
+            counted.update(range(token.start[0], token.end[0] + 1))
+    return sum(1 for number in counted if text[number - 1].strip())
+
+
+def _docstrings(tree: ast.Module) -> Iterator[tuple[int, int]]:
+    """Find line and column where each docstring begins."""
+    for node in ast.walk(tree):
+        if isinstance(node, _WITH_DOCSTRING) and ast.get_docstring(node, clean=False) is not None:
+            yield node.body[0].lineno, node.body[0].col_offset
+
+
+def rooms_of_modules(root: Path, rooms: Mapping[str, tuple[int, Sequence[str]]]) -> dict[Path, str | None]:
+    """Find the room of each module of the packages; None where no pattern matches.
+
+    Parameters
+    ----------
+    root : folder of the repository
+    rooms : room → budget and patterns
+    """
+    found: dict[Path, str | None] = {path: None for name in PACKAGES for path in sorted((root / name).rglob("*.py"))}
+    by_length = sorted(
+        (len(pattern), pattern, room) for room, (_most, patterns) in rooms.items() for pattern in patterns
+    )
+    for _length, pattern, room in by_length:
+        found.update(dict.fromkeys(root.glob(pattern), room))
+    return found
+
+
+def main() -> int:
+    """Print a row for each room; return 1 if a room is over its budget, or a module in no room."""
+    rooms = rooms_of_modules(ROOT, ROOMS)
+    wrong = [
+        f"{path.relative_to(ROOT)} is in no room of tools/count_lines.py." for path, room in rooms.items() if not room
+    ]
+    lines: Counter[str | None] = Counter()
+    for path, room in rooms.items():
+        lines[room] += code_lines(path.read_text(encoding="utf-8"))
+    print(f"{'room':<44}{'lines':>8}{'budget':>8}")
+    for room, (most, _patterns) in ROOMS.items():
+        print(f"{room:<44}{lines[room]:>8}{most:>8}")
+        if lines[room] > most:
+            wrong.append(
+                f"{room}: {lines[room]} lines of code, and its budget is {most}. Make it smaller; the budget "
+                "(tools/count_lines.py) may be raised only with a reason in the commit."
+            )
+    print(f"{'sum':<44}{lines.total():>8}{sum(most for most, _patterns in ROOMS.values()):>8}")
+    tests = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "tests").rglob("*.py"))
+    print(f"{len(rooms)} modules; {tests} lines of tests")
+    print(*wrong, sep="\n", end="\n" if wrong else "")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
