@@ -75,7 +75,7 @@ class RecordingsFolder:
                     raise RecordingError(f"{path.name} is longer than {LONGEST:g} s.")
                 found[path.stem] = recording
             except RecordingError as error:
-                left_out.append(f"{error} It is left out.")
+                left_out.append(f"{str(error).removesuffix('.')}. It is left out.")
         surplus = max(len(found) - MOST_RECORDINGS, 0)
         newest = {(described(one.metadata), run_of(one), len(one)): name for name, one in found.items()}
         dropped = sorted(found, key=lambda name: name in newest.values())[:surplus]

@@ -35,6 +35,13 @@ _LONGEST_TEXT = 40  # characters of a setting
 _LONGEST_LINE = 600  # characters on what the reader left out
 _MOST_NUMBERS = 16  # of a setting; a gain has four
 _MOST_RUNS = 10**6  # numbers of runs
+#: How many of these may stand in all of it, so that no more is built of it than of 20 recordings: 4 objects and 4 lists
+#: each, with 2 lists of stretches, and their samples.
+_MOST = {
+    b"{": 1 + 4 * MOST_RECORDINGS,
+    b"[": MOST_RECORDINGS * (10 + 2 * MOST_NOTED),
+    b",": MOST_RECORDINGS * (len(CHANNELS) * MOST_SAMPLES + 1000),
+}
 _FASTEST, _SLOWEST = 1e-4, 0.1  # s, of a sample time
 _LARGEST = 1e6  # rad and V: no bench gives it, and its square is a number still
 
@@ -126,6 +133,8 @@ def _doubts(recording: Recording, bench: KnownBench) -> str:
 def _read(data: bytes, found: Evidence) -> Iterator[tuple[str, Recording]]:
     """Give each recording, by the name of its file; one that is not as it should be is named in the problems."""
     try:
+        if any(data.count(sign) > most for sign, most in _MOST.items()):
+            raise AnswerError("there is more in it than in the recordings that count.")
         content = read_dict("it", json.loads(data), {"recordings", "left_out"})
         items = read_list("recordings", content["recordings"], longest=MOST_RECORDINGS)
         lines = [

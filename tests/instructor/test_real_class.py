@@ -95,7 +95,7 @@ def graded(school, sandbox):
         path.unlink()
     command = [sys.executable, "-m", "rotflex.cli", "grade", hand_ins, "--out", base / "marks", "--course", made.source]
     done = subprocess.run(
-        [*map(str, command), "--probe-seed", "7"], capture_output=True, text=True, check=False, timeout=300
+        [*map(str, command), "--probe-seed", "7"], capture_output=True, text=True, check=False, timeout=900
     )
     return base / "marks", done
 
@@ -143,10 +143,10 @@ def test_one_bench_shared_by_a_pair_that_hands_in_together_costs_nothing(graded,
 
 def test_the_same_recordings_of_several_are_told_to_the_teacher_and_not_to_the_class(graded):
     hints = (graded[0] / "hints.md").read_text(encoding="utf-8")
-    assert "ada, bob" in hints and "handed in the same" in hints and "recordings/001-sweep.mat" in hints
+    assert "ada, bob have the same samples in 2.15 validation, 2.9 sweep, 3.13 response, 3.15 response" in hints
     assert "fay" not in hints
     assert "Measurements that several handed in, as a hint and never a verdict:" in graded[1].stderr
-    assert "handed in the same" not in page(graded, "bob")
+    assert "the same samples" not in page(graded, "bob")
 
 
 def test_a_recording_that_is_not_there_costs_what_builds_on_it_and_says_so(graded):

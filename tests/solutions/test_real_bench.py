@@ -142,10 +142,21 @@ def content(tmp_path, made):
         b"[" * 100_000,
         b'{"recordings": ' + b"9" * 5000 + b', "left_out": []}',
         b'{"recordings": [], "left_out": [], "more": 1}',
+        b'{"recordings": [' + b"{}," * 100_000 + b'{}], "left_out": []}',
         b'{"recordings": [], "left_out": ["' + b"x" * 1000 + b'"]}',
         json.dumps({"recordings": [{}] * (MOST_RECORDINGS + 1), "left_out": []}).encode(),
     ],
-    ids=["pickle", "path", "path as JSON", "nested", "large integer", "more", "long line", "21 recordings"],
+    ids=[
+        "pickle",
+        "path",
+        "path as JSON",
+        "nested",
+        "large integer",
+        "more",
+        "many objects",
+        "long line",
+        "21 recordings",
+    ],
 )
 def test_what_is_no_plain_data_is_refused_as_a_whole_and_named(data):
     bench = RealBench(POLICY, data)

@@ -94,7 +94,7 @@ def student(graded: Graded, course: Course) -> Student | None:
     parts = measured_parts(course.key)
     asked = to_be_marked(graded.run)
     try:
-        bench = course.true_bench(asked.student, asked.policy, asked.files)
+        bench = course.true_bench(asked.student, asked.policy, asked.evidence)
         content = answers.parse(graded.run.answers or b"")["answers"]
         expected = {where: float(own.expected(bench)) for where, own in parts.items()}
         given = {where: number for where in parts if (number := _number(content, where)) is not None}
