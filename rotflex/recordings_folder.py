@@ -72,7 +72,9 @@ class RecordingsFolder:
             try:
                 recording = Recording.load(path)
                 if _is_too_long(recording):
-                    raise RecordingError(f"{path.name} is longer than {LONGEST:g} s.")
+                    raise RecordingError(
+                        f"{path.name} is longer than {LONGEST:g} s, or has more than {MOST_SAMPLES} samples."
+                    )
                 found[path.stem] = recording
             except RecordingError as error:
                 left_out.append(f"{str(error).removesuffix('.')}. It is left out.")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex import plausible
-from rotflex.courseware.json_values import read_dict, read_list, read_number, read_text, read_vector
+from rotflex.courseware.json_values import clean, read_dict, read_list, read_number, read_text, read_vector
 from rotflex.errors import AnswerError, RotflexError
 from rotflex.hil.bench_file import LONGEST_NAME
 from rotflex.hil.recorded_runs import SETTINGS, TOLD, VOLTAGE_LIMIT
@@ -28,18 +28,19 @@ from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING
 
 from .real_benches import KnownBench
 
-_FILE = re.compile(r"\d{3,9}-[\w-]{1,60}")  # the stem of a file's name; no path
+_FILE = re.compile(r"\d{3,9}-[^/\\\n]*")  # the stem of a file's name; no path
+_LONGEST_FILE = 100  # characters of that
 _ENTRIES = {"file", "experiment", "settings", "bench", "run", VOLTAGE_LIMIT, TIMING, "sample_time", "channels"}
 _NEEDED = {"theta", "alpha", "vm"}
 _LONGEST_TEXT = 40  # characters of a setting
 _LONGEST_LINE = 600  # characters on what the reader left out
 _MOST_NUMBERS = 16  # of a setting; a gain has four
 _MOST_RUNS = 10**6  # numbers of runs
-#: How many of these may stand in all of it, so that no more is built of it than of 20 recordings: 4 objects and 4 lists
-#: each, with 2 lists of stretches, and their samples.
+#: How many of these signs there may be, so that no more is built of it than of 20 recordings: of each, 4 objects,
+#: 7 lists and those of its stretches, and the samples; and some more, as lines of text have them, too.
 _MOST = {
-    b"{": 1 + 4 * MOST_RECORDINGS,
-    b"[": MOST_RECORDINGS * (10 + 2 * MOST_NOTED),
+    b"{": 10 * MOST_RECORDINGS,
+    b"[": MOST_RECORDINGS * (20 + 2 * MOST_NOTED),
     b",": MOST_RECORDINGS * (len(CHANNELS) * MOST_SAMPLES + 1000),
 }
 _FASTEST, _SLOWEST = 1e-4, 0.1  # s, of a sample time
@@ -137,16 +138,15 @@ def _read(data: bytes, found: Evidence) -> Iterator[tuple[str, Recording]]:
             raise AnswerError("there is more in it than in the recordings that count.")
         content = read_dict("it", json.loads(data), {"recordings", "left_out"})
         items = read_list("recordings", content["recordings"], longest=MOST_RECORDINGS)
-        lines = [
-            read_text("left_out", line, _LONGEST_LINE)
-            for line in read_list("left_out", content["left_out"], longest=MOST_RECORDINGS)
-        ]
+        lines = read_list("left_out", content["left_out"], longest=MOST_RECORDINGS)
     except (ValueError, RecursionError, MemoryError) as error:  # an AnswerError is a ValueError
         why = str(error)[:_LONGEST_LINE] if isinstance(error, AnswerError) else type(error).__name__
         if data:
             found.problems.append(f"What the run gave back of the recordings is not as it should be: {why}")
         return
-    found.problems += [f"The run says of the recordings: {' '.join(line.split())}" for line in lines]
+    for line in lines:
+        shown = " ".join(clean(str(line)[:_LONGEST_LINE]).split())
+        found.problems.append(f"The run says of the recordings: {shown}")
     for place, item in enumerate(items, 1):
         try:
             yield _recording(item)
@@ -163,7 +163,7 @@ def _recording(item: Any) -> tuple[str, Recording]:
         If something in it is not as it should be.
     """
     read_dict("it", item, _ENTRIES)
-    name = read_text("file", item["file"], 80)
+    name = read_text("file", item["file"], _LONGEST_FILE)
     if not _FILE.fullmatch(name):
         raise AnswerError("file should be the name of a recording, as 003-tracking.")
     sample_time = read_number("sample_time", item["sample_time"])

@@ -166,7 +166,10 @@ def test_a_recording_that_is_too_long_is_left_out_and_told(tmp_path, capsys):
     keep(store, {"experiment": "watch"}, seconds=LONGEST + 1)
     assert "each of at most 60 s: delete" in capsys.readouterr().out
     found, left_out = store.load()
-    assert (list(found), left_out) == (["001-watch"], ["002-watch.mat is longer than 60 s. It is left out."])
+    assert (list(found), left_out) == (
+        ["001-watch"],
+        ["002-watch.mat is longer than 60 s, or has more than 30001 samples. It is left out."],
+    )
 
 
 def test_evidence_is_plain_data_and_what_cannot_be_read_is_named(tmp_path):
