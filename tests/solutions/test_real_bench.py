@@ -153,7 +153,6 @@ def content(tmp_path, made):
         "large integer",
         "more",
         "many objects",
-        "long line",
         "21 recordings",
     ],
 )
