@@ -9,7 +9,6 @@
     ├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
     ├── DesignError          a control design that cannot be done (also a ValueError)
     ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
-    ├── SignatureError       a file that was not signed by a laboratory's machine, or not as it is
     ├── CheckError           work that cannot be checked, packed or restored as asked
     ├── BenchError           anything between us and the bench
     │   ├── HILError         the board refused or failed a call
@@ -82,10 +81,6 @@ class DesignError(RotflexError, ValueError):
 
 class AnswerError(RotflexError, ValueError):
     """An answer to a question or a part that does not exist."""
-
-
-class SignatureError(RotflexError):
-    """A file that was not signed by a machine of the laboratory's, or not as it is now."""
 
 
 class CheckError(RotflexError):

@@ -75,7 +75,7 @@ class Lab(Session):
 
     def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
         self.address = uri
-        self.recordings = RecordingsFolder(folder, student)
+        self.recordings = RecordingsFolder(folder)
         self.policy = bench_policy(folder, DRAW)
         self.seed = self.policy.seed_for(student, student_seed)
         bench = self.bench()
@@ -133,6 +133,12 @@ class Lab(Session):
         bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
         if self.policy.which == REAL and not counts:
             print(_("Note      No bench of the laboratory's: what is recorded here is not kept, and does not count."))
+        elif counts and self.policy.benches and (name := bench.identity.get("name", "")) not in self.policy.benches:
+            print(
+                f"Note      This bench's name is {name!r}, and your course's benches are "
+                f"{', '.join(self.policy.benches)}: a person has to look at what is recorded here before it counts. "
+                "Whoever looks after the bench can correct the name in its file."
+            )
         return self.recordings.keeping(bench, run) if counts else bench
 
     def _counts(self, address: str) -> bool:

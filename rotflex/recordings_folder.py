@@ -1,53 +1,45 @@
 """The recordings that a student made at a laboratory's bench, in the folder ``recordings`` beside the notebooks.
 
-Each has a file of its own, ``003-tracking.mat``, and beside it what the bench's machine says of it, where that signs
-(``003-tracking.mat.signed``). They are handed in with the notebooks, and a graded run has them in the bench's place.
+Each has a file of its own, ``003-tracking.mat``. They are handed in with the notebooks, and a graded run has them in
+the bench's place. Marking never opens these files: inside the sandbox, :func:`evidence` reads them and gives bounded
+plain data (``solutions/evidence.py`` reads that, strictly).
 """
 
 from __future__ import annotations
 
-import os
 import re
-import shlex
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware import files, signed_files
 from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
 from rotflex.hil import waiting
 from rotflex.hil.answered import why_not
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.clock import SimulatedClock
-from rotflex.hil.recorded_runs import TOLD, VOLTAGE_LIMIT, RecordedRuns
+from rotflex.hil.recorded_runs import SETTINGS, TOLD, VOLTAGE_LIMIT, RecordedRuns, described, run_of
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
+from rotflex.unanswered import HELD, LOST, TIMING
 
 FOLDER = "recordings"  #: beside the notebooks
-SIGNER = "ROTFLEX_SIGNER"  #: environment variable: the command that starts the signing program at a bench
 ADDRESS = "recorded"  #: of the bench whose plant these recordings are
-_PATIENCE = 60.0  # s for a signature
+MOST_RECORDINGS = 20  #: that count, of one student
+LONGEST = 60.0  #: s, of one of them
+MOST_SAMPLES = 30_001  #: of one of them: 60 s at 2 ms
+CHANNELS = ("theta_ref", "theta", "alpha", "vm")  #: what marking gets to see of a recording
+_DIGITS = 9  # significant digits of a sample, as marking gets it: a billionth of a radian
 _NUMBERED = re.compile(r"(\d{3,})-.*\.mat")
 
 
 class RecordingsFolder:
-    """A student's recordings.
+    """A student's recordings, in a folder beside the notebooks (``beside``)."""
 
-    Parameters
-    ----------
-    beside : the folder of the notebooks
-    student : whose they are
-    signer : the command that starts the signing program; as the environment says unless given, "" for none
-    """
-
-    def __init__(self, beside: Path, student: str, signer: str | None = None) -> None:
+    def __init__(self, beside: Path) -> None:
         self.folder = beside / FOLDER
-        self._student = student
-        self._signer = os.environ.get(SIGNER, "") if signer is None else signer
 
     @property
     def paths(self) -> list[Path]:
@@ -62,14 +54,39 @@ class RecordingsFolder:
             return []
 
     def recordings(self) -> list[Recording]:
-        """All of them, in order; a file that cannot be read is told by a line, and left out."""
-        found = []
+        """Load the recordings that count, in order; print a line on each that does not."""
+        found, left_out = self.load()
+        for line in left_out:
+            print(f"Note      {line}")
+        return list(found.values())
+
+    def load(self) -> tuple[dict[str, Recording], list[str]]:
+        """Load the recordings that count, by the stem of their file and in order, and say which do not, and why.
+
+        A file that cannot be read does not count, nor does a recording that is too long. Of more than
+        ``MOST_RECORDINGS``, those that were made once more with the same settings are left out first, then the oldest.
+        """
+        found: dict[str, Recording] = {}
+        left_out = []
         for path in self.paths:
             try:
-                found.append(Recording.load(path))
+                recording = Recording.load(path)
+                if _is_too_long(recording):
+                    raise RecordingError(
+                        f"{path.name} is longer than {LONGEST:g} s, or has more than {MOST_SAMPLES} samples."
+                    )
+                found[path.stem] = recording
             except RecordingError as error:
-                print(_("Note      {error} It is left out.").format(error=error))
-        return found
+                left_out.append(f"{str(error).removesuffix('.')}. It is left out.")
+        surplus = max(len(found) - MOST_RECORDINGS, 0)
+        newest = {(described(one.metadata), run_of(one), len(one)): name for name, one in found.items()}
+        dropped = sorted(found, key=lambda name: name in newest.values())[:surplus]
+        if dropped:
+            left_out.append(
+                f"Of {len(found)} recordings, {MOST_RECORDINGS} count; left out are: {', '.join(sorted(dropped))}. "
+                "Delete those that you do not need."
+            )
+        return {name: one for name, one in found.items() if name not in dropped}, left_out
 
     # --- at the bench ---------------------------------------------------------------------------------------------
 
@@ -91,9 +108,7 @@ class RecordingsFolder:
         return bench
 
     def keep(self, recording: Recording, told: Mapping[str, Any]) -> Path:
-        """Keep a recording, have it signed where there is a signer, and print a line of it.
-
-        Where it cannot be signed it is kept without a signature, and the line says why: a person then looks at it.
+        """Keep a recording, and print a line of it, and another where it will not count.
 
         Parameters
         ----------
@@ -115,63 +130,40 @@ class RecordingsFolder:
         name = re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
         path = self.folder / f"{number:03d}-{name}.mat"
         replace(recording, metadata={**recording.metadata, TOLD: dict(told)}).save(path)
-        print(_("Kept      {folder}/{name}: {how}").format(folder=FOLDER, name=path.name, how=self._signed(path)))
-        why = why_not(recording)
-        if why:
+        print(f"Kept      {FOLDER}/{path.name}")
+        if why := why_not(recording):
             print(
-                _(
-                    "Note      {name} will not count by itself: {why}. Close what else keeps this computer busy, and "
-                    "run it again."
-                ).format(name=path.name, why=why)
+                f"Note      {path.name} will not count by itself: {why}. Close what else keeps this computer busy, and "
+                "run it again."
+            )
+        if len(self.paths) > MOST_RECORDINGS or _is_too_long(recording):
+            print(
+                f"Note      At most {MOST_RECORDINGS} recordings count, each of at most {LONGEST:g} s: delete from the "
+                f"folder {FOLDER} those that you do not need."
             )
         return path
-
-    def _signed(self, path: Path) -> str:
-        """Have a file signed, and how that ended."""
-        if not self._signer.strip():
-            return _("not signed, as this machine signs nothing")
-        try:
-            command, asked = started(self._signer), signed_files.request(self._student, path.read_bytes())
-            done = subprocess.run(command, input=asked, capture_output=True, timeout=_PATIENCE, check=False)
-        except ValueError as error:
-            return _("not signed: {variable} is no command ({why})").format(variable=SIGNER, why=error)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            return _("not signed: {why}").format(why=error)
-        if done.returncode != 0 or not done.stdout:
-            return _("not signed: {why}").format(why=done.stderr.decode(errors="replace").strip()[-500:])
-        try:
-            files.write(path.with_name(path.name + signed_files.ENDING), done.stdout)
-        except OSError as error:
-            return _("not signed: {why}").format(why=error)
-        return _("signed")
 
     # --- in its place ---------------------------------------------------------------------------------------------
 
     def bench(self, run: int) -> Bench:
         """The bench that these recordings are of: each experiment gives its own, or says that it was not recorded."""
-        return bench_of(self.recordings(), run)
+        recordings = self.recordings()
+        return bench_of(recordings, run, *parts_of(recordings))
 
 
-def started(command: str, system: str = os.name) -> str | list[str]:
-    """A command as a program is started by it: Windows takes the line as it is, and all others its words.
-
-    Raises
-    ------
-    ValueError
-        If it has one quote without the other.
-    """
-    return command if system == "nt" else shlex.split(command)
+def _is_too_long(recording: Recording) -> bool:
+    return len(recording) > MOST_SAMPLES or recording.time[-1] > LONGEST + recording.sample_time
 
 
-def bench_of(recordings: Sequence[Recording], run: int) -> Bench:
+def bench_of(recordings: Sequence[Recording], run: int, servo: Servo, arm: Joint) -> Bench:
     """The bench that recordings are of, in the order in which they were made.
 
     Parameters
     ----------
     recordings : of one bench
     run : number of the run that is asked for
+    servo, arm : the bench's parts
     """
-    servo, arm = parts_of(recordings)
     runs = RecordedRuns(recordings, servo.V_max, run)
     about = recordings[-1].metadata.get("bench") if recordings else None
     identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
@@ -195,3 +187,41 @@ def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:
         except (KeyError, TypeError, ValueError):
             continue
     return srv02(), joint(1)
+
+
+# --- for marking ------------------------------------------------------------------------------------------------------
+
+
+def evidence(beside: Path) -> dict[str, Any]:
+    """Read the recordings beside the notebooks as plain data, which is all that marking gets to see of them.
+
+    A graded run calls it inside the sandbox, before any cell of the student's runs.
+    """
+    found, left_out = RecordingsFolder(beside).load()
+    return {
+        "recordings": [{"file": name, **_plain(one)} for name, one in found.items()],
+        "left_out": left_out[:MOST_RECORDINGS],
+    }
+
+
+def _plain(recording: Recording) -> dict[str, Any]:
+    """Return a recording's samples, and of its metadata what marking goes by."""
+    about = recording.metadata
+    bench, told, timing = (
+        one if isinstance(one := about.get(name), Mapping) else {} for name in ("bench", TOLD, TIMING)
+    )
+    return {
+        "experiment": about.get("experiment", ""),
+        "settings": {name: about[name] for name in SETTINGS if name in about},
+        "bench": bench.get("name", ""),
+        "run": run_of(recording),
+        VOLTAGE_LIMIT: told.get(VOLTAGE_LIMIT, 0.0),
+        TIMING: {name: timing.get(name, 0) for name in ("late", "missed")}
+        | {name: timing.get(name, []) for name in (HELD, LOST)},
+        "sample_time": recording.sample_time,
+        "channels": {
+            name: [float(f"{value:.{_DIGITS}g}") for value in recording[name].tolist()]
+            for name in CHANNELS
+            if name in recording
+        },
+    }

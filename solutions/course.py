@@ -5,7 +5,6 @@ from typing import Any
 
 from rotflex.hil.student_benches import DRAW, PRESETS, student_seed
 from rotflex.instructor.course import Course
-from rotflex.recordings_folder import FOLDER
 from rotflex.workbook.questions import CATALOGUE
 
 from . import real_benches
@@ -31,8 +30,8 @@ COURSE = Course(
     own_seed=student_seed,
     given=given,
     benches=real_benches.faults(),
-    evidence=FOLDER,
-    bench_of_files=RealBench,
+    evidence="rotflex.recordings_folder:evidence",
+    bench_of_evidence=RealBench,
     knows_bench=on_virtual_bench,
     parameters={"bench": "virtual"},
     imports=(

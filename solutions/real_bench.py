@@ -5,12 +5,9 @@ An experiment is not run again on it: what the student recorded stands in its pl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from rotflex import hil
 from rotflex.config import srv02
 from rotflex.courseware.benches import BenchPolicy
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.recordings_folder import bench_of
@@ -25,9 +22,8 @@ class RealBench(TrueBench):
 
     Parameters
     ----------
-    student : whose hand-in it is
     policy : with the benches that there are
-    files : the recordings that were handed in: path → content
+    evidence : what the sandbox gave back of the recordings that were handed in, see :mod:`solutions.evidence`
 
     Attributes
     ----------
@@ -40,10 +36,10 @@ class RealBench(TrueBench):
         If the truth of a bench cannot be read.
     """
 
-    def __init__(self, student: str, policy: BenchPolicy, files: Mapping[str, bytes]) -> None:
-        self._found = examine(student, [real_benches.read(name, real_benches.FOLDER) for name in policy.benches], files)
+    def __init__(self, policy: BenchPolicy, evidence: bytes) -> None:
+        self._found = examine([real_benches.read(name, real_benches.FOLDER) for name in policy.benches], evidence)
         self.problems, self.notes = self._found.problems, self._found.notes
-        self.is_known = self._found.whole
+        self.is_known = bool(self._found.recordings) and not self._found.doubted
         self._begin()
         self.servo = srv02()
         bench = self._found.bench
@@ -54,12 +50,12 @@ class RealBench(TrueBench):
     def __getattr__(self, name: str) -> float:
         """Nothing is known of a bench that nobody knows which it is: answers that depend on it are for a person."""
         if name in ("joint", "K_s"):
-            raise BenchError(_("It is not known at which bench it was measured."))
+            raise BenchError("It is not known at which bench it was measured.")
         raise AttributeError(name)
 
     @property
     def identity(self) -> None:  # type: ignore[override]
-        """Nothing to compare: the signatures say which bench it was."""
+        """Nothing to compare: each recording names its bench."""
 
     def _open(self, run: int = FIRST_RUN) -> hil.Bench:
-        return bench_of(self._found.recordings, run)
+        return bench_of(self._found.recordings, run, self.servo, self.joint)

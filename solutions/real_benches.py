@@ -33,13 +33,11 @@ class KnownBench:
     Attributes
     ----------
     name : of the bench, and of its file
-    keys : public keys of its machine; more than one where it had another before
     servo, joint : as students are told them
     parameters : as they were identified
     """
 
     name: str
-    keys: tuple[str, ...]
     servo: Servo
     joint: Joint
     parameters: PlantParameters
@@ -69,15 +67,15 @@ def read(name: str, folder: Path = FOLDER) -> KnownBench:
     file = folder / f"{name}.toml"
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
-        told, truth, keys = content["told"], content["truth"], content["keys"]
-        unknown = [*(content.keys() - {"told", "truth", "keys"}), *(told.keys() - set(_TOLD))]
+        if "keys" in content:
+            raise ValueError("it has the entry keys, and signatures are no longer checked: delete that line")
+        told, truth = content["told"], content["truth"]
+        unknown = [*(content.keys() - {"told", "truth"}), *(told.keys() - set(_TOLD))]
         unknown += truth.keys() - set(_TRUTH)
         if unknown:
             raise ValueError(_("it knows no entry {name!a}").format(name=unknown[0]))
-        if not keys or not all(isinstance(key, str) for key in keys):
-            raise ValueError(_('keys should be as ["…"], with the public key of the signing program'))
         servo, arm = _parts(told)
-        return KnownBench(name, tuple(keys), servo, arm, _parameters(truth, servo, arm))
+        return KnownBench(name, servo, arm, _parameters(truth, servo, arm))
     except KeyError as error:
         raise ConfigurationError(_("{file}: {name} is missing.").format(file=file, name=error)) from None
     except (OSError, ValueError, TypeError, AttributeError) as error:

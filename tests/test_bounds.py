@@ -84,7 +84,6 @@ BOUNDS: dict[str, tuple[float, str]] = {
     ),
     "courseware.saved_words:MAX_BYTES": (100 * MB, "a notebook full of pictures"),
     "courseware.run.from_notebook:_LONGEST_ID": (64, "what Jupyter allows for a cell's id"),
-    "courseware.signed_files:MOST_BYTES": (20 * KB, "a statement has a few hundred characters"),
     "courseware.student_id:LONGEST": (80, "a name with all its names"),
     "courseware.student_id:LONGEST_IN_BYTES": (240, "a file system's 255, less an ending"),
     "courseware.benches:MOST_SEED": (2**32 - 1, "what a seed is drawn from"),
@@ -212,6 +211,8 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "instructor.running.counted_pages:_LARGEST": (1000, "bytes; two numbers take forty"),
     "instructor.running.prepared:_LONGEST_CELL": (64, "what Jupyter allows for a cell's id"),
     # --- what a run and its marking may take ---
+    "hil.bench_file:LONGEST_NAME": (60, "a name that is read in a line"),
+    "instructor.running.runner:MAX_EVIDENCE": (40 * MB, "20 recordings of 60 s, 13 characters for each number"),
     "instructor.running.runner:MAX_ANSWERS": (2 * MB, "twice what is asked of answers.json, for others' formats"),
     "instructor.isolation.bubblewrap:_SHARED_MEMORY": (16 * 2**20, "semaphores, and no data"),
     "instructor.isolation.pipes:_CHUNK": (2**16, "what a pipe holds"),
@@ -271,7 +272,6 @@ BOUNDS: dict[str, tuple[float, str]] = {
 NO_BOUNDS = {
     "courseware.answers:FORMAT": "a version; tests/courseware/test_answers.py",
     "courseware.benches:FIRST_DRAW": "a version",
-    "courseware.signed_files:FORMAT": "a version; tests/courseware/test_signed_files.py",
     "hil.recorded_runs": "how alike runs are; tests/hil/test_recorded_runs.py",
     "courseware.pictures": "inches and dots; tests/figures/test_figures.py",
     "courseware.run.commands": "exit codes; tests/courseware/run/test_commands.py",

@@ -380,15 +380,16 @@ def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_
     folder, monkeypatch, capsys
 ):
     monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
-    monkeypatch.delenv("ROTFLEX_SIGNER", raising=False)
     said = {"student": "ada", "bench": {"which": "real", "benches": ["north"]}}
     (folder / "course.json").write_text(json.dumps(said))
     twin.save(folder / "twin.toml", twin.Twin(preset("real_bench"), srv02()), {})
+    (folder / "twin.toml").write_text('name = "north"\n' + (folder / "twin.toml").read_text())
     lab = rotflex.lab.start("ada", f"virtual:{folder / 'twin.toml'}")
     assert "on the laboratory's own benches" in capsys.readouterr().out
     with lab.bench() as bench:
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)
     assert [path.name for path in lab.recordings.paths] == ["001-tracking.mat"]
+    assert lab.recordings.recordings()[0].metadata["bench"]["name"] == "north"
     capsys.readouterr()
     with lab.bench("virtual:?seed=7") as bench:
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)

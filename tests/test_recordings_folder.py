@@ -1,46 +1,43 @@
-"""What is recorded at a laboratory's bench is kept, signed, and given back where the bench is not."""
+"""What is recorded at a laboratory's bench is kept, and given back where the bench is not."""
 
 from __future__ import annotations
 
 import json
-import os
-import shlex
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from laboratory import laboratory
 
 import rotflex.lab
 from rotflex import experiments, hil, plausible
-from rotflex.courseware import signed_files
 from rotflex.courseware.run import RUNNING
 from rotflex.errors import NotRecorded, RecordingError
 from rotflex.hil import real
 from rotflex.hil.student_benches import student_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
-from rotflex.recordings_folder import SIGNER, RecordingsFolder, started
+from rotflex.recordings_folder import LONGEST, MOST_RECORDINGS, RecordingsFolder, evidence
 
-REAL = json.dumps({"student": "ada", "draw": 2, "bench": {"which": "real"}})
+REAL = json.dumps({"student": "ada", "draw": 2, "bench": {"which": "real", "benches": ["north"]}})
 
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     """A laboratory whose bench is at the address "north:", and a student's folder, which is the current one."""
-    place, folder = tmp_path / "laboratory", tmp_path / "ada"
-    place.mkdir()
+    folder, names = tmp_path / "ada", {"north:": "north", "elsewhere:": "east"}
     folder.mkdir()
-    made = laboratory(place)
     really = hil.open
-    monkeypatch.setattr(
-        hil, "open", lambda uri, **more: really("virtual", plant=made.plant) if uri == "north:" else really(uri, **more)
-    )
-    monkeypatch.setenv(SIGNER, shlex.join(made.command))
+
+    def opened(uri, **more):
+        if uri not in names:
+            return really(uri, **more)
+        bench = really("virtual", plant=student_bench(2**40 + 7))
+        bench.identity["name"] = names[uri]
+        return bench
+
+    monkeypatch.setattr(hil, "open", opened)
     monkeypatch.chdir(folder)
     (folder / "course.json").write_text(REAL, encoding="utf-8")
-    return made
 
 
 def at_the_bench(**more):
@@ -81,12 +78,12 @@ def test_nor_does_a_program_move_a_bench_whose_address_a_cell_names(here, monkey
 def test_what_a_bench_cut_to_its_own_limit_is_given_back_and_not_doubted(tmp_path, monkeypatch, volts):
     """As with `[limits] voltage = 6` in bench.toml, or a motor driver that is fed with 6 V."""
     bench = a_bench(tmp_path, monkeypatch, replace(real.LIMITS, voltage=volts))
-    store = RecordingsFolder(tmp_path, "ada", signer="")
+    store = RecordingsFolder(tmp_path)
     gain = [25.0, -17.15, 1.59, 0.63]
     with store.keeping(bench, 1) as opened:
         made = experiments.tracking(opened, gain, duration=4.0, progress=False)
     assert abs(made["vm"]).max() == pytest.approx(volts, abs=2.5 if volts == 10.0 else 0)
-    assert list(plausible.look(store.recordings()[0], bench.servo, student_bench(1).parameters).doubts()) == []
+    assert plausible.doubts(store.recordings()[0], bench.servo, student_bench(1).parameters) == []
     with store.bench(1) as given:
         np.testing.assert_allclose(
             experiments.tracking(given, gain, duration=4.0, progress=False)["vm"], made["vm"], atol=1e-9
@@ -97,25 +94,21 @@ def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, cap
     time = np.arange(2000) * 0.002
     timing = {"late": 300, "missed": 0, "held": [[first, 60] for first in range(100, 600, 100)]}
     recording = Recording.of(time, {"experiment": "watch", "timing": timing}, theta=time, alpha=time, vm=0 * time)
-    RecordingsFolder(tmp_path, "ada", signer="").keep(recording, {})
+    RecordingsFolder(tmp_path).keep(recording, {})
     told = capsys.readouterr().out
     assert "Note      001-watch.mat will not count by itself: 15% of its samples were not answered in time" in told
     assert "Close what else keeps this computer busy, and run it again." in told
 
 
-def test_what_is_recorded_at_the_bench_is_kept_signed_and_given_back(here, tmp_path, capsys):
+def test_what_is_recorded_at_the_bench_is_kept_and_given_back(here, tmp_path, capsys):
     lab = at_the_bench()
     with lab.bench() as bench:
         made = short(bench)
     with lab.bench(run=2) as bench:
         experiments.watch(bench, 0.1, progress=False)
-    assert capsys.readouterr().out == (
-        "Kept      recordings/001-free-decay.mat: signed\nKept      recordings/002-watch.mat: signed\n"
-    )
-    file = tmp_path / "ada/recordings/001-free-decay.mat"
-    beside = file.with_name(file.name + ".signed").read_bytes()
-    assert signed_files.verified(file.read_bytes(), beside, [here.public]).text("student") == "ada"
-    kept = Recording.load(file)
+    assert capsys.readouterr().out == "Kept      recordings/001-free-decay.mat\nKept      recordings/002-watch.mat\n"
+    kept = Recording.load(tmp_path / "ada/recordings/001-free-decay.mat")
+    assert kept.metadata["bench"]["name"] == "north"
     assert kept.metadata["told"]["joint"]["m_1"] == lab.joint.m_1
     assert (kept.metadata["bench"]["run"], kept.metadata["experiment"]) == (1, "free decay")
 
@@ -139,32 +132,61 @@ def test_before_anything_is_recorded_notebooks_open_and_say_so(here):
         short(bench)
 
 
-@pytest.mark.parametrize(
-    ("command", "why"),
-    [
-        ("", "not signed, as this machine signs nothing"),
-        ("/no/such/program", "not signed: "),
-        pytest.param(
-            '"unclosed',
-            "not signed: ROTFLEX_SIGNER is no command (No closing quotation)",
-            marks=pytest.mark.skipif(os.name == "nt", reason="Windows takes the line as it is"),
-        ),
-        (shlex.join([sys.executable, "-c", "import sys; sys.exit('no key today')"]), "not signed: no key today"),
-        (shlex.join([sys.executable, "-c", ""]), "not signed: "),
-    ],
-)
-def test_what_cannot_be_signed_is_kept_and_the_line_says_why(here, monkeypatch, capsys, tmp_path, command, why):
-    monkeypatch.setenv(SIGNER, command)
-    with at_the_bench().bench() as bench:
-        short(bench)
-    assert f"Kept      recordings/001-free-decay.mat: {why}" in capsys.readouterr().out
-    assert [path.name for path in (tmp_path / "ada/recordings").iterdir()] == ["001-free-decay.mat"]
+def test_a_bench_whose_name_the_course_does_not_have_is_told_before_anything_is_recorded(here, capsys):
+    rotflex.lab.start("ada", bench="elsewhere:", quiet=True)
+    told = capsys.readouterr().out
+    assert "This bench's name is 'east', and your course's benches are north: a person has to look" in told
+    at_the_bench()
+    assert capsys.readouterr().out == ""
 
 
-def test_on_windows_a_command_with_a_blank_in_its_path_is_taken_as_it_is():
-    line = r'"C:\Program Files\Python\python.exe" -I -m rotflex.signing sign C:\signer\north.toml'
-    assert started(line, "nt") == line
-    assert started("'/opt/my python' -I -m x", "posix") == ["/opt/my python", "-I", "-m", "x"]
+# --- which count, and what marking gets to see of them ----------------------------------------------------------------
+
+
+def keep(store, *settings, seconds=0.1):
+    time = np.arange(round(seconds / 0.002) + 1) * 0.002
+    for metadata in settings:
+        store.keep(Recording.of(time, metadata, theta=time, alpha=time, vm=time), {})
+
+
+def test_of_more_than_can_count_repeats_are_left_out_first_and_that_is_told(tmp_path, capsys):
+    store = RecordingsFolder(tmp_path)
+    keep(store, {"experiment": "sweep"}, *[{"experiment": "tracking", "K": [1.0, k]} for k in (1, 2, 2)])
+    keep(store, *[{"experiment": "tracking", "K": [1.0, k]} for k in range(3, MOST_RECORDINGS)])
+    assert "At most 20 recordings count" in capsys.readouterr().out
+    found, (line,) = store.load()
+    assert len(found) == MOST_RECORDINGS and "001-sweep" in found
+    assert line == ("Of 21 recordings, 20 count; left out are: 003-tracking. Delete those that you do not need.")
+
+
+def test_a_recording_that_is_too_long_is_left_out_and_told(tmp_path, capsys):
+    store = RecordingsFolder(tmp_path)
+    keep(store, {"experiment": "watch"}, seconds=LONGEST)
+    assert "Note" not in capsys.readouterr().out
+    keep(store, {"experiment": "watch"}, seconds=LONGEST + 1)
+    assert "each of at most 60 s: delete" in capsys.readouterr().out
+    found, left_out = store.load()
+    assert (list(found), left_out) == (
+        ["001-watch"],
+        ["002-watch.mat is longer than 60 s, or has more than 30001 samples. It is left out."],
+    )
+
+
+def test_evidence_is_plain_data_and_what_cannot_be_read_is_named(tmp_path):
+    store = RecordingsFolder(tmp_path)
+    told = {"experiment": "tracking", "feedback": "full", "K": [1, 2.5], "bench": {"name": "north", "run": 2}, "x": {}}
+    keep(store, told, seconds=0.004)
+    (tmp_path / "recordings/002-x.mat").write_bytes(b"anything")
+    found = json.loads(json.dumps(evidence(tmp_path)))
+    (one,) = found["recordings"]
+    assert (one["file"], one["bench"], one["run"], one["experiment"]) == ("001-tracking", "north", 2, "tracking")
+    assert one["settings"] == {"feedback": "full", "K": [1, 2.5]}
+    assert one["channels"] == {name: pytest.approx([0.0, 0.002, 0.004]) for name in ("theta", "alpha", "vm")}
+    assert found["left_out"][0].startswith("002-x.mat cannot be read as a .mat file")
+    assert evidence(tmp_path / "nowhere") == {"recordings": [], "left_out": []}
+
+
+# --- what goes wrong --------------------------------------------------------------------------------------------------
 
 
 def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
@@ -178,7 +200,7 @@ def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
 
 
 def test_a_broken_file_is_told_and_left_out_and_numbers_go_on(here, tmp_path, capsys):
-    store = RecordingsFolder(tmp_path / "ada", "ada", signer="")
+    store = RecordingsFolder(tmp_path / "ada")
     t = np.arange(10) * 0.002
     store.keep(Recording.of(t, {"experiment": "a/b ../c"}, theta=t, alpha=t, vm=t), {})
     (tmp_path / "ada/recordings/0999-x.mat").write_text("broken")
@@ -200,7 +222,7 @@ def a_bench(tmp_path, monkeypatch, limits=real.LIMITS):
 @pytest.mark.parametrize("beside", ["", "a file"], ids=["there is a place", "there is none"])
 def test_a_run_that_cannot_be_kept_is_not_lost_and_its_place_is_told(tmp_path, monkeypatch, beside):
     bench = a_bench(tmp_path, monkeypatch)
-    store = RecordingsFolder(tmp_path, "ada", signer="")
+    store = RecordingsFolder(tmp_path)
     (tmp_path / "recordings").write_text("a file")
     with pytest.raises(RecordingError, match=r"recordings cannot be made: .* The recording is whole: it is in") as told:  # noqa: SIM117
         with store.keeping(bench, 1) as opened:
@@ -222,16 +244,8 @@ def test_a_run_that_cannot_be_kept_is_not_lost_and_its_place_is_told(tmp_path, m
         np.testing.assert_allclose(short(given)["vm"], bench.kept["vm"], atol=1e-9)
 
 
-def test_a_signature_that_cannot_be_written_is_told_and_the_recording_is_kept(here, monkeypatch, capsys, tmp_path):
-    (tmp_path / "ada/recordings/001-free-decay.mat.signed/mine").mkdir(parents=True)
-    with at_the_bench().bench() as bench:
-        assert len(short(bench)) == 251
-    assert "Kept      recordings/001-free-decay.mat: not signed: " in capsys.readouterr().out
-    assert len(Recording.load(tmp_path / "ada/recordings/001-free-decay.mat")) == 251
-
-
 def test_a_folder_that_cannot_be_made_is_told(here, tmp_path):
     (tmp_path / "ada/recordings").write_text("a file")
     t = np.arange(10) * 0.002
     with pytest.raises(RecordingError, match="recordings cannot be made"):
-        RecordingsFolder(tmp_path / "ada", "ada").keep(Recording.of(t, theta=t, alpha=t), {})
+        RecordingsFolder(tmp_path / "ada").keep(Recording.of(t, theta=t, alpha=t), {})

@@ -96,13 +96,12 @@ DOMAINS = (
         "rotflex",
         "rotflex",
         ("rotflex",),
-        # A laboratory's bench is set up and signed for by whoever runs it, in English.
+        # A laboratory's bench is set up by whoever runs it, in English.
         (
             "rotflex/instructor",
             "rotflex/bench_doctor",
             "rotflex/commissioning",
             "rotflex/courseware/report/page.html",  # pandoc's, and has no words
-            "rotflex/signing",
             "rotflex/hil/bench_file.py",
             "rotflex/hil/serial",
         ),

@@ -76,6 +76,10 @@ def setup(
     )
     bench_file.save(out, done)
     typer.echo(_("The bench is commissioned. Open it as {out}.").format(out=out))
+    typer.echo(
+        f"Its name is {bench_file.load(out).name!r} (name = … in the file): where its recordings count for marks, the "
+        "course's settings have to name it so."
+    )
 
 
 @app.command()

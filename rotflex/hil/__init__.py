@@ -144,7 +144,9 @@ def _take(uri: str, given: Mapping[str, object], *taken: str, why: str) -> None:
 
 def _of_file(path: str) -> Bench:
     told = load_bench_file(path)
-    return open(told.address, setup=told.setup())
+    bench = open(told.address, setup=told.setup())
+    bench.identity["name"] = told.name
+    return bench
 
 
 def _twin(uri: str, rest: str, run: int) -> Bench:
@@ -154,6 +156,8 @@ def _twin(uri: str, rest: str, run: int) -> Bench:
     number = _integer("run", options.get("run", run))
     bench = open("virtual:" + mark + query, plant=known.spec, servo=known.servo, run=number)
     bench.identity["uri"] = uri
+    if known.name:
+        bench.identity["name"] = known.name
     return bench
 
 

@@ -28,6 +28,7 @@ from rotflex.units import DEG
 _SIGNS = ("motor_sign", "servo_sign", "link_sign")
 _CHANNELS = {"motor": "analog_outputs", "servo_encoder": "encoders", "link_encoder": "encoders"}
 _CHANNELS |= {"potentiometer": "analog_inputs", "loopback_output": "analog_outputs", "loopback_input": "analog_inputs"}
+LONGEST_NAME = 60  #: characters of a bench's name
 _NONE = -1  # of a channel that a bench does not have
 
 
@@ -38,6 +39,7 @@ class BenchFile:
     Attributes
     ----------
     address : of the board, as ``quanser:q2_usb/0``
+    name : of the bench, as the course's settings have it; each recording carries it. The file's own unless given
     parts : the servo's and the joint's, as :func:`rotflex.config.srv02` and :func:`rotflex.config.joint` take them
     wiring : channels and signs by name
     board : how the board is set up: options, ranges (V), quadrature, filter (Hz), clock
@@ -51,6 +53,7 @@ class BenchFile:
     board: Mapping[str, Any] = field(default_factory=dict)
     limits: Mapping[str, Any] = field(default_factory=dict)
     record: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
 
     def __post_init__(self) -> None:
         for name, allowed in TABLES.items():
@@ -292,7 +295,7 @@ def load(path: str | Path) -> BenchFile:
         raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
     if "plant" in told:
         raise ConfigurationError(_("{path} is a fitted plant: open it as virtual:{path}.").format(path=path))
-    known = ("address", *TABLES, "commissioned")
+    known = ("name", "address", *TABLES, "commissioned")
     faults = [
         _("there is no {name}; there are {known}.").format(name=name, known=", ".join(known))
         for name in told
@@ -300,14 +303,21 @@ def load(path: str | Path) -> BenchFile:
     ]
     faults += [
         _("{name} is a table: write [{name}].").format(name=name)
-        for name in known[1:]
+        for name in known[2:]
         if not isinstance(told.get(name, {}), dict)
     ]
+    if not _is_name(told.get("name")):
+        faults.append(
+            'the bench has no name: write name = "north" above address = …, with the name that your course\'s settings '
+            f"give it ([bench] benches, in course.toml), of at most {LONGEST_NAME} characters. Each recording carries "
+            "it."
+        )
     if faults:
         raise ConfigurationError(_("{path}: {error}").format(path=path, error="\n  ".join(faults)))
     try:
         return BenchFile(
             told.get("address", ""),
+            name=told["name"],
             **{name: told.get(name, {}) for name in TABLES},
             record=told.get("commissioned", {}),
         )
@@ -315,8 +325,14 @@ def load(path: str | Path) -> BenchFile:
         raise ConfigurationError(_("{path}: {error}").format(path=path, error=error)) from None
 
 
+def _is_name(value: object) -> bool:
+    return (
+        isinstance(value, str) and value.strip() == value != "" and value.isprintable() and len(value) <= LONGEST_NAME
+    )
+
+
 def save(path: str | Path, bench: BenchFile) -> None:
-    """Write a ``bench.toml``, whole or not at all.
+    """Write a ``bench.toml``, whole or not at all. A bench without a name gets that of the file, without its ending.
 
     Raises
     ------
@@ -324,6 +340,7 @@ def save(path: str | Path, bench: BenchFile) -> None:
         If it cannot be written.
     """
     lines = [_("# A bench, as `rotflex bench setup` found it. What each entry means: docs/real_bench.md.")]
+    lines.append(f"name = {toml_value(bench.name or Path(path).stem)}")
     lines.append(f"address = {toml_value(bench.address)}")
     for name in TABLES:
         lines += toml_table(name, getattr(bench, name))

@@ -1,7 +1,8 @@
 """Many recordings of a bench in the plant's place: each experiment is given its own, where it was recorded.
 
 Which one it is, the voltages say, as on any replay: a controller that is fed with the recorded angles has to set what
-was recorded. Of several that fit, the last one counts.
+was recorded. Of several that fit, the last one counts. Where none fits, a recording of the very same call is given
+(experiment, settings, command), with a note that a person will look at it: its voltages are not its controller's.
 """
 
 from __future__ import annotations
@@ -25,7 +26,12 @@ SAME = 5e-3  #: of the recorded voltage (RMS): what a run with the same controll
 SAME_VOLTS = 1e-3  #: V, where hardly any voltage was recorded
 TOLD = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
 VOLTAGE_LIMIT = "voltage_limit"  #: in that, V: to which the bench cut voltages
+SETTINGS = ("drive", "signal", "feedback", "f_start", "f_stop", "K")  #: of an experiment, in its recording's metadata
 _MOST_LISTED = 12
+_BESIDE = (
+    "the recorded voltages are not those that its controller sets on the recorded angles. A person will look at it "
+    "before it counts."
+)
 _NOTHING = Recording.of([0.0, 0.002], theta=[0.0, 0.0], alpha=[0.0, 0.0], vm=[0.0, 0.0])
 
 Vector = NDArray[np.float64]
@@ -71,7 +77,12 @@ class RecordedRuns(RecordedPlant):
         likely = [one for one in self._all if one.metadata.get("experiment") == name and run_of(one) == self._run]
         for one in reversed(likely):
             if controller is None or fits(one, controller, reference, sample_time, voltage_limit(one, self._v_max)):
-                super().__init__(one, _("the recording of your {experiment}").format(experiment=name))
+                super().__init__(one, f"the recording of your {name}")
+                return
+        for one in reversed(likely):
+            if _is_of_call(one, settings, reference, sample_time):
+                print(f"Note      {described(one.metadata)}: {_BESIDE}")
+                super().__init__(one, f"the recording of your {name}")
                 return
         raise NotRecorded(self._lacking(settings, bool(likely)))
 
@@ -134,7 +145,7 @@ def described(settings: Mapping[str, Any], seconds: float = 0.0, run: int = 1) -
     about = settings.get("bench")
     run = about.get("run", run) if isinstance(about, Mapping) else run
     words = [str(settings.get("experiment", _("an experiment without a name")))]
-    for name in ("drive", "signal", "feedback", "f_start", "f_stop", "K"):
+    for name in SETTINGS:
         value = settings.get(name)
         if value is not None:
             text = " ".join(f"{one:.4g}" for one in value) if isinstance(value, list) else f"{value}"
@@ -164,6 +175,17 @@ def voltages(recording: Recording, controller: Controller, reference: Vector, v_
     set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
     finite: Vector = np.nan_to_num(np.array(set_), nan=math.inf)
     return finite
+
+
+def _is_of_call(recording: Recording, settings: Mapping[str, Any], reference: Vector, sample_time: float) -> bool:
+    """Whether a recording says that it was made by the same call: with these settings, and along this command."""
+    command = recording["theta_ref"] if "theta_ref" in recording else np.zeros(0)
+    return (
+        command.size == reference.size
+        and abs(recording.sample_time - sample_time) <= 1e-6 * sample_time
+        and all(recording.metadata.get(name) == value for name, value in settings.items())
+        and bool(np.allclose(command, reference, atol=1e-6))
+    )
 
 
 def _rms(values: Vector) -> float:

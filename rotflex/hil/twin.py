@@ -24,10 +24,11 @@ _PARTS = ("encoder", "amplifier", "cable_gain", "tachometer")
 
 @dataclass(frozen=True)
 class Twin:
-    """A fitted plant, and the servo that its bench is said to have."""
+    """A fitted plant, the servo that its bench is said to have, and the name of the bench that it stands in for."""
 
     spec: VirtualPlantSpec
     servo: Servo
+    name: str = ""
 
 
 def save(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
@@ -82,4 +83,4 @@ def load(path: str | Path) -> Twin:
         spec = VirtualPlantSpec(arm, PlantParameters(**values), Timing(delay=float(plant["delay"])))
     except (TypeError, ValueError) as error:
         raise ConfigurationError(_("{path}: {error}").format(path=path, error=error)) from None
-    return Twin(spec, servo)
+    return Twin(spec, servo, str(told.get("name", "")))

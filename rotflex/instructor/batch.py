@@ -208,7 +208,7 @@ class Batch:
                 ran = self._run(record, taken, pool)
             else:
                 facts = facts_of(known.run)
-                ran = _Ran(known.run.answers, facts.ended, facts.reports)
+                ran = _Ran(known.run.answers, facts.ended, facts.reports, facts.evidence)
             return Step(self._marked(self._explained(record, ran, taken, pool), taken, marker), known is None)
         except IsolationError:
             raise
@@ -277,13 +277,14 @@ class Batch:
             limits=self._settings.limits,
             isolated=self._settings.isolated,
             language=self._course.settings.language,
+            evidence=self._course.evidence if taken.bundle.policy.which == REAL else "",
         )
         running = pool.executor.submit(runner.work, runner.job_bytes(job), taken.bundle.packed)
         run = runner.run_from(running.result())
         if not run.complete:
             raise GradingError(_("the run was called off"))
         ours = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
-        return _Ran(run.answers, run.problems, cell_reports.read(run.reports).of(ours))
+        return _Ran(run.answers, run.problems, cell_reports.read(run.reports).of(ours), run.evidence)
 
     def _explained(self, record: RunRecord, ran: _Ran, taken: _Taken, pool: Pool) -> RunRecord:
         """A run with what is to be said of it: what stopped, and what was recorded at home and is missing here."""
@@ -309,7 +310,7 @@ class Batch:
             taken.bench_of,
             bundle_.policy,
             bundle_.start.name if bundle_.start else "",
-            self._course.evidence_in(prepared.files) if bundle_.policy.which == REAL else {},
+            ran.evidence,
             in_pdf.files,
         )
         return replace(record, answers=ran.answers, problems=facts.problems, notes=facts.notes, cells=facts.plain())
@@ -386,6 +387,7 @@ class _Ran:
     answers: bytes | None
     ended: tuple[str, ...]
     reports: Reports
+    evidence: bytes = b""
 
 
 def _is_known(current: Graded, record: RunRecord, key_digest: str) -> bool:

@@ -74,10 +74,11 @@ class Course:
     given : name of a start of the catalogue's, student's ID, policy → the values that are given to a class that begins
         there: (question, part) → value
     benches : names of the laboratory's benches whose truth it has, and what is wrong with it, if anything
-    evidence : folder of students' own files that the truth of a laboratory's bench is made with
-    bench_of_files : student's ID, policy, these files (path → content) → the bench that they were made at, for a policy
-        of the laboratory's benches. Its ``problems`` and ``notes`` are told; where its ``is_known`` is false, what was
-        measured is for a person
+    evidence : function of the students' package, "package.module:function", that reads the files which a student
+        brought from a laboratory's bench, and returns plain data; it is called in the sandbox
+    bench_of_evidence : policy, what that function returned (JSON, a claim) → the bench that the files were made at, for
+        a policy of the laboratory's benches. Its ``problems`` and ``notes`` are told; where its ``is_known`` is false,
+        what was measured is for a person
     knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
         say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
     packages : import names of the packages that students get; of each, everything but its folder ``instructor``
@@ -100,7 +101,7 @@ class Course:
     given: Callable[[str, str, BenchPolicy], Mapping[tuple[str, str], Any]] | None = None
     benches: Mapping[str, str] = field(default_factory=dict)
     evidence: str = ""
-    bench_of_files: Callable[[str, BenchPolicy, Mapping[str, bytes]], Any] | None = None
+    bench_of_evidence: Callable[[BenchPolicy, bytes], Any] | None = None
     knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
     packages: tuple[str, ...] = ("rotflex",)
     requires: tuple[str, ...] = ()
@@ -111,26 +112,19 @@ class Course:
     folder: Path = Path()
     entry: str = ENTRY
 
-    def true_bench(
-        self, student: str, policy: BenchPolicy | None = None, files: Mapping[str, bytes] | None = None
-    ) -> Any:
+    def true_bench(self, student: str, policy: BenchPolicy | None = None, evidence: bytes = b"") -> Any:
         """A student's bench as it really is.
 
         Parameters
         ----------
         student : the ID
         policy : which bench each student has; as the settings say unless given (by an older release)
-        files : of the student's own, those that are ``evidence``
+        evidence : what the function ``evidence`` returned in the sandbox, as JSON
         """
         given = self.settings.bench if policy is None else policy
-        if given.which == REAL and self.bench_of_files is not None:
-            return self.bench_of_files(student, given, files or {})
+        if given.which == REAL and self.bench_of_evidence is not None:
+            return self.bench_of_evidence(given, evidence)
         return self.bench(student, given)
-
-    def evidence_in(self, files: Mapping[str, bytes]) -> dict[str, bytes]:
-        """Those of a student's own files (path → content) that the truth of their bench is made with."""
-        within = f"{self.evidence}/"
-        return {name: content for name, content in files.items() if self.evidence and name.startswith(within)}
 
     @property
     def asked(self) -> Catalogue:

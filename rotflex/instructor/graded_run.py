@@ -5,6 +5,7 @@ All of it is plain data, so that answers can be marked again, and reasons told a
 
 from __future__ import annotations
 
+import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -38,7 +39,7 @@ class Facts:
     policy : which bench each student had; None if it is not known
     start : name of what was given to a class that began in the middle; "" where it began at the beginning
     reports_in_pdf : number of a report → the PDF that was handed in
-    evidence : of the student's own files, those that the truth of a laboratory's bench is made with: path → content
+    evidence : what the course read of the student's files in the sandbox, JSON: a claim
     """
 
     reports: Reports = field(default_factory=Reports)
@@ -50,7 +51,7 @@ class Facts:
     bench_of: str = ""
     policy: BenchPolicy | None = None
     start: str = ""
-    evidence: Mapping[str, bytes] = field(default_factory=dict)
+    evidence: bytes = b""
     reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
 
     def plain(self) -> tuple[dict[str, Any], ...]:
@@ -68,7 +69,7 @@ class Facts:
         if self.start:
             about["start"] = self.start
         if self.evidence:
-            about["evidence"] = {name: b64encode(content).decode("ascii") for name, content in self.evidence.items()}
+            about["evidence_read"] = b64encode(zlib.compress(self.evidence)).decode("ascii")
         if self.reports_in_pdf:
             about["reports_in_pdf"] = [one.plain() for one in self.reports_in_pdf.values()]
         return (about, *(_plain(report) for report in self.reports.cells))
@@ -110,7 +111,7 @@ def facts_of(record: RunRecord) -> Facts:
         about["bench_of"],
         None if about["policy"] is None else BenchPolicy(**about["policy"]),
         about.get("start", ""),
-        {name: b64decode(content) for name, content in about.get("evidence", {}).items()},
+        zlib.decompress(b64decode(about["evidence_read"])) if "evidence_read" in about else b"",
         {one["report"]: ReportFile.from_plain(one) for one in about.get("reports_in_pdf", ())},
     )
 

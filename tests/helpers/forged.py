@@ -1,4 +1,4 @@
-"""Forged recordings: what somebody might do to one before it is signed. (Afterwards, the signature tells all of it.)"""
+"""Forged recordings: what somebody might do to one, and whether its voltages or its arm show it."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
     "alpha shifted by 1 sample": (lambda ours, other: shifted(ours["tracking"], 1, "alpha"), True),
     "vm shifted by 1 sample": (lambda ours, other: shifted(ours["tracking"], 1, "vm"), True),
     "all but the command shifted": (lambda ours, other: shifted(ours["tracking"], 5, "theta", "alpha", "vm"), True),
-    "open loop: vm 20 ms earlier": (lambda ours, other: shifted(ours["square"], -10, "vm"), True),
-    "open loop: vm after the motion": (lambda ours, other: shifted(ours["square"], 5, "vm"), True),
+    "open loop: vm 20 ms earlier": (lambda ours, other: shifted(ours["square"], -10, "vm"), False),
+    "open loop: vm after the motion": (lambda ours, other: shifted(ours["square"], 5, "vm"), False),
     "scaled by 1.1": (lambda ours, other: scaled(ours["tracking"], 1.1), True),
     "scaled by 1.1, on counts": (
         lambda ours, other: changed(
@@ -102,13 +102,13 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
         lambda ours, other: changed(ours["square"], alpha=on_counts(ours["square"]["alpha"] / 2)),
         True,
     ),
-    "scaled twice, open loop": (lambda ours, other: scaled(ours["square"], 2.0), True),
+    "scaled twice, open loop": (lambda ours, other: scaled(ours["square"], 2.0), False),
     "noise of a tenth of a count": (
         lambda ours, other: changed(
             ours["sweep"],
             alpha=ours["sweep"]["alpha"] + np.random.default_rng(1).normal(0, 0.1 * COUNT, len(ours["sweep"])),
         ),
-        True,
+        False,
     ),
     "noise of a count, on counts": (lambda ours, other: noisy(ours["tracking"], 1.0), True),
     "noise of a count, on counts, vm made to fit": (
@@ -116,7 +116,7 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
         False,
     ),
     "from another K": (lambda ours, other: of_another_gain(ours["tracking"]), True),
-    "from another K, vm made to fit": (lambda ours, other: consistent(of_another_gain(ours["tracking"])), True),
+    "from another K, vm made to fit": (lambda ours, other: consistent(of_another_gain(ours["tracking"])), False),
     "another bench's sweep": (lambda ours, other: other["sweep"], True),
     "another bench's tracking": (lambda ours, other: other["tracking"], True),
     "partial called full": (

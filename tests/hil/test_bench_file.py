@@ -43,7 +43,7 @@ def cards(monkeypatch, tmp_path):
 
 def written(tmp_path, text: str) -> str:
     path = tmp_path / "bench.toml"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(f"name = 'north'\n{text}", encoding="utf-8")
     return str(path)
 
 
@@ -85,6 +85,7 @@ def test_what_is_written_is_read_again(tmp_path):
         wiring={"potentiometer": 0, "motor_sign": -1},
         board={"options": 'led="auto"\\\n', "filter": 2.5e5},
         limits={"theta": 90.0},
+        name='the "north" one',
     )
     bench_file.save(tmp_path / "bench.toml", recorded(bench))
     assert bench_file.load(tmp_path / "bench.toml") == recorded(bench)
@@ -94,7 +95,7 @@ def test_what_is_written_is_read_again(tmp_path):
     ("text", "said"),
     [
         ("", r"address is ''; it must be that of a board, as in 'quanser:q2_usb/0'"),
-        ("address = 'quanser:q2_usb/0'\n[wring]", r"there is no wring; there are address, parts, wiring"),
+        ("address = 'quanser:q2_usb/0'\n[wring]", r"there is no wring; there are name, address, parts, wiring"),
         ("address = 'quanser:q2_usb/0'\nparts = 3", r"parts is a table: write \[parts\]"),
         ("address = 'quanser:q2_usb/0", r"cannot be read: Expected"),
         ("address = 'a:b'\n[wiring]\nmotr = 1", r"There is no motr in \[wiring\]; there are motor, servo_encoder"),
@@ -158,6 +159,24 @@ def test_all_that_cannot_be_is_told_at_once(text, all_said, tmp_path):
 )
 def test_nothing_is_refused_by_a_number_that_is_not_known(text, tmp_path):
     assert bench_file.load(written(tmp_path, text)).address.startswith("quanser:")
+
+
+@pytest.mark.parametrize("name", ["", "name = ''\n", "name = 3\n", "name = ' x'\n", f"name = '{61 * 'n'}'\n"])
+def test_a_file_without_a_name_is_told_what_to_write_and_where(tmp_path, name):
+    (tmp_path / "bench.toml").write_text(f"{name}address = 'quanser:q2_usb/0'\n", encoding="utf-8")
+    with pytest.raises(
+        ConfigurationError, match=r'bench has no name: write name = "north" above address = .*course.toml'
+    ):
+        hil.open(str(tmp_path / "bench.toml"))
+
+
+def test_a_bench_has_its_files_name_unless_given_and_its_recordings_carry_it(cards, tmp_path):
+    path = tmp_path / "south.toml"
+    bench_file.save(path, recorded(BenchFile(SIMULATOR)))
+    assert bench_file.load(path).name == "south"
+    assert bench_file.load(path).setup().commissioned() == ""  # a name is no part of what was commissioned
+    with hil.open(str(path)) as bench:
+        assert experiments.watch(bench, 0.1, progress=False).metadata["bench"]["name"] == "south"
 
 
 def test_a_file_that_is_not_there_is_told_with_what_writes_one(tmp_path):

@@ -36,7 +36,7 @@ PARTS = {
     "policy": BenchPolicy("real", benches=("north",)),
     "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
     "start": "speed",
-    "evidence": {"recordings/001-sweep.mat": b"\x00\xff"},
+    "evidence": b'{"recordings": []}',
 }
 NOTHING = Facts(missing={})
 
@@ -76,7 +76,7 @@ def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of,
     asked = to_be_marked(run)
     assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
     assert (asked.about.missing, asked.about.asked, asked.policy) == (facts.missing, facts.asked, facts.policy)
-    assert asked.files == facts.evidence
+    assert asked.evidence == facts.evidence
     assert asked.about.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
 
 

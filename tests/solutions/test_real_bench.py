@@ -1,13 +1,14 @@
-"""Marking by a bench of the laboratory's: by the recordings that its machine signed, and by what is known of it."""
+"""Marking by a bench of the laboratory's: by the recordings that name it, and by what is known of it."""
 
 from __future__ import annotations
 
 import json
+import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from forged import ANOTHER, FORGED, GAIN, OTHER_GAIN, OURS, recorded
-from laboratory import laboratory
+from forged import ANOTHER, GAIN, OTHER_GAIN, OURS, changed, recorded, scaled
 from made_courses import OURS as COURSE
 from real_class import ARM, toml_of
 
@@ -19,9 +20,7 @@ from rotflex.hil.recorded_runs import TOLD
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.verdicts import Status
 from rotflex.recording import Recording
-from rotflex.recordings_folder import RecordingsFolder
-from rotflex.signing import signer_settings
-from rotflex.signing.signer import Signer
+from rotflex.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
 from solutions import real_benches
 from solutions.real_bench import RealBench
 
@@ -33,18 +32,14 @@ def made():
     return recorded(OURS), recorded(ANOTHER)
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def benches(tmp_path, monkeypatch):
-    """Two benches of the laboratory's, north and south, and the program that signs at each."""
+    """What is known of two benches of the laboratory's, north and south."""
     folder = tmp_path / "benches"
     folder.mkdir()
-    signers = {}
     for name, spec in (("north", OURS), ("south", ANOTHER)):
-        place = laboratory(tmp_path, name)
-        (folder / f"{name}.toml").write_text(toml_of(place, spec), encoding="utf-8")
-        signers[name] = Signer(signer_settings.read(place.settings), lambda: 1000.0)
+        (folder / f"{name}.toml").write_text(toml_of(spec), encoding="utf-8")
     monkeypatch.setattr(real_benches, "FOLDER", folder)
-    return signers
 
 
 def told(spec) -> dict:
@@ -54,110 +49,182 @@ def told(spec) -> dict:
     }
 
 
-def kept(folder, recording, spec=OURS) -> bytes:
-    """A recording's file, as a folder of recordings keeps it."""
-    path = RecordingsFolder(folder, "ada", signer="").keep(
-        recording, told(spec) | dict(recording.metadata.get(TOLD, {}))
-    )
-    return path.read_bytes()
+def at(bench: str, recording: Recording) -> Recording:
+    """A recording that names a bench; "" for none."""
+    return replace(recording, metadata={**recording.metadata, "bench": {"name": bench, "run": 1} if bench else {}})
 
 
-def handed_in(folder, signer, recordings, student="ada", spec=OURS) -> dict[str, bytes]:
-    files = {}
-    for number, one in enumerate(recordings, 1):
-        content = kept(folder, one, spec)
-        files |= {
-            f"recordings/{number:03d}-x.mat": content,
-            f"recordings/{number:03d}-x.mat.signed": signer.sign(student, content),
-        }
-    return files
+def content_of(folder, *recordings, spec=OURS) -> dict:
+    """What the sandbox gives back of a folder with these recordings, before it is JSON."""
+    store = RecordingsFolder(folder)
+    for one in recordings:
+        store.keep(one, told(spec) | dict(one.metadata.get(TOLD, {})))
+    return evidence(folder)
 
 
-def test_honest_recordings_count_and_stand_in_the_place_of_the_bench(tmp_path, benches, made):
-    bench = RealBench("Ada", POLICY, handed_in(tmp_path, benches["north"], made[0].values()))
+def bench_of(content) -> RealBench:
+    return RealBench(POLICY, json.dumps(content).encode())
+
+
+def test_honest_recordings_count_and_stand_in_the_place_of_the_bench(tmp_path, made, monkeypatch):
+    content = content_of(tmp_path, *(at("north", one) for one in made[0].values()))
+    monkeypatch.setattr(Recording, "load", lambda *_paths: pytest.fail("a file was opened"))
+    bench = bench_of(content)
     assert (bench.problems, bench.is_known, bench.identity) == ([], True, None)
     (note,) = bench.notes
-    assert note.startswith("Marked with the bench north and 9 recordings of it: 001-x, 002-x, 003-x,")
+    assert note.startswith("Marked with the bench north and 9 recordings of it: 001-sweep, 002-free-decay,")
     assert bench.K_s == pytest.approx(OURS.parameters.K_s) and bench.J_l == OURS.joint.J_l
-    np.testing.assert_allclose(bench.sweep()["alpha"], made[0]["sweep"]["alpha"], atol=1e-12)
-    np.testing.assert_allclose(bench.tracking(tuple(GAIN), "partial")["vm"], made[0]["partial"]["vm"], atol=1e-12)
+    np.testing.assert_allclose(bench.sweep()["alpha"], made[0]["sweep"]["alpha"], atol=1e-8)
+    np.testing.assert_allclose(bench.tracking(tuple(GAIN), "partial")["vm"], made[0]["partial"]["vm"], atol=1e-8)
     with pytest.raises(NotRecorded):
         bench.tracking(tuple(OTHER_GAIN), "full")
 
 
-def test_what_is_not_signed_is_for_a_person(tmp_path, benches, made):
-    files = handed_in(tmp_path, benches["north"], [made[0]["sweep"]]) | {"recordings/002-x.mat": b"anything"}
-    bench = RealBench("ada", POLICY, files)
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (
+            lambda one: at("east", one),
+            "it says that it was made at the bench 'east', and the course's benches are north",
+        ),
+        (
+            lambda one: at("", one),
+            "it does not say at which bench it was made, and the course's benches are north, south",
+        ),
+        (lambda one: at("north", scaled(one, 1.1)), "its voltage is up to 0.69 V beside what its controller sets"),
+        (lambda one: at("north", changed(one, vm=0.9 * one["vm"])), "its voltage is up to "),
+        (lambda one: at("south", one), "it is of the bench south, and most are of north"),
+    ],
+    ids=["a name that is unknown", "no name", "angles not of K", "voltages not of K", "another bench's name"],
+)
+def test_a_recording_in_doubt_leaves_what_was_measured_to_a_person_and_says_why(tmp_path, made, change, why):
+    honest = [at("north", made[0]["sweep"]), at("north", made[0]["partial"])]
+    bench = bench_of(content_of(tmp_path, *honest, change(made[0]["tracking"])))
     assert not bench.is_known
-    assert bench.problems == ["recordings/002-x.mat does not count, and a person should look at it: it is not signed."]
-    assert bench.sweep() is not None
+    (problem,) = bench.problems
+    assert problem.startswith(f"003-tracking does not count until a person has looked at it: {why}")
+    assert bench.sweep() is not None and bench.K_s == pytest.approx(OURS.parameters.K_s)
 
 
-@pytest.mark.parametrize("what", FORGED)
-def test_every_recording_that_was_changed_after_it_was_signed_is_told(tmp_path, benches, made, what):
-    forge, _found_without = FORGED[what]
-    files = handed_in(tmp_path, benches["north"], [made[0]["tracking"]])
-    files["recordings/001-x.mat"] = kept(tmp_path, forge(*made))
-    bench = RealBench("ada", POLICY, files)
+def test_a_link_unlike_that_of_the_bench_that_is_named_is_in_doubt(tmp_path, made):
+    bench = bench_of(content_of(tmp_path, at("south", made[0]["sweep"])))
     assert not bench.is_known
-    assert "001-x.mat does not count" in bench.problems[0] and "changed after it was signed" in bench.problems[0]
-
-
-def test_forged_recordings_that_were_signed_are_told_where_the_bench_cannot_have_given_them(tmp_path, benches, made):
-    forged = [forge(*made) for forge, found in FORGED.values() if found]
-    bench = RealBench("ada", POLICY, handed_in(tmp_path, benches["north"], forged))
-    assert not bench.is_known
-    assert sum("does not count" in problem for problem in bench.problems) == len(forged)
-
-
-def test_a_machine_speaks_for_its_own_bench_and_a_stranger_for_none(tmp_path, benches, made):
-    stranger = laboratory(tmp_path, "east")
-    signer = Signer(signer_settings.read(stranger.settings), lambda: 1000.0)
-    bench = RealBench("ada", POLICY, handed_in(tmp_path, signer, [made[0]["sweep"]]))
-    assert "not one of the laboratory's" in bench.problems[0]
-    assert "There is no recording that a bench of the laboratory's signed" in bench.problems[1]
-    for what in ("K_s", "J_l", "omega_n", "joint"):
-        with pytest.raises(BenchError, match="not known at which bench"):
-            getattr(bench, what)
-    both = handed_in(tmp_path, benches["north"], [made[0]["sweep"], made[0]["tracking"]])
-    south = handed_in(tmp_path, benches["south"], [made[1]["sweep"]], spec=ANOTHER)
-    both |= {name.replace("001", "003"): content for name, content in south.items()}
-    bench = RealBench("ada", POLICY, both)
-    assert bench.K_s == pytest.approx(OURS.parameters.K_s)
     assert (
-        "003-x.mat does not count" in bench.problems[0]
-        and "of the bench south, and most are of north" in bench.problems[0]
+        "001-sweep does not count" in bench.problems[0] and "its arm does not move as the arm of" in bench.problems[0]
     )
 
 
-def test_a_recording_in_anothers_name_is_told(tmp_path, benches, made):
-    bench = RealBench("ada", POLICY, handed_in(tmp_path, benches["north"], [made[0]["sweep"]], student="bob"))
-    assert bench.is_known
-    assert bench.problems == [
-        "1 recording signed in the name of bob: right where the two worked at the bench together, and "
-        "else not ada's own."
+@pytest.mark.parametrize("data", [b"", json.dumps({"recordings": [], "left_out": []}).encode()])
+def test_without_recordings_nobody_knows_at_which_bench_it_was(data):
+    bench = RealBench(POLICY, data)
+    assert (bench.is_known, len(bench.problems)) == (False, 1)
+    assert "No recording could be read that names a bench of the course's" in bench.problems[0]
+    for what in ("K_s", "J_l", "omega_n", "joint"):
+        with pytest.raises(BenchError, match="not known at which bench"):
+            getattr(bench, what)
+
+
+# --- what comes back is a stranger's ----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def content(tmp_path, made):
+    """Two honest recordings as plain data."""
+    return content_of(tmp_path, at("north", made[0]["sweep"]), at("north", made[0]["partial"]))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\x80\x04\x95" + pickle.dumps(print),
+        b"recordings/001-sweep.mat",
+        b'"recordings/001-sweep.mat"',
+        b"[" * 100_000,
+        b'{"recordings": ' + b"9" * 5000 + b', "left_out": []}',
+        b'{"recordings": [], "left_out": [], "more": 1}',
+        b'{"recordings": [' + b"{}," * 100_000 + b'{}], "left_out": []}',
+        json.dumps({"recordings": [{}] * (MOST_RECORDINGS + 1), "left_out": []}).encode(),
+    ],
+    ids=[
+        "pickle",
+        "path",
+        "path as JSON",
+        "nested",
+        "large integer",
+        "more",
+        "many objects",
+        "21 recordings",
+    ],
+)
+def test_what_is_no_plain_data_is_refused_as_a_whole_and_named(data):
+    bench = RealBench(POLICY, data)
+    assert (bench.is_known, bench._found.recordings) == (False, [])
+    assert bench.problems[0].startswith("What the run gave back of the recordings is not as it should be: ")
+
+
+@pytest.mark.parametrize(
+    ("where", "value", "why"),
+    [
+        (("channels", "theta"), [0.0] * (MOST_SAMPLES + 1), "theta should be a list of 2 to 30001 items"),
+        (("sample_time",), 0.01, "should be a list of 2 to 6002 items"),
+        (("sample_time",), 1e-9, "sample_time should be from"),
+        (("channels", "theta", 5), float("nan"), "theta should be finite"),
+        (("channels", "vm", 5), 1e300, "vm should be within 1e+06"),
+        (("channels", "vm"), [0.0, 1.0], "the time has 2"),
+        (("channels", "vm"), "recordings/001-sweep.mat", "vm should be a list"),
+        (("channels", "x"), [0.0], "channels should be some of"),
+        (("file",), "../../etc/passwd", "file should be the name of a recording"),
+        (("file",), "001-sweep\n", "file should be the name of a recording"),
+        (("settings", "K"), [float("inf")] * 4, "K should be finite"),
+        (("settings", "K"), [1.0] * 17, "K should be a list of 0 to 16 items"),
+        (("settings", "path"), "x", "settings should be some of"),
+        (("bench",), "n" * 61, "bench should be printable text of at most 60"),
+        (("run",), 1.0, "run should be a whole number"),
+        (("voltage_limit",), None, "voltage_limit should be a number"),
+        (("timing", "held"), [[1, 2]] * 101, "held should be a list of 0 to 100 items"),
+        (("timing", "held"), [[1, -2]], "a stretch of samples should be a whole number"),
+        (("recording",), b"".hex(), "should be an object with"),
+    ],
+)
+def test_a_recording_that_is_not_as_it_should_be_costs_itself_and_is_named(content, where, value, why):
+    within = content["recordings"][1]
+    for name in where[:-1]:
+        within = within[name]
+    within[where[-1]] = value
+    if where == ("sample_time",) and value == 0.01:
+        within["channels"] = {name: values * 5 for name, values in within["channels"].items()}
+    bench = bench_of(content)
+    assert len(bench._found.recordings) == 1 and bench.sweep() is not None
+    (problem,) = bench.problems
+    assert problem.startswith("Recording 2 of the run is not as it should be, and does not count: ") and why in problem
+    with pytest.raises(NotRecorded):
+        bench.tracking(tuple(GAIN), "partial")
+
+
+def test_what_the_reader_left_out_is_told_in_one_line_of_bounded_length(content):
+    bench = bench_of({**content, "left_out": ["003-x.mat is\nlonger than\0 60 s." + 1000 * "!"]})
+    assert [one.rstrip("!") for one in bench.problems] == [
+        "The run says of the recordings: 003-x.mat is longer than\N{REPLACEMENT CHARACTER} 60 s."
     ]
+    assert bench.is_known and len(bench.problems[0]) < 700
 
 
-def test_a_signed_file_that_is_no_recording_is_told(tmp_path, benches):
-    content = b"anything"
-    from rotflex.courseware import signed_files
-
-    key = signed_files.private_key(tmp_path / "north.key")
-    files = {"recordings/1.mat": content, "recordings/1.mat.signed": signed_files.signed(content, {"number": "x"}, key)}
-    assert "cannot be read as a .mat file" in RealBench("ada", POLICY, files).problems[0]
+# --- marks, and what is known of a bench ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
         ("", "'told' is missing"),
-        ("keys = []\n[told]\n[truth]", "keys should be as"),
-        ('keys = ["x"]\n[told]\narm_position = 1\n[truth]\nomega_n = 22.0', "'omega_n_u' is missing"),
-        ('keys = ["x"]\n[told]\narm_position = 1\n[truth]\nomega_n = 22.0\nomega_n_u = 1.0', "known to 4.5% only"),
-        ('keys = ["x"]\n[told]\narm_position = 1\nm1 = 3\n[truth]\n', "it knows no entry 'm1'"),
-        ('keys = ["x"]\n[told]\narm_position = 7\n[truth]\n', "arm_position is 7"),
-        ('keys = ["x"]\n[told]\narm_position = 1\n[truth]\nomega_n = "x"\nomega_n_u = 1', "omega_n is 'x'"),
+        (
+            'keys = ["x"]\n[told]\n[truth]',
+            "it has the entry keys, and signatures are no longer checked: delete that line",
+        ),
+        ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0", "'omega_n_u' is missing"),
+        ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0\nomega_n_u = 1.0", "known to 4.5% only"),
+        ("[told]\narm_position = 1\nm1 = 3\n[truth]\n", "it knows no entry 'm1'"),
+        ("[told]\narm_position = 7\n[truth]\n", "arm_position is 7"),
+        ('[told]\narm_position = 1\n[truth]\nomega_n = "x"\nomega_n_u = 1', "omega_n is 'x'"),
         ("[", "cannot be used"),
     ],
 )
@@ -168,9 +235,9 @@ def test_a_benchs_file_that_cannot_be_used_is_told(tmp_path, text, why):
     assert why in str(raised.value)
 
 
-def test_answers_are_marked_by_the_recordings_of_that_bench(tmp_path, benches, made, monkeypatch):
-    """The sweep's recording, given as an answer where the bench is not, comes out right; unsigned, it is a person's."""
-    files = handed_in(tmp_path, benches["north"], [made[0]["sweep"]])
+def test_answers_are_marked_by_the_recordings_of_that_bench(tmp_path, made, monkeypatch):
+    """The sweep's recording, given as an answer where the bench is not, comes out right; else it is a person's."""
+    content = content_of(tmp_path, at("north", made[0]["sweep"]))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "course.json").write_text(
         json.dumps({"student": "ada", "draw": 2, "bench": POLICY.plain()}), encoding="utf-8"
@@ -181,20 +248,14 @@ def test_answers_are_marked_by_the_recordings_of_that_bench(tmp_path, benches, m
     lab.answer("2.9", **{COURSE.catalogue.find("2.9").parts[0].name: sweep})
     claims = decoding.decode((tmp_path / "answers.json").read_bytes(), lab.book.probe_seed, COURSE.catalogue)
     statuses = []
-    for given in (files, {}):
-        marks = marking.mark(COURSE, claims, RealBench("ada", POLICY, given), lab.book.probe_seed)
+    for given in (json.dumps(content).encode(), b""):
+        marks = marking.mark(COURSE, claims, RealBench(POLICY, given), lab.book.probe_seed)
         statuses.append(next(one.status for one in marks if one.question == "2.9"))
     assert statuses == [Status.RIGHT, Status.FOR_A_PERSON]
 
 
-def test_recordings_are_as_they_were_when_kept(tmp_path, made):
-    (tmp_path / "x.mat").write_bytes(kept(tmp_path, made[0]["sweep"]))
-    read = Recording.load(tmp_path / "x.mat")
-    np.testing.assert_allclose(read["vm"], made[0]["sweep"]["vm"], atol=1e-12)
-
-
 def test_what_is_wrong_with_a_benchs_file_is_known_before_anything_is_graded(tmp_path):
-    truth = 'keys = ["k"]\n[told]\narm_position = 1\n[truth]\nomega_n = 22.9\nomega_n_u = '
+    truth = "[told]\narm_position = 1\n[truth]\nomega_n = 22.9\nomega_n_u = "
     (tmp_path / "north.toml").write_text(truth + "0.1\n", encoding="utf-8")
     (tmp_path / "south.toml").write_text(truth + "0.5\n", encoding="utf-8")
     assert list(found := real_benches.faults(tmp_path)) == ["north", "south"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-from rotflex.courseware.benches import OWN, REAL, SAME, BenchPolicy
+from rotflex.courseware.benches import OWN, SAME, BenchPolicy
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.course import Course
@@ -17,8 +17,7 @@ def of_others(book: Gradebook, course: Course, student: str) -> OfOthers:
     """What becomes of what others have, when a student is erased.
 
     Who handed in with them keeps their work and their marks. Its bench, which was drawn from the student's ID, is kept
-    by its seed; it bears the ID of the first of those who are left. (At a laboratory's bench recordings are signed for
-    the ID: it stays, and that is told.)
+    by its seed; it bears the ID of the first of those who are left. Recordings of a laboratory's bench name nobody.
     """
     with_them = [
         one.run.student
@@ -63,7 +62,7 @@ def _kept_bench(facts: Facts, course: Course, student: str) -> BenchPolicy | Non
     """The policy by which the same bench is given without the student's ID; None where there is none."""
     policy = course.settings.bench if facts.policy is None else facts.policy
     if policy.which != OWN:
-        return None if policy.which == REAL else policy
+        return policy
     return None if course.own_seed is None else BenchPolicy(SAME, course.own_seed(student), draw=policy.draw)
 
 

@@ -58,7 +58,7 @@ class Asked:
     words : the answers in words, from the saved notebooks
     about : what else is known of the run
     policy : which bench each student has, if not as the course's settings say
-    files : of the student's own, those that the truth of a laboratory's bench is made with: path → content
+    evidence : what the course read of the student's files in the sandbox, JSON: a claim
     """
 
     student: str
@@ -67,7 +67,7 @@ class Asked:
     words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
     about: About = field(default_factory=About)
     policy: BenchPolicy | None = None
-    files: Mapping[str, bytes] = field(default_factory=dict)
+    evidence: bytes = b""
 
 
 class Marker:
@@ -183,7 +183,7 @@ def _mark(asked: Asked) -> Marked:
         claims.notes.append(
             _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
         )
-    bench = course.true_bench(asked.student, asked.policy, asked.files)
+    bench = course.true_bench(asked.student, asked.policy, asked.evidence)
     claims.problems.extend(getattr(bench, "problems", ()))
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))

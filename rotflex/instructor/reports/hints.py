@@ -95,15 +95,13 @@ class HandedIn:
     student : the ID
     group : equal for all who hand in together
     recordings : part → its recordings, each channel scaled to a largest sample of 1
-    bench_files : digest → name of each file from which the truth about a real bench is derived
-    own_files : digest → name of each other file of the student's own
+    files : digest → name of each file of the student's own
     """
 
     student: str
     group: str
     recordings: Mapping[Where, Sequence[Samples]] = field(default_factory=dict)
-    bench_files: Mapping[str, str] = field(default_factory=dict)
-    own_files: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 # --- the class --------------------------------------------------------------------------------------------------------
@@ -167,7 +165,7 @@ def measured(graded: Graded, course: Course) -> Measured | None:
     parts = measured_parts(course.key)
     asked = to_be_marked(graded.run)
     try:
-        bench = course.true_bench(asked.student, asked.policy, asked.files)
+        bench = course.true_bench(asked.student, asked.policy, asked.evidence)
         content = answers.parse(graded.run.answers or b"")["answers"]
         expected = {where: float(own.expected(bench)) for where, own in parts.items()}
         given = {where: number for where in parts if (number := _number(content, where)) is not None}
@@ -271,16 +269,15 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
         for data in (graded.run.answers, delivered.get(ANSWERS_FILE)):
             for where, samples in _recordings(data):
                 recordings.setdefault(where, []).append(samples)
-    bench_files = {digest(content): name for name, content in sorted(facts.evidence.items())}
-    own_files = {
+    files = {
         known: name
         for name, content in sorted(delivered.items())
         # Notebooks that were not changed are equal, and so are the files that the course itself makes.
         if content and not name.endswith(_NOTEBOOK) and name not in (ANSWERS_FILE, COURSE_FILE)
-        if (known := digest(content)) not in {*bench_files, *handed_out}
+        if (known := digest(content)) not in handed_out
     }
     group = caseless(facts.bench_of or graded.run.student)
-    return HandedIn(graded.run.student, group, recordings, bench_files, own_files)
+    return HandedIn(graded.run.student, group, recordings, files)
 
 
 def _recordings(data: bytes | None) -> Iterator[tuple[Where, Samples]]:
@@ -343,14 +340,12 @@ def equal_files(everybody: Iterable[HandedIn]) -> list[Hint]:
     """Find students, of different groups, with equal files."""
     owners: dict[str, list[HandedIn]] = {}
     for one in everybody:
-        for known in (*one.bench_files, *one.own_files):
+        for known in one.files:
             owners.setdefault(known, []).append(one)
     found: dict[tuple[str, ...], list[str]] = {}
     for known, those in owners.items():
-        groups, first = len({one.group for one in those}), those[0]
-        if groups > 1 and (known in first.bench_files or groups <= MOST_ALIKE):
-            name = first.bench_files.get(known) or first.own_files[known]
-            found.setdefault(tuple(one.student for one in those), []).append(name)
+        if 1 < len({one.group for one in those}) <= MOST_ALIKE:
+            found.setdefault(tuple(one.student for one in those), []).append(those[0].files[known])
     return [Hint(students, About.MEASURED, _files_line(students, names)) for students, names in found.items()]
 
 

@@ -1,4 +1,4 @@
-"""Run a submission: pristine notebooks with its answer cells, in a sandbox, and only ``answers.json`` comes back.
+"""Run a submission: pristine notebooks with its answer cells, in a sandbox; only bounded plain files come back.
 
 A run is a function of bytes to bytes (:func:`work`), so that it can be sent to another process or machine. Nothing of
 the key goes into it.
@@ -27,6 +27,7 @@ from rotflex.instructor.running import inside
 from rotflex.instructor.running.bundle import FONTS, INSIDE, unpacked
 
 MAX_ANSWERS = 2_000_000  #: bytes
+MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
 _GIB = 1024**3
 _PARTLY = {
     inside.FINE: "",
@@ -79,6 +80,8 @@ class Job:
     limits : on time and size
     isolated : in a sandbox, or with the rights of whoever grades
     language : in which is said what students read of it
+    evidence : function of the course's, "package.module:function", that reads the student's files in the sandbox; ""
+        for none
     """
 
     student: str
@@ -90,6 +93,7 @@ class Job:
     limits: Limits = field(default_factory=Limits)
     isolated: bool = True
     language: str = messages.ENGLISH
+    evidence: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,12 +106,14 @@ class Run:
     problems : what went wrong
     complete : whether it ended by itself or by a limit, and so need not be run again
     reports : on its cells, as :func:`rotflex.courseware.run.cell_reports.read` takes them; an untrusted claim, too
+    evidence : what the course's function read of the student's files, JSON; an untrusted claim, too
     """
 
     answers: bytes | None
     problems: tuple[str, ...] = ()
     complete: bool = True
     reports: bytes = b""
+    evidence: bytes = b""
 
 
 # --- here -------------------------------------------------------------------------------------------------------------
@@ -133,7 +139,8 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     if outcome.code == inside.BROKEN:  # or so it claims: the submission may have caused it
         _check_course(packed, job)
     complete = outcome.ending is not Ending.CANCELLED
-    return Run(outcome.file, _problems(outcome, job.limits), complete, outcome.others.get(REPORTS_FILE, b""))
+    reports, evidence = (outcome.others.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
+    return Run(outcome.file, _problems(outcome, job.limits), complete, reports, evidence)
 
 
 def _check_course(packed: bytes, job: Job) -> None:
@@ -153,13 +160,14 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         "imports": list(job.imports),
         "files": {name: b64encode(content).decode("ascii") for name, content in job.files.items()},
         "cell_timeout": job.limits.cell,
+        "evidence": job.evidence,
     }
     return run_command(
         ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
-        also={REPORTS_FILE: MAX_BYTES},
+        also={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
         stdin=json.dumps(spec).encode(),
         environment=_environment(folder, job),
         limits=job.limits.of_sandbox(),
@@ -216,8 +224,8 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
     messages.speak(asked["language"])  # as a process of its own has not loaded the course
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
-    reports = b64encode(done.reports).decode("ascii")
-    found = {"answers": answers, "problems": done.problems, "complete": done.complete, "reports": reports}
+    found = {"answers": answers, "problems": done.problems, "complete": done.complete}
+    found |= {name: b64encode(getattr(done, name)).decode("ascii") for name in ("reports", "evidence")}
     return json.dumps(found).encode()
 
 
@@ -231,4 +239,5 @@ def run_from(data: bytes) -> Run:
     """What :func:`work` returned."""
     found = json.loads(data)
     answers = None if found["answers"] is None else b64decode(found["answers"])
-    return Run(answers, tuple(found["problems"]), found["complete"], b64decode(found["reports"]))
+    reports, evidence = b64decode(found["reports"]), b64decode(found["evidence"])
+    return Run(answers, tuple(found["problems"]), found["complete"], reports, evidence)

@@ -156,7 +156,9 @@ def test_parts_are_not_told_twice():
 
 
 def test_a_bench_file_names_a_port(tmp_path):
-    (tmp_path / "bench.toml").write_text(f'address = "{URI}"\n[parts]\narm_position = 3\nencoder = "EHR"\n')
+    (tmp_path / "bench.toml").write_text(
+        f'name = "mine"\naddress = "{URI}"\n[parts]\narm_position = 3\nencoder = "EHR"\n'
+    )
     bench = hil.open(str(tmp_path / "bench.toml"))
     assert (bench.joint.arm_position, bench.servo.encoder, bench.servo.amplifier.V_max) == (3, "EHR", 12.0)
 

@@ -22,8 +22,8 @@ from rotflex.instructor.isolation import pipes, sandbox, unisolated
 from rotflex.instructor.isolation.outcome import Ending, Outcome
 from rotflex.instructor.isolation.outcome import Limits as SandboxLimits
 from rotflex.instructor.running import executors, isolation_report, runner
+from rotflex.instructor.running.inside import EVIDENCE_FILE, watch
 from rotflex.instructor.running.inside import main as inside_main
-from rotflex.instructor.running.inside import watch
 
 
 class Clock:
@@ -118,7 +118,9 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
 
     def run(command, **given):
         asked.append((command, given))
-        return Outcome(Ending.FINISHED, 0, b"{}", "", b"", 1.0, (), {runner.REPORTS_FILE: b"reports"})
+        return Outcome(
+            Ending.FINISHED, 0, b"{}", "", b"", 1.0, (), {runner.REPORTS_FILE: b"reports", EVIDENCE_FILE: b"{}"}
+        )
 
     def other(command, **given):
         pytest.fail("the other way of running")
@@ -128,14 +130,23 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
     monkeypatch.setattr(unisolated, "run", other if isolated else run)
     cancelled = threading.Event()
     job = runner.Job(
-        "ada", {"a.ipynb": {"cells": []}}, 5, {"bench": "x", "student": "b"}, ("m",), {"f": b"1"}, LIMITS, isolated
+        "ada",
+        {"a.ipynb": {"cells": []}},
+        5,
+        {"bench": "x", "student": "b"},
+        ("m",),
+        {"f": b"1"},
+        LIMITS,
+        isolated,
+        evidence="m:read",
     )
     done = runner.run_from(runner.work(runner.job_bytes(job), b"packed", cancelled))
-    assert done == runner.Run(b"{}", (), True, b"reports")
+    assert done == runner.Run(b"{}", (), True, b"reports", b"{}")
     ((command, given),) = asked
     assert command[-2:] == ["-P", str(tmp_path / "inside" / "main.py")] and given["visible"] == [tmp_path]
     assert given["limits"] == SandboxLimits(seconds=77.5, memory=300 * 2**20, processes=9, folder=12345)
-    assert (given["largest"], given["also"]) == (2_000_000, {runner.REPORTS_FILE: 1_000_000})
+    also = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
+    assert (given["largest"], given["also"]) == (2_000_000, also)
     assert given["cancelled"] is cancelled and given["environment"]["ROTFLEX_PROBE_SEED"] == "5"
     assert json.loads(given["stdin"]) == {
         "notebooks": {"a.ipynb": {"cells": []}},
@@ -143,6 +154,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
         "imports": ["m"],
         "files": {"f": "MQ=="},
         "cell_timeout": 7,
+        "evidence": "m:read",
     }
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
 import sys
 import threading
 import time
+import zipfile
+import zlib
 from dataclasses import replace
 
 import nbformat
@@ -262,3 +265,66 @@ def test_a_folder_put_in_the_place_of_the_working_folder_is_not_looked_at(course
 def test_a_course_that_cannot_be_imported_is_refused_before_anything_is_run(course):
     with pytest.raises(GradingError, match="no_such_module"):
         runner.run(course.packed, runner.Job("ada", {}, 5, imports=("no_such_module",)))
+
+
+# --- files that only the sandbox opens --------------------------------------------------------------------------------
+
+LOOK_FROM_INSIDE = """
+import os
+def read(folder):
+    spaces = {{name: os.readlink(f"/proc/self/ns/{{name}}") for name in ("pid", "net", "mnt", "ipc")}}
+    held = (folder / "recordings/001-x.mat").read_bytes().decode()
+    return {{"namespaces": spaces, "outside": os.path.exists({marker!r}), "held": held, "here": os.listdir(folder)}}
+"""
+HELD = {"recordings/001-x.mat": b"hostile", "read_by.py": b"raise SystemExit('the student's module, and not ours')"}
+
+
+def evidence(packed, reader, files, cells="answers = {}", course=None, limits=QUICK):
+    """What comes back of files that a function of the course's reads."""
+    notebooks = {} if course is None else notebooks_of(course, {"0a.ipynb": {"q1": cells}})
+    imports = () if course is None else course.imports
+    return runner.run(packed, runner.Job("ada", notebooks, 5, {}, imports, files, limits, evidence=reader)).evidence
+
+
+def test_a_students_file_is_read_in_the_sandbox_and_nowhere_else(course, tmp_path):
+    """What reads it looks around, and finds itself in a sandbox."""
+    marker = tmp_path / "marker"
+    marker.touch()
+    packed = io.BytesIO(course.packed)
+    with zipfile.ZipFile(packed, "a") as archive:
+        archive.writestr("read_by.py", LOOK_FROM_INSIDE.format(marker=str(marker)))
+    seen = json.loads(evidence(packed.getvalue(), "read_by:read", HELD))
+    assert (seen["outside"], seen["held"]) == (False, "hostile")
+    for name, inside in seen["namespaces"].items():
+        assert inside != os.readlink(f"/proc/self/ns/{name}")
+    assert set(seen["here"]) <= {"recordings", "read_by.py"}
+
+
+def test_hostile_files_are_named_and_what_cells_leave_in_their_place_is_bounded(course):
+    files = {f"recordings/{number:03d}-x.mat": content for number, content in enumerate(HOSTILE, 1)}
+    reader = "rotflex.recordings_folder:evidence"
+    found = json.loads(evidence(course.packed, reader, files))
+    assert found["recordings"] == [] and len(found["left_out"]) == len(HOSTILE)
+    assert all(f"{number:03d}-x.mat" in line for number, line in enumerate(found["left_out"], 1))
+    large = f"import os\nopen('.rotflex-evidence.json', 'w').write('1' * {runner.MAX_EVIDENCE + 1})\nos._exit(0)"
+    assert evidence(course.packed, reader, files, large, course) == b""
+
+
+@pytest.mark.parametrize("reader", ["rotflex.recordings_folder:no_such", "os:_exit", "time:sleep"])
+def test_a_reader_that_fails_costs_what_it_would_have_read_and_nothing_else(course, reader):
+    assert evidence(course.packed, reader, {}, course=course) == b""
+
+
+def _matlab(kind, content, size=None):
+    """A MATLAB 5 file with one element of a kind, as its bytes say."""
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    return head + kind.to_bytes(4, "little") + (len(content) if size is None else size).to_bytes(4, "little") + content
+
+
+#: Bytes that are no recording: a pickle, a bomb that unpacks to gigabytes, elements that are larger than the file.
+HOSTILE = (
+    b"\x80\x04\x8c\x05posix\x8c\x06system\x93\x8c\x02id\x85R.",
+    _matlab(15, zlib.compress(b"\x0e\0\0\0\xff\xff\xff\x7f" + bytes(20_000_000), 9)),
+    _matlab(14, b"", size=2**31 - 1),
+    b"",
+)

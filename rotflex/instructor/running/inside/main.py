@@ -5,10 +5,13 @@
 The specification is JSON::
 
     {"notebooks": {"one.ipynb": {"cells": [...], ...}, ...}, "parameters": {"student": "ada", ...},
-     "imports": ["numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...}}
+     "imports": ["numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...},
+     "evidence": "package.module:function"}
 
 The notebooks' cells work in the current folder, where the files are put. Nothing that a cell outputs is kept, and
 pictures are not even drawn; what stopped a cell is written down (``rotflex.courseware.run.cell_reports``).
+Where there is "evidence", that function of the course's is called with the current folder before any notebook is run,
+and the plain data that it returns is left as JSON: files of the student's that only a sandbox may open.
 The exit code tells how it ended, see the package's constants.
 """
 
@@ -68,6 +71,15 @@ def _put_files(files: dict[str, str]) -> None:
                 file.write(base64.b64decode(content))
 
 
+def _read_evidence(reader: str, report_step: Any) -> None:
+    """Call a function of the course's with the current folder, and write down what it returns."""
+    report_step()
+    module, _colon, name = reader.partition(":")
+    content = getattr(importlib.import_module(module), name)(Path.cwd())
+    file = importlib.import_module(PACKAGE).EVIDENCE_FILE
+    Path(file).write_text(json.dumps(content, separators=(",", ":")), encoding="utf-8")
+
+
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
     inside = importlib.import_module(PACKAGE)
@@ -83,6 +95,9 @@ def run(specification: dict[str, Any]) -> int:
         return int(inside.BROKEN)
     # Not before: what is imported by now is the course's and the libraries', whatever a file may be called.
     _put_files(specification["files"])
+    if specification.get("evidence"):  # where that fails, nothing is there to come back
+        reading = functools.partial(_read_evidence, specification["evidence"])
+        watch.run(reading, steps=1, timeout=specification["cell_timeout"])
     worst: int = inside.FINE
     for name, notebook in specification["notebooks"].items():
         ended = watch.run(
