@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
 
@@ -24,11 +23,9 @@ def channel(recording: Recording, name: str, may_be_constant: bool = False) -> V
     """
     if name not in recording:
         raise IdentificationError(
-            _("This needs the channel {name!r}; the recording has {names}.").format(
-                name=name, names=", ".join(recording.channels)
-            )
+            f"This needs the channel {name!r}; the recording has {', '.join(recording.channels)}."
         )
-    return signal_of(_("The channel {name!r}").format(name=name), recording[name], may_be_constant)
+    return signal_of(f"The channel {name!r}", recording[name], may_be_constant)
 
 
 def signal_of(what: str, values: ArrayLike, may_be_constant: bool = False) -> Vector:
@@ -47,19 +44,9 @@ def signal_of(what: str, values: ArrayLike, may_be_constant: bool = False) -> Ve
     """
     signal = np.asarray(values, dtype=float)
     if signal.ndim != 1 or not np.isfinite(signal).all():
-        raise IdentificationError(
-            _("{what} must be a vector of finite numbers; its shape is {signal_shape}.").format(
-                what=what, signal_shape=signal.shape
-            )
-        )
+        raise IdentificationError(f"{what} must be a vector of finite numbers; its shape is {signal.shape}.")
     if signal.size < FEWEST_SAMPLES:
-        raise IdentificationError(
-            _("{what} has {signal_size} samples; at least {fewest_samples} are needed.").format(
-                what=what, signal_size=signal.size, fewest_samples=FEWEST_SAMPLES
-            )
-        )
+        raise IdentificationError(f"{what} has {signal.size} samples; at least {FEWEST_SAMPLES} are needed.")
     if not may_be_constant and np.ptp(signal) == 0:
-        raise IdentificationError(
-            _("{what} is constant, {signal:g}: nothing moved, or a cable is loose.").format(what=what, signal=signal[0])
-        )
+        raise IdentificationError(f"{what} is constant, {signal[0]:g}: nothing moved, or a cable is loose.")
     return signal

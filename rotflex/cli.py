@@ -15,10 +15,9 @@ import typer
 import typer.core
 
 from rotflex import __version__, bench_commands
-from rotflex.courseware import benches, course_file, course_place, files, hub, messages, student_id
+from rotflex.courseware import benches, course_file, course_place, files, hub, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.jupyterlab import open_jupyterlab
-from rotflex.courseware.messages import _
 from rotflex.courseware.released import course_folder
 from rotflex.courseware.run import commands as students_commands
 from rotflex.errors import ConfigurationError, RotflexError, StudentIDError
@@ -50,10 +49,10 @@ class _Commands(typer.core.TyperGroup):
         except ModuleNotFoundError as error:
             if _is_installed(_INSTRUCTORS):
                 raise
-            needed = _(
-                "rotflex: this command needs {library}, which comes with the instructor's distribution: pip install "
-                "{distribution} (in a checkout: pip install -e distributions/instructor)."
-            ).format(library=error.name, distribution=_INSTRUCTORS)
+            needed = (
+                f"rotflex: this command needs {error.name}, which comes with the instructor's distribution: pip "
+                f"install {_INSTRUCTORS} (in a checkout: pip install -e distributions/instructor)."
+            )
             typer.secho(needed, err=True, fg="red")
             raise typer.Exit(2) from error
 
@@ -68,7 +67,6 @@ def _is_installed(distribution: str) -> bool:
 
 app = typer.Typer(
     cls=_Commands,
-    help="Courseware for the rotary flexible joint laboratory.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_show_locals=False,
@@ -87,7 +85,7 @@ def _options(
         bool, typer.Option("--version", help="Show the version and stop.", is_eager=True, callback=_show_version)
     ] = False,
 ) -> None:
-    messages.speak_to_reader(course_file.language(Path.cwd()))  # until it is known in which folder
+    """Courseware for the rotary flexible joint laboratory."""
 
 
 @app.command()
@@ -110,14 +108,10 @@ def lab(
     given = list(words or [])
     named = Path(given.pop(0)) if given and not given[0].startswith("-") else None
     if given and not given[0].startswith("-"):
-        raise typer.BadParameter(
-            _("One folder, please; {other!r} is another. Put JupyterLab's options after --.").format(other=given[0])
-        )
+        raise typer.BadParameter(f"One folder, please; {given[0]!r} is another. Put JupyterLab's options after --.")
     if student is not None:
         student = student_id.normalised(student)
     folder, said = course_place.choose(named, _names())
-    unspoken = messages.speak_to_reader(course_file.language(folder))
-    said = [*said, unspoken] if unspoken else said
     for line in said:
         typer.echo(line)
     if student is None:
@@ -129,9 +123,7 @@ def lab(
         if told := hub.another(course_file.student(folder)):
             typer.echo(told)
     if hub.is_here():
-        typer.echo(
-            _("JupyterLab runs here already, as the hub's: open {folder} in its file browser.").format(folder=folder)
-        )
+        typer.echo(f"JupyterLab runs here already, as the hub's: open {folder} in its file browser.")
         raise typer.Exit
     raise typer.Exit(open_jupyterlab(folder, given))
 
@@ -166,11 +158,11 @@ def _asked(folder: Path) -> str | None:
     if known or _is_source(folder):
         return None
     if named := _hubs_user():
-        told = _("The hub knows you as {named}: that is your student ID. Is it another? Give it by --student YOUR-ID.")
+        told = "The hub knows you as {named}: that is your student ID. Is it another? Give it by --student YOUR-ID."
         typer.echo(told.format(named=named))
         return named
     while _at_a_terminal():
-        prompt = _("Your student ID, by which your instructor knows you (Enter: later)")
+        prompt = "Your student ID, by which your instructor knows you (Enter: later)"
         given = typer.prompt(prompt, default="", show_default=False).strip()
         if not given:
             break
@@ -178,7 +170,7 @@ def _asked(folder: Path) -> str | None:
             return student_id.normalised(given)
         except StudentIDError as error:
             typer.secho(str(error), fg="red")
-    typer.echo(_("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID."))
+    typer.echo("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.")
     return None
 
 
@@ -218,13 +210,13 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
         student = student_id.normalised(student)
     course = course_folder()
     if folder.exists() and not folder.is_dir():
-        raise ConfigurationError(_("{folder} is not a folder.").format(folder=folder))
+        raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
     at_home = _is_home(folder, course)
     lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
     if student is not None:
         _write_course(folder, {**(_begun(folder) or _as_of_now(course)), course_file.STUDENT: student})
-        lines.append(_("Student: {student}").format(student=student))
+        lines.append(f"Student: {student}")
     return lines
 
 
@@ -241,8 +233,8 @@ def _copied(folder: Path, course: Path) -> list[str]:
         from rotflex.courseware.messages import plural
 
         notebooks = plural(sum(name.endswith(".ipynb") for name in copied), "{count} notebook", "{count} notebooks")
-        return [_("The course was copied to {folder}: {notebooks}.").format(folder=folder, notebooks=notebooks)]
-    return [_("Copied to {folder}: {copied}").format(folder=folder, copied=", ".join(copied))] if copied else []
+        return [f"The course was copied to {folder}: {notebooks}."]
+    return [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
 
 
 def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> list[str]:
@@ -263,7 +255,7 @@ def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> li
         if not whole:  # to be tried again
             return lines
         if not _same_bench(begun, about):
-            lines.append(_("The course gives you another bench now: run your notebooks again, to measure on that one."))
+            lines.append("The course gives you another bench now: run your notebooks again, to measure on that one.")
     _write_course(folder, {**begun, **about, course_file.STUDENT: begun.get(course_file.STUDENT, "")})
     return lines
 
@@ -299,9 +291,7 @@ def _write_course(folder: Path, course: dict[str, Any]) -> None:
     try:
         files.write(folder / COURSE_FILE, course_file.text(course))
     except OSError as error:
-        raise ConfigurationError(
-            _("{file} cannot be written: {why}.").format(file=folder / COURSE_FILE, why=error.strerror)
-        ) from None
+        raise ConfigurationError(f"{folder / COURSE_FILE} cannot be written: {error.strerror}.") from None
 
 
 @app.command()

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.units import DEG, GRAM, INCH, OZ_IN, REV, RPM
 
@@ -26,9 +25,7 @@ def one_of(what: str, value: Any, allowed: Iterable[Any]) -> Any:
     choices = list(allowed)
     if value not in choices:
         listed = ", ".join(repr(choice) for choice in choices)
-        raise ConfigurationError(
-            _("{what} is {value!r}; allowed: {names}.").format(what=what, value=value, names=listed)
-        )
+        raise ConfigurationError(f"{what} is {value!r}; allowed: {listed}.")
     return value
 
 
@@ -246,6 +243,6 @@ def check_mounted(servo: Servo) -> Servo:
     ConfigurationError
         If the servo carries a load or is in low gear.
     """
-    one_of(_("gear, with the flexible joint mounted,"), servo.gear, ("high",))
-    one_of(_("load, with the flexible joint mounted,"), servo.load, ("none",))
+    one_of("gear, with the flexible joint mounted,", servo.gear, ("high",))
+    one_of("load, with the flexible joint mounted,", servo.load, ("none",))
     return servo

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
 
@@ -37,23 +36,17 @@ def columns(path: Path, units: Mapping[str, str]) -> tuple[Array, dict[str, Arra
     rows, metadata = _read(path)
     header = rows[0] if rows else []
     if not header or header[0] != "t_s":
-        raise RecordingError(
-            _("{file}: the first column should be headed t_s; the header is {header}.").format(
-                file=path.name, header=header
-            )
-        )
+        raise RecordingError(f"{path.name}: the first column should be headed t_s; the header is {header}.")
     table = _table(path.name, rows)
     channels: dict[str, Array] = {}
     for index, heading in enumerate(header[1:], start=1):
         name, _sign, unit = heading.rpartition("_")
         if unit not in _SCALES or units.get(name) != _SCALES[unit][0]:
             raise RecordingError(
-                _("{file}: column {heading!r} is none of {names} with its unit, as in theta_deg.").format(
-                    file=path.name, heading=heading, names=", ".join(units)
-                )
+                f"{path.name}: column {heading!r} is none of {', '.join(units)} with its unit, as in theta_deg."
             )
         if name in channels:
-            raise RecordingError(_("{file}: there are two columns for {name}.").format(file=path.name, name=name))
+            raise RecordingError(f"{path.name}: there are two columns for {name}.")
         channels[name] = table[:, index] * _SCALES[unit][1]
     return table[:, 0], channels, metadata
 
@@ -67,28 +60,20 @@ def _read(path: Path) -> tuple[list[list[str]], dict[str, Any]]:
                 file.seek(0)
             return [row for row in csv.reader(file) if any(row)], metadata
     except FileNotFoundError:
-        raise RecordingError(_("There is no file {path}.").format(path=path)) from None
+        raise RecordingError(f"There is no file {path}.") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RecordingError(
-            _("{file} cannot be read as a .csv file: {error}").format(file=path.name, error=error)
-        ) from None
+        raise RecordingError(f"{path.name} cannot be read as a .csv file: {error}") from None
 
 
 def _table(file: str, rows: list[list[str]]) -> Array:
     count = len(rows[0])
     for row in rows[1:]:
         if len(row) != count:
-            raise RecordingError(
-                _("{file}: every row needs {count} numbers, as the header; one is {row}.").format(
-                    file=file, count=count, row=row
-                )
-            )
+            raise RecordingError(f"{file}: every row needs {count} numbers, as the header; one is {row}.")
     try:
         return np.array(rows[1:], dtype=np.float64).reshape(-1, count)
     except ValueError as error:
-        raise RecordingError(
-            _("{file}: every row needs {count} numbers: {error}").format(file=file, count=count, error=error)
-        ) from None
+        raise RecordingError(f"{file}: every row needs {count} numbers: {error}") from None
 
 
 def metadata_of(text: str, source: str) -> dict[str, Any]:
@@ -107,9 +92,7 @@ def metadata_of(text: str, source: str) -> dict[str, Any]:
     try:
         metadata = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise RecordingError(
-            _("{source}: its description is not JSON: {error}").format(source=source, error=error)
-        ) from None
+        raise RecordingError(f"{source}: its description is not JSON: {error}") from None
     if not isinstance(metadata, dict):
-        raise RecordingError(_("{source}: its description should be a JSON object.").format(source=source))
+        raise RecordingError(f"{source}: its description should be a JSON object.")
     return metadata

@@ -44,8 +44,6 @@ class RotflexError(Exception):
 
 def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
     """The lines of a notebook's cells that were being run, the outermost first."""
-    from rotflex.courseware.messages import _  # which stands above, and needs none of this
-
     this = ""
     while trace is not None:
         frame, number = trace.tb_frame, trace.tb_lineno
@@ -54,7 +52,7 @@ def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
             continue
         name = frame.f_code.co_filename
         this = this or name
-        line = _("line {number}") if name == this else _("line {number} of a cell that was run before")
+        line = "line {number}" if name == this else "line {number} of a cell that was run before"
         where = line.format(number=number)
         yield f"  {where}:  {linecache.getline(name, number, frame.f_globals).strip()}".rstrip(" :")
 

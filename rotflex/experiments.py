@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from rotflex.config import one_of
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
@@ -151,9 +150,7 @@ def validation(
     if cut is not None:
         metadata["model_cut_at"] = float(measured.time[cut])
         if progress:
-            print(
-                _(_RAN_AWAY).format(time=metadata["model_cut_at"], bound=MODEL_BOUND, turns=MODEL_BOUND / (2 * np.pi))
-            )
+            print(_RAN_AWAY.format(time=metadata["model_cut_at"], bound=MODEL_BOUND, turns=MODEL_BOUND / (2 * np.pi)))
     return Recording(measured.time, {**measured.channels, **simulated}, metadata)
 
 
@@ -236,11 +233,7 @@ def rest(bench: Bench) -> None:
                 return
     finally:
         bench.stop()
-    raise BenchError(
-        _("The arm has not come to rest in {patience:g} s. Hold it still, or look for a loose encoder.").format(
-            patience=_PATIENCE
-        )
-    )
+    raise BenchError(f"The arm has not come to rest in {_PATIENCE:g} s. Hold it still, or look for a loose encoder.")
 
 
 def _run(
@@ -285,7 +278,7 @@ def _validated(
         held = bench.recorded.duration
         samples = time_axis(min(duration or held, held), SAMPLE_TIME).size
         if bench.recorded.voltage(samples, SAMPLE_TIME) is None:
-            raise BenchError(_("{name} holds no vm: nothing drives a model.").format(name=bench.recorded.name))
+            raise BenchError(f"{bench.recorded.name} holds no vm: nothing drives a model.")
         return listen(bench, samples, SAMPLE_TIME, settings, progress)
     if signal == "square":
         t = time_axis(duration or 10.0, SAMPLE_TIME)
@@ -300,19 +293,15 @@ def _discrete_model(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], ND
     """The model from one sample to the next, its input held."""
     a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float).reshape(-1, 1)
     if a.shape != (4, 4) or b.shape != (4, 1):
-        raise DesignError(
-            _("The model needs A of 4 by 4 and B of 4 by 1; they are {shape} and {shape_2}.").format(
-                shape=np.shape(A), shape_2=np.shape(B)
-            )
-        )
+        raise DesignError(f"The model needs A of 4 by 4 and B of 4 by 1; they are {np.shape(A)} and {np.shape(B)}.")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise DesignError(_("A or B holds a value that is not finite."))
+        raise DesignError("A or B holds a value that is not finite.")
     with np.errstate(over="ignore", invalid="ignore"):  # a model that runs away at once is told of when it is simulated
         step_matrix = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
     return step_matrix[:4, :4], step_matrix[:4, 4]
 
 
-_RAN_AWAY = N_(
+_RAN_AWAY = (
     "Your model runs away: at {time:.2f} s an angle of it passed {bound:g} rad ({turns:.0f} turns), and its curves are "
     "cut there. No bench does that by itself. Look at the signs in the last two rows of A, row by row: the spring "
     "pulls servo and link towards each other, and friction brakes. Then look at B."

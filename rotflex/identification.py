@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex.channels import FEWEST_SAMPLES, channel, signal_of
-from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
@@ -95,7 +94,7 @@ def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tup
     """
     from scipy.signal import welch
 
-    signal = signal_of(_("The signal"), x)
+    signal = signal_of("The signal", x)
     return welch(signal, **_segments(signal.size, dt, segment))
 
 
@@ -128,13 +127,9 @@ def frequency_response(
     if isinstance(data, Recording):
         x, y, dt = channel(data, input), channel(data, output), data.sample_time
     else:
-        x, y, dt = signal_of(_("The input"), data[0]), signal_of(_("The output"), data[1]), float(data[2])
+        x, y, dt = signal_of("The input", data[0]), signal_of("The output", data[1]), float(data[2])
     if x.size != y.size:
-        raise IdentificationError(
-            _("The input has {x_size} samples, the output {y_size}; record them together.").format(
-                x_size=x.size, y_size=y.size
-            )
-        )
+        raise IdentificationError(f"The input has {x.size} samples, the output {y.size}; record them together.")
     options = _segments(x.size, dt, segment)
     f, power_x = welch(x, **options)
     power_y = welch(y, **options)[1]
@@ -175,21 +170,17 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
     f, low, high = response.f_hz, *band
     if response.resolution > (high - low) / 4:
         raise IdentificationError(
-            _(
-                "The response resolves {resolution:.2g} Hz: too coarse to find a peak between {low:g} and {high:g} Hz. "
-                "Record for longer, or use longer segments."
-            ).format(resolution=response.resolution, low=low, high=high)
+            f"The response resolves {response.resolution:.2g} Hz: too coarse to find a peak between {low:g} and "
+            f"{high:g} Hz. Record for longer, or use longer segments."
         )
     usable = (f >= low) & (f <= high) & (f > 0) & (response.coherence >= _COHERENT)
     gain = np.where(usable, np.abs(response.ratio), 0.0)
     peak = float(f[np.argmax(gain)])
-    nothing = _("There is no resonance between {low:g} and {high:g} Hz").format(low=low, high=high)
-    advice = _("Check that the sweep went through it, and that alpha and theta are what they are called.")
+    nothing = f"There is no resonance between {low:g} and {high:g} Hz"
+    advice = "Check that the sweep went through it, and that alpha and theta are what they are called."
     near = usable & (np.abs(f - peak) <= _AROUND_PEAK * peak)
     if not near.sum() > 2 or peak - low < response.resolution / 2 or high - peak < response.resolution / 2:
-        raise IdentificationError(
-            _("{nothing}: the response has no peak inside the band. {advice}").format(nothing=nothing, advice=advice)
-        )
+        raise IdentificationError(f"{nothing}: the response has no peak inside the band. {advice}")
     omega, ratio, coherence = f[near] * HZ, response.ratio[near], response.coherence[near]
     # The relative variance of an H1 estimate goes with (1 − coherence)/coherence.
     weight = np.sqrt(coherence / np.maximum(1 - coherence, 0.01)) / np.abs(ratio)
@@ -204,11 +195,7 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
     unexplained = 2 * found.cost / np.sum((weight * np.abs(ratio)) ** 2)
     at_peak = abs(omega_n - peak * HZ) < _AROUND_PEAK / 2 * peak * HZ
     if not (at_peak and zeta < _LARGEST_DAMPING and unexplained < _LARGEST_MISFIT):
-        raise IdentificationError(
-            _("{nothing}: the response around {peak:.2f} Hz does not look like one. {advice}").format(
-                nothing=nothing, peak=peak, advice=advice
-            )
-        )
+        raise IdentificationError(f"{nothing}: the response around {peak:.2f} Hz does not look like one. {advice}")
     repeats = max(1.0, response.resolution / float(f[1] - f[0]))  # neighbouring frequencies say the same
     jacobian = np.asarray(found.jac)
     covariance = 2 * found.cost / (jacobian.shape[0] - 2) * repeats * np.linalg.inv(jacobian.T @ jacobian)
@@ -272,7 +259,7 @@ def logarithmic_decrement(
     else:
         x, theta, start = signal_of("alpha", data), np.zeros(np.size(data)), 0
     if dt is None or not dt > 0:
-        raise IdentificationError(_("The sample time is {dt!r}; give dt, in s, with an array.").format(dt=dt))
+        raise IdentificationError(f"The sample time is {dt!r}; give dt, in s, with an array.")
     times, peaks = _turning_points(x[start:], dt, floor)
     ratio = _ratio_of_swings(peaks)
     decrement = -math.log(ratio.value)  # of half a period
@@ -307,7 +294,7 @@ def _ratio_of_swings(peaks: Vector) -> Estimate:
     found = least_squares(misfit, [0.95, 0.0, 0.0, peaks[0]], x_scale="jac")
     ratio, jacobian = float(found.x[0]), np.asarray(found.jac)
     if not 0 < ratio < 1:
-        raise IdentificationError(_("The swings do not become smaller: this is no free decay."))
+        raise IdentificationError("The swings do not become smaller: this is no free decay.")
     covariance = 2 * found.cost / (peaks.size - found.x.size) * np.linalg.inv(jacobian.T @ jacobian)
     return Estimate(ratio, math.sqrt(covariance[0, 0]))
 
@@ -333,10 +320,8 @@ def _turning_points(x: Vector, dt: float, floor: float | None) -> tuple[Vector, 
                 points.append((top * dt - b / (2 * a), c - b**2 / (4 * a)))
     if len(points) < _FEWEST_PEAKS:
         raise IdentificationError(
-            _(
-                "Only {count} turning points beyond {floor_deg:.2g} deg; {fewest_peaks} are needed. Let the link swing "
-                "wider, or for longer, with the servo held."
-            ).format(count=len(points), floor_deg=floor / DEG, fewest_peaks=_FEWEST_PEAKS)
+            f"Only {len(points)} turning points beyond {floor / DEG:.2g} deg; {_FEWEST_PEAKS} are needed. Let "
+            "the link swing wider, or for longer, with the servo held."
         )
     return np.array([time for time, _value in points]), np.array([value for _time, value in points])
 
@@ -359,14 +344,12 @@ def _with_servo_clamped(s: complex, alpha: Vector, theta: Vector, dt: float) -> 
 def _segments(samples: int, dt: float, segment: float | None) -> dict[str, Any]:
     """How scipy.signal should cut ``samples`` into segments."""
     if not (math.isfinite(dt) and dt > 0):
-        raise IdentificationError(_("The sample time is {dt!r}; it must be a positive number, in s.").format(dt=dt))
+        raise IdentificationError(f"The sample time is {dt!r}; it must be a positive number, in s.")
     length = round(samples * _SEGMENT if segment is None else segment / dt)
     if not FEWEST_SAMPLES // 2 <= length <= samples:
         raise IdentificationError(
-            _(
-                "Segments of {length:g} s do not fit a signal of {samples:g} s; choose between {fewest_samples:g} "
-                "s and its length."
-            ).format(length=length * dt, samples=samples * dt, fewest_samples=FEWEST_SAMPLES // 2 * dt)
+            f"Segments of {length * dt:g} s do not fit a signal of {samples * dt:g} s; choose between "
+            f"{FEWEST_SAMPLES // 2 * dt:g} s and its length."
         )
     return {
         "fs": 1 / dt,

@@ -18,10 +18,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rotflex import hil
-from rotflex.courseware import course_file, hub, messages
+from rotflex.courseware import hub
 from rotflex.courseware.benches import PRESET, REAL, SAME
 from rotflex.courseware.course_file import bench_policy
-from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.courseware.run import RUNNING
 from rotflex.courseware.session import DEMO, Session, student_of
@@ -54,7 +53,6 @@ def start(
         If the bench's address is not understood.
     """
     place = Path(folder) if folder is not None else Path.cwd()
-    messages.speak_to_reader(course_file.language(place))
     return Lab(student_of(student, place), bench, place, quiet)
 
 
@@ -90,26 +88,22 @@ class Lab(Session):
         return f"<Lab: student {self.student}, bench {self.address}>"
 
     def _welcome(self) -> None:
-        note = _(' (nobody in particular: write your id in student = "...")') if self.student == DEMO else ""
-        print(_("Student   {student}{note}").format(student=self.student, note=note))
+        note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
+        print(f"Student   {self.student}{note}")
         if told := hub.another(self.student):
             print(f"          {told}")
-        parts = _("arm in position {arm_position}, encoders of type {encoder}").format(
-            arm_position=self.joint.arm_position, encoder=self.servo.encoder
-        )
-        print(_("Bench     {address}: {parts}").format(address=self.address, parts=parts))
-        print(_("Answers   {book_path}").format(book_path=self.book.path.name))
+        parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
+        print(f"Bench     {self.address}: {parts}")
+        print(f"Answers   {self.book.path.name}")
         if self.policy.which in (SAME, PRESET):
-            print(_("          Everybody in your course has this same bench."))
+            print("          Everybody in your course has this same bench.")
         for line in self.beginning.lines():
             print(line)
         if self.policy.which == REAL:
             print(
-                _(
-                    "Marks     are given for recordings made on the laboratory's own benches. There, write the bench's "
-                    'address, as bench = "…". Anywhere else, your recordings of there are used: the folder '
-                    "recordings has {number}."
-                ).format(number=len(self.recordings.paths))
+                "Marks     are given for recordings made on the laboratory's own benches. There, write the "
+                'bench\'s address, as bench = "…". Anywhere else, your recordings of there are used: the '
+                f"folder recordings has {len(self.recordings.paths)}."
             )
 
     def bench(self, address: str | None = None, run: int = FIRST_RUN) -> hil.Bench:
@@ -132,7 +126,7 @@ class Lab(Session):
         preset = self.policy.preset if self.policy.which == PRESET else None
         bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
         if self.policy.which == REAL and not counts:
-            print(_("Note      No bench of the laboratory's: what is recorded here is not kept, and does not count."))
+            print("Note      No bench of the laboratory's: what is recorded here is not kept, and does not count.")
         elif counts and self.policy.benches and (name := bench.identity.get("name", "")) not in self.policy.benches:
             print(
                 f"Note      This bench's name is {name!r}, and your course's benches are "

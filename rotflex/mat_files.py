@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import RecordingError
 
 COLUMNS = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}  #: of an array, its time among them
@@ -28,9 +27,9 @@ METADATA = "rotflex_metadata"  #: name of the text that says where a recording c
 _DEEPEST = 5  # structures within structures
 #: How files begin that are saved otherwise, and what they are.
 _OTHERWISE = {
-    b"# Created by Octave": N_("is in Octave's own text format"),
-    b"\x89HDF": N_("is in the format HDF5"),
-    b"MATLAB 7.3 MAT-file": N_("is in MATLAB's format 7.3"),
+    b"# Created by Octave": "is in Octave's own text format",
+    b"\x89HDF": "is in the format HDF5",
+    b"MATLAB 7.3 MAT-file": "is in MATLAB's format 7.3",
 }
 
 Array = NDArray[np.float64]
@@ -50,16 +49,15 @@ def arrays(path: Path) -> tuple[dict[str, Array], str]:
     for name, where, value in places:
         if name in found and not _same(found[name][1], value):
             raise RecordingError(
-                _("{file} holds {name} twice, as {one} and as {other}: save the one that is meant by itself.").format(
-                    file=path.name, name=name, one=found[name][0], other=where
-                )
+                f"{path.name} holds {name} twice, as {found[name][0]} and as {where}: save the one that is meant "
+                "by itself."
             )
         found.setdefault(name, (where, value))
     made = {name: _array(path, *found[name], COLUMNS[name]) for name in COLUMNS if name in found}
     if not made:
         made = _of_vectors(path, content)
     if not made:
-        raise RecordingError(_("{file} holds none of {names}.").format(file=path.name, names=", ".join(COLUMNS)))
+        raise RecordingError(f"{path.name} holds none of {', '.join(COLUMNS)}.")
     described = np.asarray(content.get(METADATA, ""))
     return made, str(described.flat[0]) if described.size else ""
 
@@ -74,7 +72,7 @@ def _content(path: Path) -> dict[str, Any]:
         except Exception:  # of what lies beside ours, too
             content = loadmat(str(path), variable_names=[*COLUMNS, METADATA])
     except FileNotFoundError:
-        raise RecordingError(_("There is no file {path}.").format(path=path)) from None
+        raise RecordingError(f"There is no file {path}.") from None
     except Exception as error:  # scipy's reader fails on a broken file in many ways
         raise RecordingError(_unreadable(path, error)) from None
     return {name: _plain(value) for name, value in content.items() if not name.startswith("__")}
@@ -97,10 +95,8 @@ def _unreadable(path: Path, error: Exception) -> str:
         begins = b""
     for beginning, what in _OTHERWISE.items():
         if begins.startswith(beginning):
-            return _("{file} {what}, which is not read here. Save it with the option -v7.").format(
-                file=path.name, what=_(what)
-            )
-    return _("{file} cannot be read as a .mat file up to version 7: {error}").format(file=path.name, error=error)
+            return f"{path.name} {what}, which is not read here. Save it with the option -v7."
+    return f"{path.name} cannot be read as a .mat file up to version 7: {error}"
 
 
 def _places(content: Mapping[str, Any], within: str = "", depth: int = 0) -> Iterator[tuple[str, str, Any]]:
@@ -126,15 +122,8 @@ def _array(path: Path, where: str, value: Any, allowed: tuple[int, ...]) -> Arra
         array = array.T
     if array.ndim != 2 or array.shape[1] not in allowed or array.dtype.kind not in "fiu":
         raise RecordingError(
-            _(
-                "{file}: {where} is {shape} of {dtype}; it should be a time column and {columns} more, all numbers."
-            ).format(
-                file=path.name,
-                where=where,
-                shape=array.shape,
-                dtype=array.dtype,
-                columns=_(" or ").join(str(columns - 1) for columns in allowed),
-            )
+            f"{path.name}: {where} is {array.shape} of {array.dtype}; it should be a time column and "
+            f"{' or '.join(str(columns - 1) for columns in allowed)} more, all numbers."
         )
     return np.ascontiguousarray(array, dtype=np.float64)
 
@@ -149,10 +138,8 @@ def _with_time(path: Path, where: str, value: Mapping[str, Any]) -> Array:
         return np.column_stack([time, *columns])
     except (KeyError, TypeError, ValueError, IndexError):
         raise RecordingError(
-            _(
-                "{file}: {where} is a structure; it should have the fields time and signals.values, of one length and "
-                "all numbers."
-            ).format(file=path.name, where=where)
+            f"{path.name}: {where} is a structure; it should have the fields time and signals.values, of one "
+            "length and all numbers."
         ) from None
 
 
@@ -183,8 +170,6 @@ def _of_vectors(path: Path, content: Mapping[str, Any]) -> dict[str, Array]:
                 made[array] = np.column_stack([np.asarray(content[name], dtype=np.float64).ravel() for name in there])
             except (TypeError, ValueError):
                 raise RecordingError(
-                    _("{file}: {names} should be vectors of numbers, all of one length.").format(
-                        file=path.name, names=_(" and ").join(there)
-                    )
+                    f"{path.name}: {' and '.join(there)} should be vectors of numbers, all of one length."
                 ) from None
     return made

@@ -30,7 +30,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from rotflex.config import Joint, Servo
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 SUBSTEP = 2e-3  #: s; the longest substep
@@ -95,30 +94,16 @@ class PlantParameters:
     def __post_init__(self) -> None:
         for name in ("J_eq", "J_l", "K_s", "resistance"):
             if not 0 < getattr(self, name) < math.inf:
-                raise ConfigurationError(
-                    _("{name} must be positive and finite; it is {value!r}.").format(
-                        name=name, value=getattr(self, name)
-                    )
-                )
+                raise ConfigurationError(f"{name} must be positive and finite; it is {getattr(self, name)!r}.")
         for name in ("B_eq", "B_l", "K_3", "torque_per_volt", "back_emf"):
             if not 0 <= getattr(self, name) < math.inf:
-                raise ConfigurationError(
-                    _("{name} must be finite and not negative; it is {value!r}.").format(
-                        name=name, value=getattr(self, name)
-                    )
-                )
+                raise ConfigurationError(f"{name} must be finite and not negative; it is {getattr(self, name)!r}.")
         for name in ("V_max", "I_max"):
             if not getattr(self, name) >= 0:
-                raise ConfigurationError(
-                    _("{name} must not be negative; it is {value!r}.").format(name=name, value=getattr(self, name))
-                )
+                raise ConfigurationError(f"{name} must not be negative; it is {getattr(self, name)!r}.")
         for name in ("servo_friction", "link_friction"):
             if len(getattr(self, name)) != 2 or not all(0 <= bound < math.inf for bound in getattr(self, name)):
-                raise ConfigurationError(
-                    _("{name} must be two torques, none negative; it is {value!r}.").format(
-                        name=name, value=getattr(self, name)
-                    )
-                )
+                raise ConfigurationError(f"{name} must be two torques, none negative; it is {getattr(self, name)!r}.")
 
     @classmethod
     def of(cls, servo: Servo, joint: Joint, K_s: float) -> PlantParameters:
@@ -217,7 +202,7 @@ class Plant:
     def _divide(self, duration: float) -> tuple[int, float]:
         """How many substeps there are in a duration, and how long each is (s)."""
         if not 0 <= duration < math.inf:
-            raise ConfigurationError(_("The plant cannot be advanced by {duration!r} s.").format(duration=duration))
+            raise ConfigurationError(f"The plant cannot be advanced by {duration!r} s.")
         count = math.ceil(duration / (CUBIC_SUBSTEP if self._K_3 else SUBSTEP) - 1e-9)
         if duration:
             count = max(1, count)
@@ -316,9 +301,7 @@ class Plant:
             if servo_agrees and link_agrees:
                 return case, servo, link
         raise ConfigurationError(
-            _(
-                "The plant's motion is not a number any more after {state}: look at its parameters and its voltage."
-            ).format(state=self.state)
+            f"The plant's motion is not a number any more after {self.state}: look at its parameters and its voltage."
         )
 
     def _prepare(self, limited: bool, h: float) -> _Step:

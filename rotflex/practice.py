@@ -16,7 +16,6 @@ from collections.abc import Collection
 from types import TracebackType
 
 from rotflex import hil
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import by_program
 from rotflex.errors import AnswerError, ConfigurationError
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_bench
@@ -51,20 +50,14 @@ class Practice:
         if number is None:
             number = _IN_A_RUN if by_program() else 1 + secrets.randbelow(MOST)
         if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= MOST:
-            raise ConfigurationError(
-                _("A practice bench has a whole number from 1 to {most}; this is {number!r:.40}.").format(
-                    most=MOST, number=number
-                )
-            )
+            raise ConfigurationError(f"A practice bench has a whole number from 1 to {MOST}; this is {number!r:.40}.")
         self.number = number
         closed = self.bench()
         self.joint, self.servo = closed.joint, closed.servo
         self._open: hil.Bench | None = None
 
     def __repr__(self) -> str:
-        return _("<practice bench {number}: arm in position {position}>").format(
-            number=self.number, position=self.joint.arm_position
-        )
+        return f"<practice bench {self.number}: arm in position {self.joint.arm_position}>"
 
     def bench(self, run: int = FIRST_RUN) -> hil.Bench:
         """The bench, to be opened in a ``with`` statement; ``run`` as for ``lab.bench``."""
@@ -109,9 +102,9 @@ def _only_known(given: Collection[str]) -> None:
     unknown = [name for name in given if name not in NEAR]
     if unknown or not given:
         raise AnswerError(
-            _("A practice bench is asked for {known}; {given}.").format(
-                known=_(" and ").join(NEAR),
-                given=_("nothing was given") if not given else _("not for {names}").format(names=", ".join(unknown)),
+            "A practice bench is asked for {known}; {given}.".format(
+                known=" and ".join(NEAR),
+                given="nothing was given" if not given else f"not for {', '.join(unknown)}",
             )
         )
 
@@ -122,14 +115,15 @@ def _number(name: str, value: object) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
-        raise AnswerError(_("{name} should be a number; it is {value!r:.40}.").format(name=name, value=value))
+        raise AnswerError(f"{name} should be a number; it is {value!r:.40}.")
     return number
 
 
 def _told(name: str, value: float, true: float) -> str:
     off = value / true - 1
     unit = _UNITS[name]
-    near = _("near enough") if abs(off) <= NEAR[name] else _("not near enough yet")
-    return _(
-        "{name} = {value:.4g} {unit}: {off:+.1f} %, {near} (within {room:g} % is). The bench has {true:.4g} {unit}."
-    ).format(name=name, value=value, unit=unit, off=100 * off, near=near, room=100 * NEAR[name], true=true)
+    near = "near enough" if abs(off) <= NEAR[name] else "not near enough yet"
+    return (
+        f"{name} = {value:.4g} {unit}: {100 * off:+.1f} %, {near} (within {100 * NEAR[name]:g} % is). The bench "
+        f"has {true:.4g} {unit}."
+    )

@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 
 from rotflex import csv_files, mat_files, unanswered
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
 
@@ -76,34 +75,22 @@ class Recording:
     def __post_init__(self) -> None:
         time = _finite_vector("time", self.time)
         if time.size < 2:
-            raise RecordingError(
-                _("A recording needs at least two samples; this one has {time_size}.").format(time_size=time.size)
-            )
+            raise RecordingError(f"A recording needs at least two samples; this one has {time.size}.")
         steps = np.diff(time)
         period = float(np.median(steps))
         if period <= 0 or np.abs(steps - period).max() > _SAMPLE_TIME_TOLERANCE * period + 1e-9:
             worst = int(np.argmax(np.abs(steps - period)))
             raise RecordingError(
-                _(
-                    "The time is not evenly increasing: after t = {time:.6g} s comes {time_2:.6g} s, where steps of "
-                    "{period:.6g} s are usual. Cut or resample the recording first."
-                ).format(time=time[worst], time_2=time[worst + 1], period=period)
+                f"The time is not evenly increasing: after t = {time[worst]:.6g} s comes {time[worst + 1]:.6g} "
+                f"s, where steps of {period:.6g} s are usual. Cut or resample the recording first."
             )
         channels = {}
         for name, channel in self.channels.items():
-            values = _finite_vector(_("channel {name!r}").format(name=name), channel.values)
+            values = _finite_vector(f"channel {name!r}", channel.values)
             if values.size != time.size:
-                raise RecordingError(
-                    _("Channel {name!r} has {values_size} samples, the time has {time_size}.").format(
-                        name=name, values_size=values.size, time_size=time.size
-                    )
-                )
+                raise RecordingError(f"Channel {name!r} has {values.size} samples, the time has {time.size}.")
             if channel.unit != UNITS.get(name, channel.unit):
-                raise RecordingError(
-                    _("Channel {name!r} is in {channel_unit}; inside, it should be in {units}.").format(
-                        name=name, channel_unit=channel.unit, units=UNITS[name]
-                    )
-                )
+                raise RecordingError(f"Channel {name!r} is in {channel.unit}; inside, it should be in {UNITS[name]}.")
             channels[name] = Channel(values, channel.unit)
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "channels", MappingProxyType(channels))
@@ -114,21 +101,13 @@ class Recording:
         """Build a recording from arrays in SI units, with the known channel names: ``Recording.of(t, alpha=alpha)``."""
         unknown = [name for name in channels if name not in UNITS]
         if unknown:
-            raise RecordingError(
-                _("There is no channel {unknown!r}; there are {names}.").format(
-                    unknown=unknown[0], names=", ".join(UNITS)
-                )
-            )
+            raise RecordingError(f"There is no channel {unknown[0]!r}; there are {', '.join(UNITS)}.")
         return cls(time, {name: Channel(values, UNITS[name]) for name, values in channels.items()}, metadata or {})
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """Samples (n,) of a channel, in SI units."""
         if name not in self.channels:
-            raise RecordingError(
-                _("This recording has no channel {name!r}; it has {names}.").format(
-                    name=name, names=", ".join(self.channels)
-                )
-            )
+            raise RecordingError(f"This recording has no channel {name!r}; it has {', '.join(self.channels)}.")
         return self.channels[name].values
 
     def __contains__(self, name: object) -> bool:
@@ -151,11 +130,7 @@ class Recording:
         """Samples (n,) of an angle, in degrees, for plots and tables."""
         values = self[name]
         if self.channels[name].unit != "rad":
-            raise RecordingError(
-                _("Channel {name!r} is in {unit}; only angles can be in degrees.").format(
-                    name=name, unit=self.channels[name].unit
-                )
-            )
+            raise RecordingError(f"Channel {name!r} is in {self.channels[name].unit}; only angles can be in degrees.")
         return values / DEG
 
     def between(self, start: float, stop: float) -> Recording:
@@ -163,11 +138,7 @@ class Recording:
         rounding = 1e-6 * self.sample_time  # 7 * 0.1 is a little more than 0.7
         inside = (self.time >= start - rounding) & (self.time < stop - rounding)
         if inside.sum() < 2:
-            raise RecordingError(
-                _("There is nothing between {start:g} s and {stop:g} s in {value!r}.").format(
-                    start=start, stop=stop, value=self
-                )
-            )
+            raise RecordingError(f"There is nothing between {start:g} s and {stop:g} s in {self!r}.")
         time = self.time[inside]
         parts = {name: Channel(channel.values[inside], channel.unit) for name, channel in self.channels.items()}
         first = int(np.argmax(inside))
@@ -193,9 +164,7 @@ class Recording:
         try:
             files.write(target, lambda scratch: write(scratch, variables))
         except OSError as error:
-            raise RecordingError(
-                _("{target} cannot be written: {error}.").format(target=target, error=error.strerror or error)
-            ) from None
+            raise RecordingError(f"{target} cannot be written: {error.strerror or error}.") from None
         return target
 
     @classmethod
@@ -211,7 +180,7 @@ class Recording:
             If a file cannot be read, holds none of the known arrays, or if files do not belong together.
         """
         if not paths:
-            raise RecordingError(_("Name at least one file to load."))
+            raise RecordingError("Name at least one file to load.")
         if len(paths) == 1 and Path(paths[0]).suffix.lower() == ".csv":
             return _read_csv(Path(paths[0]))
         arrays: dict[str, NDArray[np.float64]] = {}
@@ -223,11 +192,7 @@ class Recording:
                 if key in metadata and described.get(key, metadata[key]) != metadata[key]:
                     differing.append(key)
             if differing:
-                raise RecordingError(
-                    _("{path} is of another experiment than the files before: see {differing}.").format(
-                        path=path.name, differing=differing[0]
-                    )
-                )
+                raise RecordingError(f"{path.name} is of another experiment than the files before: see {differing[0]}.")
             arrays |= found
             metadata |= described
         source = ", ".join(Path(path).name for path in paths)
@@ -260,9 +225,7 @@ class Recording:
         validation = validation or metadata.get("experiment") == "validation"
         for name, array in arrays.items():
             if array.shape[0] != time.size or (np.abs(array[:, 0] - time) > 1e-6).any():
-                raise RecordingError(
-                    _("{name} has another time axis than {first}.").format(name=name, first=next(iter(arrays)))
-                )
+                raise RecordingError(f"{name} has another time axis than {next(iter(arrays))}.")
             if name == "data_vm":
                 channels["vm"] = Channel(array[:, 1], "V")
             elif name in ("data_theta", "data_alpha"):
@@ -280,31 +243,21 @@ class Recording:
         wanted = list(arrays) if variables is None else list(variables)
         missing = [name for name in wanted if name not in arrays]
         if missing:
-            raise RecordingError(
-                _("This recording cannot give {missing}; it can give {names}.").format(
-                    missing=missing[0], names=", ".join(arrays)
-                )
-            )
+            raise RecordingError(f"This recording cannot give {missing[0]}; it can give {', '.join(arrays)}.")
         content: dict[str, Any] = {name: arrays[name] for name in wanted}
         if variables is None:
             lost = set(self.channels) - set(self._from_arrays(arrays, self.metadata).channels if arrays else ())
             if lost:
-                raise RecordingError(
-                    _("A .mat file has no place here for {names}; save as .csv.").format(names=", ".join(sorted(lost)))
-                )
+                raise RecordingError(f"A .mat file has no place here for {', '.join(sorted(lost))}; save as .csv.")
         content[mat_files.METADATA] = self._description()
         savemat(str(path), content, appendmat=False, format="5", do_compression=True)
 
     def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
         if variables is not None:
-            raise RecordingError(_("A .csv file holds all channels; choose variables only with .mat."))
+            raise RecordingError("A .csv file holds all channels; choose variables only with .mat.")
         unknown = [name for name in self.channels if name not in UNITS]
         if unknown:
-            raise RecordingError(
-                _("Files know no channel {unknown!r}; they know {names}.").format(
-                    unknown=unknown[0], names=", ".join(UNITS)
-                )
-            )
+            raise RecordingError(f"Files know no channel {unknown[0]!r}; they know {', '.join(UNITS)}.")
         with path.open("w", newline="", encoding="utf-8") as file:
             file.write(f"# {self._description()}\n")
             writer = csv.writer(file, lineterminator="\n")
@@ -320,9 +273,7 @@ class Recording:
         try:
             return json.dumps(self.metadata, sort_keys=True)
         except (TypeError, ValueError, RecursionError) as error:
-            raise RecordingError(
-                _("The metadata must be plain data, as JSON can hold: {error}.").format(error=error)
-            ) from None
+            raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
 
 
 def saved_ending(path: Path) -> str:
@@ -335,7 +286,7 @@ def saved_ending(path: Path) -> str:
     """
     ending = path.suffix.lower()
     if ending not in (".mat", ".csv"):
-        raise RecordingError(_("{path}: a recording is saved as .mat or .csv.").format(path=path.name))
+        raise RecordingError(f"{path.name}: a recording is saved as .mat or .csv.")
     return ending
 
 
@@ -343,20 +294,12 @@ def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
     try:
         vector = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise RecordingError(
-            _("The {what} is not an array of numbers: {error}").format(what=what, error=error)
-        ) from None
+        raise RecordingError(f"The {what} is not an array of numbers: {error}") from None
     if vector.ndim != 1:
-        raise RecordingError(
-            _("The {what} must be one-dimensional; its shape is {vector_shape}.").format(
-                what=what, vector_shape=vector.shape
-            )
-        )
+        raise RecordingError(f"The {what} must be one-dimensional; its shape is {vector.shape}.")
     if not np.isfinite(vector).all():
         raise RecordingError(
-            _("The {what} has a value that is not finite at sample {sample}.").format(
-                what=what, sample=int(np.argmin(np.isfinite(vector)))
-            )
+            f"The {what} has a value that is not finite at sample {int(np.argmin(np.isfinite(vector)))}."
         )
     vector.setflags(write=False)
     return vector

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
 from rotflex.hil import waiting
 from rotflex.hil.answered import why_not
@@ -123,9 +122,7 @@ class RecordingsFolder:
         try:
             self.folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise RecordingError(
-                _("{folder} cannot be made: {why}.").format(folder=self.folder, why=error.strerror)
-            ) from None
+            raise RecordingError(f"{self.folder} cannot be made: {error.strerror}.") from None
         number = 1 + max((int(path.name.partition("-")[0]) for path in self.paths), default=0)
         name = re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
         path = self.folder / f"{number:03d}-{name}.mat"

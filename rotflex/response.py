@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.config import one_of
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
 from rotflex.specifications import SETTLING_BAND, SPECIFICATIONS, Specification
@@ -140,9 +139,7 @@ def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "com
     """
     one_of("final", final, ("commanded", "measured"))
     if not 0 < band < 1:
-        raise ConfigurationError(
-            _("band is {band!r}; it is a fraction of the final value, 0.04 for 4 %.").format(band=band)
-        )
+        raise ConfigurationError(f"band is {band!r}; it is a fraction of the final value, 0.04 for 4 %.")
     moves = _find_moves(recording["theta_ref"], recording["theta"])
     starts = [move.start for move in moves]
     usual = float(np.median(np.diff(starts))) if len(starts) > 1 else 0.0
@@ -151,11 +148,7 @@ def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "com
         step = StepResponse(float(recording.time[move.start]), move.before, move.after)
         if stop == len(recording) and (move.at_rest >= stop or stop - move.start < _SHORTEST_PART * usual):
             held = (stop - move.start) * recording.sample_time
-            responses.append(
-                _with(
-                    step, remark=_("not measurable: the recording ends {held:.3g} s after this step").format(held=held)
-                )
-            )
+            responses.append(_with(step, remark=f"not measurable: the recording ends {held:.3g} s after this step"))
         else:
             responses.append(_measure_step(recording, slice(move.start, stop), step, band, final))
     return responses
@@ -173,10 +166,8 @@ def worst(steps: Sequence[StepResponse]) -> Summary:
     """
     measurable = [step for step in steps if step.measurable]
     if not measurable:
-        steps_text = "; ".join(_at(step) for step in steps) or _("there are no steps")
-        raise IdentificationError(
-            _("Nothing could be measured: {steps_text}. Record for longer.").format(steps_text=steps_text)
-        )
+        steps_text = "; ".join(_at(step) for step in steps) or "there are no steps"
+        raise IdentificationError(f"Nothing could be measured: {steps_text}. Record for longer.")
     largest = max(step.size for step in measurable)
     full = [step for step in measurable if step.size >= _FULL_SIZE * largest]
 
@@ -218,18 +209,14 @@ def _find_moves(reference: NDArray[np.float64], theta: NDArray[np.float64]) -> l
     height = float(np.ptp(reference))
     if height == 0:
         raise IdentificationError(
-            _("The command is constant, {reference_deg:.4g} deg: there is no step to measure the response to.").format(
-                reference_deg=reference[0] / DEG
-            )
+            f"The command is constant, {reference[0] / DEG:.4g} deg: there is no step to measure the response to."
         )
     change = np.diff(reference)
     heading = np.where(np.abs(change) > _REST * height, np.sign(change), 0.0)
     if np.count_nonzero(heading) > 0.5 * heading.size:
         raise IdentificationError(
-            _(
-                "The command moves most of the time: it is not a square wave. Step responses can be measured on a "
-                "square wave, rate-limited or not; for a sweep see rotflex.identification."
-            )
+            "The command moves most of the time: it is not a square wave. Step responses can be measured on a "
+            "square wave, rate-limited or not; for a sweep see rotflex.identification."
         )
     turns = (np.flatnonzero(np.diff(heading)) + 1).tolist()
     moves = []
@@ -279,11 +266,9 @@ def _measure_step(recording: Recording, part: slice, step: StepResponse, band: f
     if settled > (1 - _STEADY_PART) * theta.size:
         error = abs(step.after - rest) / DEG
         seen = (1 - _STEADY_PART) * theta.size * recording.sample_time
-        words = _(
-            "not settled within ±{half_width_deg:.3g} deg of {final_value_deg:.4g} deg after {seen:.3g} s"
-        ).format(half_width_deg=half_width / DEG, final_value_deg=final_value / DEG, seen=seen)
+        words = f"not settled within ±{half_width / DEG:.3g} deg of {final_value / DEG:.4g} deg after {seen:.3g} s"
         if abs(final_value - rest) > half_width:
-            words += _(": it comes to rest {error:.3g} deg from the command").format(error=error)
+            words += f": it comes to rest {error:.3g} deg from the command"
         return _with(step, **measured, settling_time=math.inf, remark=words)
     return _with(step, **measured, settling_time=settled * recording.sample_time)
 
@@ -294,20 +279,16 @@ def _with(step: StepResponse, **figures: Any) -> StepResponse:
 
 def _did_not_follow(moved: float, seconds: float, step: StepResponse) -> str:
     if moved < -(1 - _FOLLOWED) * step.size:
-        return _(
-            "the servo moved {moved_deg:.3g} deg against the command: look at the sign of the angle, of the voltage "
-            "and of the gain"
-        ).format(moved_deg=-moved / DEG)
+        return (
+            f"the servo moved {-moved / DEG:.3g} deg against the command: look at the sign of the angle, of the "
+            "voltage and of the gain"
+        )
     moved_deg = moved / DEG + 0.0  # no "-0"
-    return _(
-        "the servo did not follow: it moved {moved_deg:.3g} deg of {step_size_deg:.3g} deg in {seconds:.3g} s"
-    ).format(moved_deg=moved_deg, step_size_deg=step.size / DEG, seconds=seconds)
+    return f"the servo did not follow: it moved {moved_deg:.3g} deg of {step.size / DEG:.3g} deg in {seconds:.3g} s"
 
 
 def _at(step: StepResponse) -> str:
-    return _("step at {step_start:.4g} s, {before_deg:.4g} to {after_deg:.4g} deg: {remark}").format(
-        step_start=step.start, before_deg=step.before / DEG, after_deg=step.after / DEG, remark=step.remark
-    )
+    return f"step at {step.start:.4g} s, {step.before / DEG:.4g} to {step.after / DEG:.4g} deg: {step.remark}"
 
 
 # --- the specifications ----------------------------------------------------------------------------------------------
@@ -316,26 +297,22 @@ def _at(step: StepResponse) -> str:
 def _judge(summary: Summary, specification: Specification) -> Finding:
     value = getattr(summary, specification.quantity)
     limit = specification.limit
-    title = _("Specification {specification_number}, {specification}").format(
-        specification_number=specification.number, specification=_(specification.name)
-    )
-    allowed = _("at most {shown}").format(shown=_shown(limit, specification.unit))
+    title = f"Specification {specification.number}, {specification.name}"
+    allowed = f"at most {_shown(limit, specification.unit)}"
     if value is None:
-        return Finding(
-            specification, None, None, _("{title}: not measured ({allowed}).").format(title=title, allowed=allowed)
-        )
+        return Finding(specification, None, None, f"{title}: not measured ({allowed}).")
     if math.isinf(value):
         return Finding(
             specification,
             value,
             False,
-            _("{title}: not met, the angle does not settle; {allowed}.").format(title=title, allowed=allowed),
+            f"{title}: not met, the angle does not settle; {allowed}.",
         )
     met = bool(value <= limit * (1 + 1e-9))
-    judged = _("{title}: met, {shown}; {allowed}.") if met else _("{title}: not met, {shown}; {allowed}.")
+    judged = "{title}: met, {shown}; {allowed}." if met else "{title}: not met, {shown}; {allowed}."
     words = judged.format(title=title, shown=_shown(value, specification.unit), allowed=allowed)
     if specification.quantity == "max_vm" and math.isclose(value, limit):
-        words += _(" The voltage was at its limit: the controller may have asked for more.")
+        words += " The voltage was at its limit: the controller may have asked for more."
     return Finding(specification, value, met, words)
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 # A sample time like 0.1 s has no exact binary value, so that an edge meant for a sample may come out just after it.
@@ -31,11 +30,7 @@ def time_axis(duration: float, sample_time: float) -> NDArray[np.float64]:
     duration = _positive("duration", duration, "s")
     intervals = int(np.floor(duration / sample_time * (1 + _EDGE_TOLERANCE)))
     if intervals < 1:
-        raise ConfigurationError(
-            _("A duration of {duration:g} s is shorter than one sample time of {sample_time:g} s.").format(
-                duration=duration, sample_time=sample_time
-            )
-        )
+        raise ConfigurationError(f"A duration of {duration:g} s is shorter than one sample time of {sample_time:g} s.")
     return np.arange(intervals + 1, dtype=np.float64) * sample_time
 
 
@@ -137,9 +132,7 @@ def smooth_square_wave(t: Any, frequency: float, amplitude: float, rate: float) 
 
 def _positive(what: str, value: float, unit: str) -> float:
     if not (np.isfinite(value) and value > 0):
-        raise ConfigurationError(
-            _("{what} is {value!r}; it must be a positive number, in {unit}.").format(what=what, value=value, unit=unit)
-        )
+        raise ConfigurationError(f"{what} is {value!r}; it must be a positive number, in {unit}.")
     return float(value)
 
 
@@ -147,34 +140,26 @@ def _vector(what: str, values: Any) -> NDArray[np.float64]:
     try:
         vector = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ConfigurationError(
-            _("{what} must be a vector of numbers; it is {values!r}.").format(what=what, values=values)
-        ) from None
+        raise ConfigurationError(f"{what} must be a vector of numbers; it is {values!r}.") from None
     if vector.ndim != 1 or not np.isfinite(vector).all():
-        raise ConfigurationError(
-            _("{what} must be a vector of finite numbers; its shape is {vector_shape}.").format(
-                what=what, vector_shape=vector.shape
-            )
-        )
+        raise ConfigurationError(f"{what} must be a vector of finite numbers; its shape is {vector.shape}.")
     return vector
 
 
 def _times(t: Any) -> NDArray[np.float64]:
-    return _vector(_("t, the sample times in s,"), t)
+    return _vector("t, the sample times in s,", t)
 
 
 def _sample_time(time: NDArray[np.float64]) -> float:
     """Spacing of an evenly spaced time axis, s."""
     spacing = np.diff(time)
     if spacing.size == 0 or spacing.min() <= 0 or np.ptp(spacing) > 1e-3 * spacing.min():
-        raise ConfigurationError(_("t must be two or more evenly increasing sample times, in s; see time_axis."))
+        raise ConfigurationError("t must be two or more evenly increasing sample times, in s; see time_axis.")
     return float((time[-1] - time[0]) / spacing.size)
 
 
 def _below_nyquist(frequency: float, sample_time: float) -> None:
     if frequency >= 0.5 / sample_time:
         raise ConfigurationError(
-            _("{frequency:g} Hz cannot be sampled every {sample_time:g} s: stay below {sample_time_2:g} Hz.").format(
-                frequency=frequency, sample_time=sample_time, sample_time_2=0.5 / sample_time
-            )
+            f"{frequency:g} Hz cannot be sampled every {sample_time:g} s: stay below {0.5 / sample_time:g} Hz."
         )

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from rotflex import __version__
 from rotflex.config import DAC_LIMIT, Servo, one_of
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.recording import Recording
 from rotflex.units import HZ
@@ -84,15 +83,9 @@ def closed_loop(
     one_of("fidelity", fidelity, ("exact", "workbook"))
     limit = np.inf if saturation is None else float(saturation)
     if not 0 < sample_time < np.inf:
-        raise ConfigurationError(
-            _("sample_time is {sample_time!r}; it must be a positive number of seconds.").format(
-                sample_time=sample_time
-            )
-        )
+        raise ConfigurationError(f"sample_time is {sample_time!r}; it must be a positive number of seconds.")
     if not limit > 0:
-        raise ConfigurationError(
-            _("saturation is {saturation!r}; it must be a positive voltage, or None.").format(saturation=saturation)
-        )
+        raise ConfigurationError(f"saturation is {saturation!r}; it must be a positive voltage, or None.")
     if feedback == "partial":
         K = K * [1.0, 0.0, 1.0, 0.0]
 
@@ -252,25 +245,13 @@ def _matrix(name: str, value: Any, shapes: list[tuple[int, ...]]) -> Vector:
         matrix = np.real_if_close(np.array(value))  # pole placement may leave imaginary parts of 1e-17
         matrix = matrix if np.iscomplexobj(matrix) else matrix.astype(np.float64)
     except (TypeError, ValueError):
-        raise DesignError(
-            _("{name} must be an array of numbers of shape {wanted}; it is {value!r}.").format(
-                name=name, wanted=wanted, value=value
-            )
-        ) from None
+        raise DesignError(f"{name} must be an array of numbers of shape {wanted}; it is {value!r}.") from None
     if np.iscomplexobj(matrix):
-        raise DesignError(
-            _("{name} is complex: {value!r}. Poles that are complex must come in conjugate pairs.").format(
-                name=name, value=value
-            )
-        )
+        raise DesignError(f"{name} is complex: {value!r}. Poles that are complex must come in conjugate pairs.")
     if matrix.shape not in shapes:
-        raise DesignError(
-            _("{name} must have the shape {wanted}; its shape is {matrix_shape}. States: {states}.").format(
-                name=name, wanted=wanted, matrix_shape=matrix.shape, states=STATES
-            )
-        )
+        raise DesignError(f"{name} must have the shape {wanted}; its shape is {matrix.shape}. States: {STATES}.")
     if not np.isfinite(matrix).all():
-        raise DesignError(_("{name} has a value that is not finite: {value}.").format(name=name, value=matrix.tolist()))
+        raise DesignError(f"{name} has a value that is not finite: {matrix.tolist()}.")
     return matrix
 
 
@@ -278,13 +259,11 @@ def _reference(value: Any) -> Vector:
     try:
         reference = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise RecordingError(_("The reference must be an array of numbers: angles in rad, one per sample.")) from None
+        raise RecordingError("The reference must be an array of numbers: angles in rad, one per sample.") from None
     if reference.ndim != 1 or reference.size < 2 or not np.isfinite(reference).all():
         raise RecordingError(
-            _(
-                "The reference must be a vector of two or more finite angles in rad, one per sample; its shape is "
-                "{reference_shape}."
-            ).format(reference_shape=reference.shape)
+            "The reference must be a vector of two or more finite angles in rad, one per sample; its shape is "
+            f"{reference.shape}."
         )
     return reference
 
@@ -292,19 +271,13 @@ def _reference(value: Any) -> Vector:
 def _why_it_ran_away(A: Vector, B: Vector, K: Vector, sample_time: float, fidelity: str, sample: int) -> str:
     poles = np.linalg.eigvals(A - np.outer(B, K))
     worst = poles[np.argmax(poles.real)]
-    text = _("The simulation ran away: at t = {sample:.3g} s an angle had left ±{runaway:g} rad. ").format(
-        sample=sample * sample_time, runaway=_RUNAWAY
-    )
+    text = f"The simulation ran away: at t = {sample * sample_time:.3g} s an angle had left ±{_RUNAWAY:g} rad. "
     if worst.real > 0:
-        loop = _("closed loop") if fidelity == "exact" else _("closed loop with its derivative filters")
-        text += _("The {loop} has an unstable pole at {worst:.3g} rad/s").format(loop=loop, worst=worst)
-        return text + _(": look at the signs and the size of K, and at A and B.")
+        loop = "closed loop" if fidelity == "exact" else "closed loop with its derivative filters"
+        text += f"The {loop} has an unstable pole at {worst:.3g} rad/s"
+        return text + ": look at the signs and the size of K, and at A and B."
     if fidelity == "workbook" and np.abs(1 + sample_time * poles).max() > 1:
         fastest = poles[np.argmax(np.abs(1 + sample_time * poles))]
-        text += _("The closed loop is stable, but its pole at {fastest:.3g} rad/s is too fast for Euler steps ").format(
-            fastest=fastest
-        )
-        return text + _("of {sample_time:g} s: use a shorter sample_time or fidelity='exact'.").format(
-            sample_time=sample_time
-        )
-    return text + _("Its poles are stable: look at the reference (is it in rad?) and at x0.")
+        text += f"The closed loop is stable, but its pole at {fastest:.3g} rad/s is too fast for Euler steps "
+        return text + f"of {sample_time:g} s: use a shorter sample_time or fidelity='exact'."
+    return text + "Its poles are stable: look at the reference (is it in rad?) and at x0."

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import N_
 from rotflex.units import DEG
 
 # --- the command: a square wave, its slope limited (Section 3.4) ----------------------------------------------------
@@ -37,14 +36,14 @@ class Specification:
 SPECIFICATIONS = (
     Specification(
         1,
-        N_("servo angle {settling_band:g} % settling time", settling_band=100 * SETTLING_BAND),
+        f"servo angle {100 * SETTLING_BAND:g} % settling time",
         "settling_time",
         0.5,
         "s",
     ),
-    Specification(2, N_("servo angle overshoot"), "overshoot", 5.0, "%"),
-    Specification(3, N_("largest link deflection"), "max_alpha", 12.5 * DEG, "rad"),
-    Specification(4, N_("largest motor voltage"), "max_vm", 10.0, "V"),
+    Specification(2, "servo angle overshoot", "overshoot", 5.0, "%"),
+    Specification(3, "largest link deflection", "max_alpha", 12.5 * DEG, "rad"),
+    Specification(4, "largest motor voltage", "max_vm", 10.0, "V"),
 )
 #: quantity → limit
 LIMITS = {one.quantity: one.limit for one in SPECIFICATIONS}

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.config import Joint, Servo
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import Part
 from rotflex.instructor import design, model
 from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
@@ -35,7 +34,7 @@ Array = NDArray[Any]
 Follow = Callable[[Case], Any]
 #: What an answer may follow from: what that is, in words → what it leads to.
 Follows = tuple[tuple[str, Follow], ...]
-CARRIED = N_("your own answer")
+CARRIED = "your own answer"
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
             if np.any(expected):
                 found.append((words, expected))
             else:
-                why = why or _(" From {words} follows nothing but zeros.").format(words=words)
+                why = why or f" From {words} follows nothing but zeros."
     return found, why
 
 
@@ -145,16 +144,12 @@ def settle(
             continue
         if agrees(value, expected):
             if stiffness_is_right:
-                return right(_("Agrees with {what} of your bench.").format(what=what)), ""
-            return follow_through(
-                _("Not {what} of your bench, but it agrees with your own stiffness.").format(what=what)
-            ), ""
+                return right(f"Agrees with {what} of your bench."), ""
+            return follow_through(f"Not {what} of your bench, but it agrees with your own stiffness."), ""
     found, why = led_to(case, follow)
     for words, expected in found:
         if agrees(value, expected):
-            return follow_through(
-                _("Not {what} of your bench, but it agrees with {words}.").format(what=what, words=words)
-            ), ""
+            return follow_through(f"Not {what} of your bench, but it agrees with {words}."), ""
     return None, why
 
 
@@ -190,15 +185,11 @@ class ArrayFrom:
             for expected in (*right_ones, *(own for _words, own in led_to(case, self.follow)[0])):
                 with contextlib.suppress(*NOT_TO_BE_HAD):  # what cannot be inverted, say, was not
                     if self._agrees(value, changed(np.asarray(expected))):
-                        return wrong(_("Not {what}: {slip}.").format(what=self.what, slip=slip))
+                        return wrong(f"Not {self.what}: {slip}.")
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
-                return wrong(_("Not {what}: {slip}.").format(what=self.what, slip=slip))
-        return wrong(
-            _("Not {what} of your bench, and not what follows from your own earlier answers.{why}").format(
-                what=self.what, why=why
-            )
-        )
+                return wrong(f"Not {self.what}: {slip}.")
+        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         given, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
@@ -235,17 +226,13 @@ class PolesFrom:
         found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
-        for slip, changed in ((_("the signs of the real parts are turned round"), mirrored), *self.slips):
+        for slip, changed in (("the signs of the real parts are turned round", mirrored), *self.slips):
             if settle(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
-                return wrong(_("Not {what}: {slip}.").format(what=self.what, slip=slip))
+                return wrong(f"Not {self.what}: {slip}.")
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
-                return wrong(_("Not {what}: {slip}.").format(what=self.what, slip=slip))
-        return wrong(
-            _("Not {what} of your bench, and not what follows from your own earlier answers.{why}").format(
-                what=self.what, why=why
-            )
-        )
+                return wrong(f"Not {self.what}: {slip}.")
+        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         return same_poles(value, expected, self.rtol)
@@ -280,20 +267,16 @@ class StateSpaceFunction:
         inputs = PLANT_PARAMETERS.inputs(case.probe_seed)
         bad = self._differing(value, [dict(zip("ABCD", _written_out(*one), strict=True)) for one in inputs])
         if not bad:
-            return right(_("Called with other parameters, it gives their model."))
+            return right("Called with other parameters, it gives their model.")
         try:
             own = [own_matrices(case.own, *one) for one in inputs]
         except NOT_TO_BE_HAD:
             own = []
         if own and not set(bad) - set("AB") and not self._differing(value, own):
-            return follow_through(_("Not the model of the derivation, but it gives your own matrices of question 2.7."))
-        reason = _("Called with other parameters, it gives another {names} than the derivation.").format(
-            names=_(" and ").join(bad)
-        )
+            return follow_through("Not the model of the derivation, but it gives your own matrices of question 2.7.")
+        reason = f"Called with other parameters, it gives another {' and '.join(bad)} than the derivation."
         if "A" in bad:
-            reason += _(" Look at row {names} of A, and at the signs in it.").format(
-                names=", ".join(map(str, self._rows(value, inputs)))
-            )
+            reason += f" Look at row {', '.join(map(str, self._rows(value, inputs)))} of A, and at the signs in it."
         return partly(0.5, reason) if len(bad) == 1 and bad != ["A"] else wrong(reason)
 
     def _differing(self, value: Any, expected: list[dict[str, Array]]) -> list[str]:
@@ -325,9 +308,7 @@ def own_matrices(own: Own, K_s: float, J_l: float, J_eq: float, B_eq: float) -> 
         matrix = own("2.7", name)
         found[name] = np.reshape([at(entry, point) for entry in matrix], matrix.shape)
     if np.linalg.matrix_rank(found["A"]) < 3 or not np.any(found["B"]):
-        raise NothingFollows(
-            _("Your own matrices of question 2.7 are nearly all zeros, and nothing follows from that.")
-        )
+        raise NothingFollows("Your own matrices of question 2.7 are nearly all zeros, and nothing follows from that.")
     return found
 
 

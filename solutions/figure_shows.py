@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.marking.curve_following import Trace
 from rotflex.instructor.marking.seen_curves import Seen, Wanted, best, find, own_trace
@@ -52,7 +51,7 @@ class FigureShows:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for each channel, then at the labels."""
         if not case.virtual:
-            return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
+            return for_a_person("It does not come from a bench that is known here; a person will look at it.")
         shown: Shown = {channel: [] for channel in self.channels}
         for wanted in self._wanted(case):
             for channel, seen in _seen(value, wanted).items():
@@ -62,20 +61,20 @@ class FigureShows:
         if not chosen:
             told = [reason for reason in reasons if ":" in reason]
             return wrong(
-                _(
+                (
                     "No curve in the figure follows the recording that it should show over a turn of the command or "
                     "more{told}."
                 ).format(told="".join(f"; {one}" for one in told))
             )
         if reasons:
-            reasons.append(_("each curve should follow over a turn of the command or more"))
+            reasons.append("each curve should follow over a turn of the command or more")
         reasons += dict.fromkeys(fault for seen in chosen.values() for fault in seen.faults)
         if not reasons:
-            return right(_("Curves of {channels} over time, with units.").format(channels=", ".join(self.channels)))
+            return right(f"Curves of {', '.join(self.channels)} over time, with units.")
         share = sum(seen.share for seen in chosen.values()) / len(self.channels)
         return partly(
             round(share, 2),
-            _("The figure shows the recording, but {reasons}.").format(reasons="; ".join(reasons)),
+            f"The figure shows the recording, but {'; '.join(reasons)}.",
         )
 
     def _wanted(self, case: Case) -> Iterator[dict[str, Wanted]]:
@@ -142,5 +141,5 @@ def _one_curve_each(shown: Shown) -> dict[str, Seen]:
 
 def _missing(channel: str, seen: Seen | None) -> str:
     if seen is None or not seen.lacking:
-        return _("no curve of its own follows {channel}").format(channel=channel)
-    return _("{channel}: {lacking}").format(channel=channel, lacking=seen.lacking)
+        return f"no curve of its own follows {channel}"
+    return f"{channel}: {seen.lacking}"

@@ -3,7 +3,6 @@
 import numpy as np
 
 from rotflex.config import srv02
-from rotflex.courseware.messages import N_, _
 from rotflex.instructor.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, Number
 from rotflex.specifications import ZETA
 from rotflex.units import DEG
@@ -71,81 +70,81 @@ def K_c_for_own_wish(case):
 
 
 K_C = (
-    (N_("the difference of your own two polynomials"), own_K_c),
-    (N_("your own desired polynomial"), K_c_for_own_wish),
+    ("the difference of your own two polynomials", own_K_c),
+    ("your own desired polynomial", K_c_for_own_wish),
 )
 
 PRELAB = {
     "3.1": {
         "stability": ChoiceIs(
             "marginally stable",
-            N_("One pole is on the imaginary axis, and it is not repeated; all others are in the left half."),
+            "One pole is on the imaginary axis, and it is not repeated; all others are in the left half.",
             follow=own_stability,
-            follow_what=N_("your own poles"),
+            follow_what="your own poles",
         ),
         "explanation": ForAPerson(),
     },
     "3.2": {
         "strategy": ForAPerson(),
         "polynomial": ArrayFrom(
-            N_("the characteristic polynomial"),
+            "the characteristic polynomial",
             lambda d: d.polynomial,
-            follow=((N_("the polynomial of your own poles"), own_polynomial),),
-            slips=((N_("highest power of s first"), lambda p: p[::-1]),),
+            follow=(("the polynomial of your own poles", own_polynomial),),
+            slips=(("highest power of s first", lambda p: p[::-1]),),
         ),
     },
     "3.3": {
         "A_c": ArrayFrom(
-            N_("the companion matrix"),
+            "the companion matrix",
             lambda d: companion(d.polynomial),
-            follow=((N_("the companion matrix of your own polynomial"), own_companion),),
+            follow=(("the companion matrix of your own polynomial", own_companion),),
             slips=(
-                (N_("the last row has the other sign"), lambda a: np.vstack([a[:3], -a[3:]])),
+                ("the last row has the other sign", lambda a: np.vstack([a[:3], -a[3:]])),
                 (
-                    N_("the coefficients of the last row go the other way round"),
+                    "the coefficients of the last row go the other way round",
                     lambda a: np.vstack([a[:3], a[3:, ::-1]]),
                 ),
-                (N_("it is transposed"), np.transpose),
+                ("it is transposed", np.transpose),
             ),
         ),
-        "B_c": ArrayFrom(N_("the companion form of B"), lambda d: [0, 0, 0, 1]),
+        "B_c": ArrayFrom("the companion form of B", lambda d: [0, 0, 0, 1]),
     },
     "3.4": {
         "strategy": ForAPerson(),
         "desired_poles": PolesFrom(
-            N_("the desired poles"),
+            "the desired poles",
             lambda d: desired_poles(),
             rtol=tolerances.DESIRED,
             slips=(
                 (
-                    N_("the imaginary part is omega_n sqrt(1 - zeta²), not omega_n"),
+                    "the imaginary part is omega_n sqrt(1 - zeta²), not omega_n",
                     lambda p: p.real + 1j * p.imag * np.sqrt(1 - ZETA**2),
                 ),
                 (
-                    N_("the dominant pair is -zeta omega_n ± j omega_n sqrt(1 - zeta²): real and imaginary part"),
+                    "the dominant pair is -zeta omega_n ± j omega_n sqrt(1 - zeta²): real and imaginary part",
                     swapped,
                 ),
             ),
         ),
         "polynomial": ArrayFrom(
-            N_("the desired polynomial"),
+            "the desired polynomial",
             lambda d: desired_polynomial(),
             rtol=tolerances.DESIRED,
-            follow=((N_("the polynomial of your own desired poles"), wanted_by_own_poles),),
-            slips=((N_("highest power of s first"), lambda p: p[::-1]),),
+            follow=(("the polynomial of your own desired poles", wanted_by_own_poles),),
+            slips=(("highest power of s first", lambda p: p[::-1]),),
         ),
     },
     "3.5": {
         "strategy": ForAPerson(),
         "K_c": ArrayFrom(
-            N_("the gain in companion form"),
+            "the gain in companion form",
             lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
             follow=K_C,
             slips=(
-                (N_("the gain for the lowest power of s comes first"), lambda k: k[::-1]),
-                (N_("a factor of ten is lost in the first entry"), lambda k: k * [0.1, 1, 1, 1]),
-                (N_("the open-loop coefficients were not taken off"), lambda k: desired_polynomial()[:0:-1]),
-                (N_("it is the open-loop polynomial less the desired one"), np.negative),
+                ("the gain for the lowest power of s comes first", lambda k: k[::-1]),
+                ("a factor of ten is lost in the first entry", lambda k: k * [0.1, 1, 1, 1]),
+                ("the open-loop coefficients were not taken off", lambda k: desired_polynomial()[:0:-1]),
+                ("it is the open-loop polynomial less the desired one", np.negative),
             ),
         ),
     },
@@ -179,7 +178,7 @@ def own_rank(own):
         T = ctrb(*own_voltage_model(own, srv02()))
         return float(np.linalg.matrix_rank(T / np.linalg.norm(T, axis=0)))
     except NOT_TO_BE_HAD as error:
-        raise LookupError(_("no model")) from error
+        raise LookupError("no model") from error
 
 
 def own_controllable(own, bench):
@@ -188,9 +187,9 @@ def own_controllable(own, bench):
 
 #: Notebook 06 takes the companion form from the model; by hand it is that of 3.3, or of the polynomial.
 T_C = (
-    (N_("that of the companion form of your own model"), lambda case: T_c(np.poly(own_model(case)[0]).real)),
-    (N_("that of your own companion form"), lambda case: ctrb(sound(case.own, "3.3", "A_c"), np.array([0, 0, 0, 1.0]))),
-    (N_("that of your own polynomial"), lambda case: T_c(np.ravel(sound(case.own, "3.2", "polynomial")))),
+    ("that of the companion form of your own model", lambda case: T_c(np.poly(own_model(case)[0]).real)),
+    ("that of your own companion form", lambda case: ctrb(sound(case.own, "3.3", "A_c"), np.array([0, 0, 0, 1.0]))),
+    ("that of your own polynomial", lambda case: T_c(np.ravel(sound(case.own, "3.2", "polynomial")))),
 )
 
 
@@ -207,14 +206,14 @@ def W_of_own_model(case):
     return ctrb(A, B) @ np.linalg.inv(T_c(np.poly(A).real))
 
 
-OWN_K_C = N_("it is the gain in companion form, which belongs to other states: multiply it by the inverse of W")
+OWN_K_C = "it is the gain in companion form, which belongs to other states: multiply it by the inverse of W"
 GAIN_SLIPS = (
     (OWN_K_C, lambda K, case: sound(case.own, "3.5", "K_c")),
-    (N_("K_c is multiplied by W, not by its inverse"), lambda K, case: own_K_c_and_W(case)),
-    (N_("all its signs are turned round"), lambda K, case: -K),
-    (N_("it is per degree; the states are in rad"), lambda K, case: K * DEG),
-    (N_("the states are in another order: theta, alpha, theta_dot, alpha_dot"), lambda K, case: K[[0, 2, 1, 3]]),
-    (N_("it is for the model with the torque as input"), lambda K, case: torque_gain(case)),
+    ("K_c is multiplied by W, not by its inverse", lambda K, case: own_K_c_and_W(case)),
+    ("all its signs are turned round", lambda K, case: -K),
+    ("it is per degree; the states are in rad", lambda K, case: K * DEG),
+    ("the states are in another order: theta, alpha, theta_dot, alpha_dot", lambda K, case: K[[0, 2, 1, 3]]),
+    ("it is for the model with the torque as input", lambda K, case: torque_gain(case)),
 )
 
 
@@ -225,52 +224,52 @@ def own_K_c_and_W(case):
 DESIGN = {
     "3.6": {
         "rank": Number(
-            N_("the number of states"),
+            "the number of states",
             lambda bench: 4.0,
             1e-6,
             follow=own_rank,
-            follow_what=N_("the controllability matrix of your own model"),
+            follow_what="the controllability matrix of your own model",
             follow_rtol=1e-6,
         ),
         "controllable": ChoiceIs(
             "yes",
-            N_("The controllability matrix has full rank."),
+            "The controllability matrix has full rank.",
             follow=own_controllable,
-            follow_what=N_("your own rank"),
+            follow_what="your own rank",
         ),
         "explanation": ForAPerson(),
     },
     "3.7": {
         "T": ArrayFrom(
-            N_("the controllability matrix"),
+            "the controllability matrix",
             lambda d: d.transformation[0],
             rtol=tolerances.CONTROLLABILITY,
-            follow=((N_("that of your own model"), own_ctrb),),
-            slips=((N_("its columns go the other way round"), lambda t: t[:, ::-1]),),
-            others=((N_("it is that of the model with the torque as input"), torque_ctrb),),
+            follow=(("that of your own model", own_ctrb),),
+            slips=(("its columns go the other way round", lambda t: t[:, ::-1]),),
+            others=(("it is that of the model with the torque as input", torque_ctrb),),
         ),
         "T_c": ArrayFrom(
-            N_("the controllability matrix of the companion form"),
+            "the controllability matrix of the companion form",
             lambda d: d.transformation[1],
             rtol=tolerances.CONTROLLABILITY,
             follow=T_C,
-            slips=((N_("it is the inverse of what is asked for"), np.linalg.inv),),
+            slips=(("it is the inverse of what is asked for", np.linalg.inv),),
         ),
         "W": ArrayFrom(
-            N_("the transformation matrix"),
+            "the transformation matrix",
             lambda d: d.transformation[2],
             rtol=tolerances.CONTROLLABILITY,
             follow=(
-                (N_("T times the inverse of T_c, with your own"), own_W),
-                (N_("the transformation of your own model"), W_of_own_model),
+                ("T times the inverse of T_c, with your own", own_W),
+                ("the transformation of your own model", W_of_own_model),
             ),
-            slips=((N_("it is the inverse of what is asked for"), np.linalg.inv),),
-            others=((N_("the order of the factors: T comes first, then the inverse of T_c"), W_the_wrong_way),),
+            slips=(("it is the inverse of what is asked for", np.linalg.inv),),
+            others=(("the order of the factors: T comes first, then the inverse of T_c", W_the_wrong_way),),
         ),
     },
     "3.8": {
         "K": GainPlaces(
-            follow=((N_("your own gain in companion form times the inverse of your own W"), by_own_companion),),
+            follow=(("your own gain in companion form times the inverse of your own W", by_own_companion),),
             slips=GAIN_SLIPS,
         ),
     },
@@ -285,13 +284,13 @@ DESIGN = {
 # --- Sections 3.4.2 to 3.4.4: responses -----------------------------------------------------------------------------
 
 
-TORQUE = N_("the model with the torque as input was simulated; the controller sets a voltage")
+TORQUE = "the model with the torque as input was simulated; the controller sets a voltage"
 FEEDBACKS = {"full": run_again("full"), "partial": run_again("partial")}
 #: Recording, measurements, how it is run again, and what else the recording may be of: what was done → what it gives.
 EXPERIMENTS = {
     "sim": ("3.11", "3.12", simulated_again, {TORQUE: torque_simulated}),
-    "fsf": ("3.13", "3.14", FEEDBACKS["full"], {N_("the feedback was partial"): FEEDBACKS["partial"]}),
-    "psf": ("3.15", "3.16", FEEDBACKS["partial"], {N_("the feedback was full"): FEEDBACKS["full"]}),
+    "fsf": ("3.13", "3.14", FEEDBACKS["full"], {"the feedback was partial": FEEDBACKS["partial"]}),
+    "psf": ("3.15", "3.16", FEEDBACKS["partial"], {"the feedback was full": FEEDBACKS["full"]}),
 }
 
 
@@ -344,31 +343,31 @@ def measured(suffix):
     }
 
 
-USED = N_("the gain that your recording says it was made with")
+USED = "the gain that your recording says it was made with"
 OWN_GAIN = carried("3.8", "K")
 PARTIAL = (
-    (N_("what partial feedback leaves of your own gain"), lambda case: np.ravel(sound(case.own, "3.8", "K")) * LEFT),
-    (N_("what partial feedback leaves of the gain of your recording"), lambda case: gain_used(case, "3.15") * LEFT),
+    ("what partial feedback leaves of your own gain", lambda case: np.ravel(sound(case.own, "3.8", "K")) * LEFT),
+    ("what partial feedback leaves of the gain of your recording", lambda case: gain_used(case, "3.15") * LEFT),
 )
 LEFT = [1, 0, 1, 0]
 
 TABLE_3 = {
     "Table 3": {
         "desired_poles": PolesFrom(
-            N_("the desired poles"), lambda d: desired_poles(), follow=carried("3.4", "desired_poles")
+            "the desired poles", lambda d: desired_poles(), follow=carried("3.4", "desired_poles")
         ),
         "K_c": ArrayFrom(
-            N_("the gain in companion form"),
+            "the gain in companion form",
             lambda d: (desired_polynomial() - d.polynomial)[:0:-1],
             follow=(*carried("3.5", "K_c"), *K_C),
         ),
-        "W": ArrayFrom(N_("the transformation matrix"), lambda d: d.transformation[2], follow=carried("3.7", "W")),
+        "W": ArrayFrom("the transformation matrix", lambda d: d.transformation[2], follow=carried("3.7", "W")),
         "K": GainPlaces(follow=OWN_GAIN),
         "poles": ClosedLoopPoles(follow=carried("3.9", "poles")),
         **measured("sim"),
         "K_fsf": GainPlaces(follow=(*OWN_GAIN, (USED, lambda case: gain_used(case, "3.13")))),
         **measured("fsf"),
-        "K_psf": ArrayFrom(N_("the gain that partial feedback leaves"), lambda d: np.ravel(d.K) * LEFT, follow=PARTIAL),
+        "K_psf": ArrayFrom("the gain that partial feedback leaves", lambda d: np.ravel(d.K) * LEFT, follow=PARTIAL),
         **measured("psf"),
     },
 }

@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 
-from rotflex.courseware.messages import N_, _
 from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.instructor.marking import expression_checks
 from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
@@ -116,8 +115,8 @@ PRELAB = {
         "V": ExpressionIs(
             V,
             slips={
-                N_("look at the factor in front"): lambda p: 2 * V(p),
-                N_("the springs are bent by alpha, not by theta"): lambda p: p["K_s"] * p["theta"] ** 2 / 2,
+                "look at the factor in front": lambda p: 2 * V(p),
+                "the springs are bent by alpha, not by theta": lambda p: p["K_s"] * p["theta"] ** 2 / 2,
             },
         ),
     },
@@ -125,10 +124,10 @@ PRELAB = {
         "T": ExpressionIs(
             T,
             slips={
-                N_("the link turns through theta + alpha in the room, not through alpha"): lambda p: (
+                "the link turns through theta + alpha in the room, not through alpha": lambda p: (
                     p["J_eq"] * p["theta_dot"] ** 2 / 2 + p["J_l"] * p["alpha_dot"] ** 2 / 2
                 ),
-                N_("look at the factor in front"): lambda p: 2 * T(p),
+                "look at the factor in front": lambda p: 2 * T(p),
             },
         ),
     },
@@ -136,8 +135,8 @@ PRELAB = {
         "L": ExpressionIs(
             lambda p: T(p) - V(p),
             follow=lambda own, p: at(sound(own, "2.2", "T"), p) - at(sound(own, "2.1", "V"), p),
-            follow_what=N_("T - V with your own T and V"),
-            slips={N_("this is the total energy"): lambda p: T(p) + V(p)},
+            follow_what="T - V with your own T and V",
+            slips={"this is the total energy": lambda p: T(p) + V(p)},
         ),
     },
     "2.4": {
@@ -146,11 +145,11 @@ PRELAB = {
             servo_equation,
             others=(servo_alone,),
             follow=own_lagrangian_gives("theta", lambda p: p["tau"] - p["B_eq"] * p["theta_dot"]),
-            follow_what=N_("what your own Lagrangian leads to"),
+            follow_what="what your own Lagrangian leads to",
             slips={
-                N_("look at the sign of the friction"): lambda p: servo_equation(p) - 2 * p["B_eq"] * p["theta_dot"],
-                N_("the friction is missing"): lambda p: servo_equation(p) - p["B_eq"] * p["theta_dot"],
-                N_("look at the sign of the torque"): lambda p: servo_equation(p) + 2 * p["tau"],
+                "look at the sign of the friction": lambda p: servo_equation(p) - 2 * p["B_eq"] * p["theta_dot"],
+                "the friction is missing": lambda p: servo_equation(p) - p["B_eq"] * p["theta_dot"],
+                "look at the sign of the torque": lambda p: servo_equation(p) + 2 * p["tau"],
             },
         ),
     },
@@ -160,10 +159,10 @@ PRELAB = {
             link_equation,
             others=(link_without_theta_ddot,),
             follow=own_lagrangian_gives("alpha", lambda p: -p["B_l"] * p["alpha_dot"]),
-            follow_what=N_("what your own Lagrangian leads to"),
+            follow_what="what your own Lagrangian leads to",
             slips={
-                N_("the link's damping goes with alpha_dot"): lambda p: link_equation(p, "theta_dot"),
-                N_("look at the sign of the spring's torque"): lambda p: link_equation(p) - 2 * p["K_s"] * p["alpha"],
+                "the link's damping goes with alpha_dot": lambda p: link_equation(p, "theta_dot"),
+                "look at the sign of the spring's torque": lambda p: link_equation(p) - 2 * p["K_s"] * p["alpha"],
             },
         ),
     },
@@ -172,12 +171,12 @@ PRELAB = {
         "theta_ddot": ExpressionIs(
             theta_ddot,
             follow=own_theta_ddot,
-            follow_what=N_("your own two equations of motion"),
+            follow_what="your own two equations of motion",
             slips={
-                N_("look at the sign of the spring's torque"): lambda p: (
+                "look at the sign of the spring's torque": lambda p: (
                     theta_ddot(p) - 2 * p["K_s"] * p["alpha"] / p["J_eq"]
                 ),
-                N_("look at the sign of the friction"): lambda p: (
+                "look at the sign of the friction": lambda p: (
                     theta_ddot(p) + 2 * p["B_eq"] * p["theta_dot"] / p["J_eq"]
                 ),
             },
@@ -185,9 +184,9 @@ PRELAB = {
         "alpha_ddot": ExpressionIs(
             alpha_ddot,
             follow=own_alpha_ddot,
-            follow_what=N_("your own equations of motion"),
+            follow_what="your own equations of motion",
             slips={
-                N_("this is the acceleration of theta + alpha, of the link in the room"): lambda p: (
+                "this is the acceleration of theta + alpha, of the link in the room": lambda p: (
                     -p["K_s"] * p["alpha"] / p["J_l"]
                 ),
             },
@@ -195,21 +194,19 @@ PRELAB = {
     },
     "2.7": {
         "strategy": ForAPerson(),
-        "A": SymbolicMatrixIs(A, follow=own_rows(ANGLES), follow_what=N_("your own accelerations")),
-        "B": SymbolicMatrixIs(B, follow=own_rows(("tau",)), follow_what=N_("your own accelerations")),
+        "A": SymbolicMatrixIs(A, follow=own_rows(ANGLES), follow_what="your own accelerations"),
+        "B": SymbolicMatrixIs(B, follow=own_rows(("tau",)), follow_what="your own accelerations"),
     },
     "2.8": {
         "strategy": ForAPerson(),
         "J_l": ExpressionIs(
             J_l,
             slips={
-                N_("the top arm is not on the pivot: mind the parallel-axis theorem"): lambda p: (
+                "the top arm is not on the pivot: mind the parallel-axis theorem": lambda p: (
                     p["m_1"] * p["L_1"] ** 2 / 3 + p["m_2"] * p["L_2"] ** 2 / 12
                 ),
-                N_("the bottom arm turns about its end"): lambda p: J_l(p) - p["m_1"] * p["L_1"] ** 2 / 4,
-                N_("the distance of the top arm is that of its middle"): lambda p: (
-                    J_l(p) + p["m_2"] * p["L_2"] ** 2 / 4
-                ),
+                "the bottom arm turns about its end": lambda p: J_l(p) - p["m_1"] * p["L_1"] ** 2 / 4,
+                "the distance of the top arm is that of its middle": lambda p: J_l(p) + p["m_2"] * p["L_2"] ** 2 / 4,
             },
         ),
     },
@@ -224,9 +221,7 @@ STIFFNESS = {
             channel="alpha",
             rtol=tolerances.RECORDING,
             runs=True,
-            slips={
-                ("drive", "position"): N_("The servo did not follow the sweep: it was sent to the motor as a voltage.")
-            },
+            slips={("drive", "position"): "The servo did not follow the sweep: it was sent to the motor as a voltage."},
         ),
         "figure": FigureFollows(sweep, own=("2.9", "sweep"), channel="alpha"),
     },
@@ -241,7 +236,7 @@ STIFFNESS = {
     },
     "2.12": {
         "J_l": Number(
-            what=N_("the inertia of the link on your bench"),
+            what="the inertia of the link on your bench",
             expected=lambda bench: bench.J_l,
             rtol=tolerances.J_L,
             slips=inertia_slips,
@@ -264,12 +259,12 @@ def own_model(index):
     return follow
 
 
-OWN_STIFFNESS = N_("the model that your own K_s and J_l give")
+OWN_STIFFNESS = "the model that your own K_s and J_l give"
 
 
 def own_function(name):
     """A matrix that the student's own function gives, with their own numbers."""
-    return (_("what your own function of question 2.13 gives"), lambda case: from_own_function(case, name))
+    return ("what your own function of question 2.13 gives", lambda case: from_own_function(case, name))
 
 
 def of_torque(case):
@@ -286,24 +281,24 @@ VALIDATION = {
     "2.13": {"state_space": StateSpaceFunction()},
     "2.14": {
         "A": ArrayFrom(
-            N_("the matrix A"),
+            "the matrix A",
             lambda d: d.torque_model[0],
             follow=((OWN_STIFFNESS, own_model(0)), own_function("A")),
-            slips=((N_("its last row has the other sign"), lambda a: np.vstack([a[:3], -a[3:]])),),
+            slips=(("its last row has the other sign", lambda a: np.vstack([a[:3], -a[3:]])),),
         ),
         "B": ArrayFrom(
-            N_("the matrix B"),
+            "the matrix B",
             lambda d: d.torque_model[1],
             follow=(own_function("B"),),
-            slips=((N_("what pushes the servo forward leaves the link behind: a minus is missing"), np.abs),),
+            slips=(("what pushes the servo forward leaves the link behind: a minus is missing", np.abs),),
         ),
         "C": ArrayFrom(
-            N_("the matrix C"),
+            "the matrix C",
             lambda d: d.torque_model[2],
             follow=(own_function("C"),),
-            slips=((N_("its rows are swapped"), lambda c: c[::-1]),),
+            slips=(("its rows are swapped", lambda c: c[::-1]),),
         ),
-        "D": ArrayFrom(N_("the matrix D"), lambda d: d.torque_model[3], follow=(own_function("D"),)),
+        "D": ArrayFrom("the matrix D", lambda d: d.torque_model[3], follow=(own_function("D"),)),
     },
     "2.15": {
         "validation": ResponseOf(validated_again, channels=("theta", "alpha"), model=("theta_model", "alpha_model")),
@@ -322,11 +317,11 @@ VALIDATION = {
     },
     "2.18": {
         "poles": PolesFrom(
-            N_("the open-loop poles"),
+            "the open-loop poles",
             lambda d: d.poles,
-            follow=((N_("the poles of your own model with the motor"), with_motor),),
-            slips=((N_("they look like frequencies in Hz; they are in rad/s"), lambda p: p * HZ),),
-            others=((N_("they are those of the model with the torque as input, without the motor"), of_torque),),
+            follow=(("the poles of your own model with the motor", with_motor),),
+            slips=(("they look like frequencies in Hz; they are in rad/s", lambda p: p * HZ),),
+            others=(("they are those of the model with the torque as input, without the motor", of_torque),),
         ),
     },
 }
@@ -338,17 +333,17 @@ TABLE_2 = {
         "K_s": Stiffness(carried=K_S),
         **{
             name: ArrayFrom(
-                N_("the matrix {name}", name=name),
+                f"the matrix {name}",
                 lambda d, i=i: d.torque_model[i],
                 follow=carried("2.14", name),
             )
             for i, name in enumerate("ABCD")
         },
         "poles": PolesFrom(
-            N_("the open-loop poles"),
+            "the open-loop poles",
             lambda d: d.poles,
             follow=carried("2.18", "poles"),
-            others=((N_("they are those of the model with the torque as input, without the motor"), of_torque),),
+            others=(("they are those of the model with the torque as input, without the motor", of_torque),),
         ),
     },
 }
@@ -357,10 +352,10 @@ MODELING = {**PRELAB, **STIFFNESS, **VALIDATION, **TABLE_2}
 WARM_UP = {
     "0.1": {
         "resolution": Number(
-            what=N_("the encoder's resolution"),
+            what="the encoder's resolution",
             expected=lambda bench: bench.servo.K_enc,
             rtol=tolerances.RESOLUTION,
-            slips=lambda bench: {_("these are degrees"): bench.servo.K_enc / DEG},
+            slips=lambda bench: {"these are degrees": bench.servo.K_enc / DEG},
         ),
     },
 }

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.design import gain_by_place
 from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
@@ -80,8 +79,8 @@ class GainPlaces:
         own, why = led_to(case, self.follow)
         for words, expected in own:
             if np.allclose(gain, np.ravel(expected), rtol=tolerances.PLACED):
-                return follow_through(_("It agrees with {words}.").format(words=words))
-        reason = _("With this gain the poles of your model, the eigenvalues of A - B K, are not where they are wanted")
+                return follow_through(f"It agrees with {words}.")
+        reason = "With this gain the poles of your model, the eigenvalues of A - B K, are not where they are wanted"
         for slip, leads_to in self.slips:
             if self._is(gain, leads_to, case):
                 return wrong(f"{reason}: {slip}.{why}")
@@ -89,18 +88,16 @@ class GainPlaces:
 
     def _by_placing(self, gain: Array, case: Case) -> Verdict | None:
         for wanted, wanted_is_right in wanted_polynomials(case):
-            where = _("they are wanted") if wanted_is_right else _("you want them in question 3.4")
+            where = "they are wanted" if wanted_is_right else "you want them in question 3.4"
             for candidate, stiffness_is_right in candidates(case):
                 if places(gain, *candidate.voltage_model, wanted):
                     if stiffness_is_right and wanted_is_right:
-                        return right(_("With this gain the poles of your model are where they are wanted."))
-                    whose = _("right model") if stiffness_is_right else _("model that your own stiffness gives")
-                    return follow_through(
-                        _("It puts the poles of the {whose} where {where}.").format(whose=whose, where=where)
-                    )
+                        return right("With this gain the poles of your model are where they are wanted.")
+                    whose = "right model" if stiffness_is_right else "model that your own stiffness gives"
+                    return follow_through(f"It puts the poles of the {whose} where {where}.")
             try:
                 if places(gain, *own_voltage_model(case.own, case.bench.servo), wanted):
-                    return follow_through(_("It puts the poles of your own model where {where}.").format(where=where))
+                    return follow_through(f"It puts the poles of your own model where {where}.")
             except NOT_TO_BE_HAD:
                 continue  # nothing of their own to try it on
         return None
@@ -137,41 +134,35 @@ class ClosedLoopPoles:
         try:
             gain = self._own_gain(case)
         except NothingFollows as nothing:
-            return wrong(_("These are not the poles of a loop with feedback. {nothing}").format(nothing=nothing))
+            return wrong(f"These are not the poles of a loop with feedback. {nothing}")
         except LookupError:
             gain = None
         if gain is None and wanted:
-            return right(_("These are the desired poles."))
+            return right("These are the desired poles.")
         found = self._by_closing(gain, value, wanted, case) if gain is not None else None
         own, why = led_to(case, self.follow)
         for words, expected in own:
             if found is None and same_poles(value, expected, self.rtol):
-                found = follow_through(_("It agrees with {words}.").format(words=words))
+                found = follow_through(f"It agrees with {words}.")
         if found is not None:
             return found
         if wanted:
             return wrong(
-                _(
-                    "These are the desired poles, but with your own gain of question 3.8 they are not where your "
-                    "model's are: compute the eigenvalues of A - B K."
-                )
+                "These are the desired poles, but with your own gain of question 3.8 they are not where your "
+                "model's are: compute the eigenvalues of A - B K."
             )
-        return wrong(
-            _("Not the poles of your own model with your own gain: the eigenvalues of A - B K.{why}").format(why=why)
-        )
+        return wrong(f"Not the poles of your own model with your own gain: the eigenvalues of A - B K.{why}")
 
     def _by_closing(self, gain: Array, value: Any, wanted: bool, case: Case) -> Verdict | None:
         """The verdict on the poles that the student's own gain gives; None on others."""
         for A, B in self._models(case):
             if wanted and places(gain, A, B, desired_polynomial()):
-                return right(_("Your own gain puts the poles there, and these are the desired ones."))
+                return right("Your own gain puts the poles there, and these are the desired ones.")
             loop = A - B @ gain
             if np.isfinite(loop).all() and same_poles(value, np.linalg.eigvals(loop), self.rtol):
                 return follow_through(
-                    _(
-                        "It is what your own model and gain give. These are not the desired poles: look for the "
-                        "reason in questions 2.14, 3.5, 3.7 and 3.8."
-                    )
+                    "It is what your own model and gain give. These are not the desired poles: look for the "
+                    "reason in questions 2.14, 3.5, 3.7 and 3.8."
                 )
         return None
 

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import N_, _
 from rotflex.instructor.marking.expression_checks import points
 from rotflex.instructor.verdicts import NothingFollows, Own
 from rotflex.workbook.questions import CATALOGUE
@@ -46,11 +45,7 @@ def sound(own: Own, question: str, part: str) -> Any:
     if (question, part) in _NEEDS:
         lacks, met = _NEEDS[question, part]
         if not met(value, own):
-            raise NothingFollows(
-                _("Your own {part} of question {question} is {lacks}, and nothing follows from that.").format(
-                    part=part, question=question, lacks=lacks
-                )
-            )
+            raise NothingFollows(f"Your own {part} of question {question} is {lacks}, and nothing follows from that.")
     return value
 
 
@@ -169,32 +164,32 @@ def _alike(one: Any, other: Any) -> bool:
 
 # --- the table --------------------------------------------------------------------------------------------------------
 
-_ZEROS = N_("nothing but zeros")
-_FEW = N_("zero in nearly all of its entries")
-_NO_CHANGE = N_("a matrix that cannot be inverted, or the unit matrix")
-_NO_MOTION = N_("an equation in which nothing is accelerated by anything")
-_NOTHING_TO_DO = N_("the same before and after, so that the feedback has nothing to do")
+_ZEROS = "nothing but zeros"
+_FEW = "zero in nearly all of its entries"
+_NO_CHANGE = "a matrix that cannot be inverted, or the unit matrix"
+_NO_MOTION = "an equation in which nothing is accelerated by anything"
+_NOTHING_TO_DO = "the same before and after, so that the feedback has nothing to do"
 
 #: An answer that others build on → what it is if it fails, and what must be in it.
 _NEEDS: Mapping[Where, tuple[str, Callable[[Any, Own], bool]]] = {
-    ("2.1", "V"): (N_("an energy that changes with no angle"), _changes("2.1", "V", "theta", "alpha")),
-    ("2.2", "T"): (N_("an energy without inertia"), lambda value, own: _has_inertia(value, "2.2", "T")),
+    ("2.1", "V"): ("an energy that changes with no angle", _changes("2.1", "V", "theta", "alpha")),
+    ("2.2", "T"): ("an energy without inertia", lambda value, own: _has_inertia(value, "2.2", "T")),
     ("2.3", "L"): (
-        N_("a function without inertia or without a spring"),
+        "a function without inertia or without a spring",
         lambda value, own: _has_inertia(value, "2.3", "L") and _depends(value, ("theta", "alpha"), "2.3", "L"),
     ),
     ("2.4", "equation"): (_NO_MOTION, _is_motion("2.4")),
     ("2.5", "equation"): (_NO_MOTION, _is_motion("2.5")),
     **{
         ("2.6", part): (
-            N_("an acceleration that depends on no angle, rate or torque"),
+            "an acceleration that depends on no angle, rate or torque",
             _changes("2.6", part, "theta", "alpha", "theta_dot", "alpha_dot", "tau"),
         )
         for part in ("theta_ddot", "alpha_ddot")
     },
-    ("2.11", "omega_n"): (N_("not positive"), _positive),
-    ("2.12", "J_l"): (N_("not positive"), _positive),
-    ("2.12", "K_s"): (N_("not positive"), _positive),
+    ("2.11", "omega_n"): ("not positive", _positive),
+    ("2.12", "J_l"): ("not positive", _positive),
+    ("2.12", "K_s"): ("not positive", _positive),
     ("2.14", "A"): (_FEW, _ranked),
     ("2.14", "B"): (_ZEROS, _not_zero),
     ("2.18", "poles"): (_FEW, _enough),
@@ -211,7 +206,7 @@ _NEEDS: Mapping[Where, tuple[str, Callable[[Any, Own], bool]]] = {
     ("3.9", "poles"): (_FEW, _enough),
     ("3.10", "K"): (_ZEROS, _not_zero),
     **{
-        (question, part): (N_("not positive"), _positive)
+        (question, part): ("not positive", _positive)
         for question in ("3.12", "3.14", "3.16")
         for part in ("t_s", "alpha_max_deg", "V_max")
     },

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.config import Servo
-from rotflex.courseware.messages import _
 from rotflex.instructor.verdicts import Case, NothingFollows, Own
 from rotflex.simulation import with_actuator
 from rotflex.workbook.probes import PLANT_PARAMETERS
@@ -46,9 +45,7 @@ def from_own_function(case: Case, matrix: str) -> Array:
     entries = [_entry([float(np.ravel(one)[i]) for one in outputs], inputs, here) for i in range(np.size(outputs[0]))]
     found = np.reshape(entries, shape)
     if matrix in "AB" and not np.any(found):
-        raise NothingFollows(
-            _("Your own function of question 2.13 gives nothing but zeros for {name}.").format(name=matrix)
-        )
+        raise NothingFollows(f"Your own function of question 2.13 gives nothing but zeros for {matrix}.")
     return found
 
 
@@ -85,4 +82,4 @@ def _entry(values: Sequence[float], inputs: Sequence[tuple[float, ...]], here: t
             factors = np.linalg.lstsq(drawn[:, columns], wanted, rcond=None)[0]
             if np.all(np.abs(drawn[:, columns] @ factors - wanted) <= _EXACT * np.abs(wanted)):
                 return float(there[columns] @ factors)
-    raise LookupError(_("no sum of terms of a model"))
+    raise LookupError("no sum of terms of a model")

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rotflex.config import Joint, joint
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import Part
 from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.instructor.verdicts import Case, OwnBench, Verdict, follow_through, right, wrong
@@ -23,7 +22,7 @@ from .repeated import run_of
 from .true_bench import TrueBench
 
 SWEEP, OMEGA_N, J_L, K_S = ("2.9", "sweep"), ("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")
-_CARRIED = N_("It is your own answer, carried over.")
+_CARRIED = "It is your own answer, carried over."
 
 
 @dataclass(frozen=True)
@@ -44,13 +43,13 @@ class NaturalFrequency:
         """Look for a reading that it is."""
         found = frequency_of(value, case)
         if found is not None:
-            return right(_("It is {what}, as near as that can be read.").format(what=found.what))
+            return right(f"It is {found.what}, as near as that can be read.")
         if _is_own(value, self.carried, case):
             return follow_through(_CARRIED)
         if frequency_of(value * HZ, case) is not None:
-            return wrong(_("Not the natural frequency of your bench: it looks like one in Hz; rad/s are asked for."))
+            return wrong("Not the natural frequency of your bench: it looks like one in Hz; rad/s are asked for.")
         return wrong(
-            _("Nothing on your bench has its peak at this frequency: not its sweep, nor the ratio, nor a free swing.")
+            "Nothing on your bench has its peak at this frequency: not its sweep, nor the ratio, nor a free swing."
         )
 
 
@@ -76,28 +75,28 @@ class Stiffness:
         """Compare with the bench, then with the student's own answers."""
         bench, omega, inertia = case.bench, _own(OMEGA_N, case), _own(J_L, case)
         if _by_itself(value, case):
-            return right(_("It is J_l·omega_n² of your bench, as near as omega_n can be read."))
+            return right("It is J_l·omega_n² of your bench, as near as omega_n can be read.")
         reads = omega is not None and frequency_of(omega, case) is not None
         if reads and omega is not None and _agree(value, bench.J_l * omega * omega):
-            return right(_("It is J_l·omega_n² of your bench, with your own omega_n."))
+            return right("It is J_l·omega_n² of your bench, with your own omega_n.")
         follows = omega is not None and inertia is not None and _agree(value, inertia * omega * omega)
         if follows and inertia is not None and self._may_follow(inertia, bench, reads):
-            return follow_through(_("Not the stiffness of your joint, but it agrees with your own J_l and omega_n."))
+            return follow_through("Not the stiffness of your joint, but it agrees with your own J_l and omega_n.")
         if _is_own(value, self.carried, case):
             return follow_through(_CARRIED)
-        return wrong(_("Not the stiffness of your joint{why}.").format(why=self._why(value, case, follows, reads)))
+        return wrong(f"Not the stiffness of your joint{self._why(value, case, follows, reads)}.")
 
     def _may_follow(self, inertia: float, bench: TrueBench, reads: bool) -> bool:
         return is_right_inertia(inertia, bench) or (reads and not is_of_other_arms(inertia, bench))
 
     def _why(self, value: float, case: Case, follows: bool, reads: bool) -> str:
         if _by_itself(value * HZ**2, case):
-            return _(": it looks like J_l·f² with the frequency in Hz")
+            return ": it looks like J_l·f² with the frequency in Hz"
         if follows and reads:
-            return _(". It agrees with your own J_l, but that is another arm's")
+            return ". It agrees with your own J_l, but that is another arm's"
         if follows:
-            return _(". It agrees with your own J_l and omega_n, but neither is your bench's")
-        return _(", and not J_l·omega_n² with your own J_l and omega_n")
+            return ". It agrees with your own J_l and omega_n, but neither is your bench's"
+        return ", and not J_l·omega_n² with your own J_l and omega_n"
 
 
 def frequency_of(omega: float, case: Case) -> readings.Span | None:
@@ -124,13 +123,11 @@ def inertia_slips(bench: TrueBench) -> Mapping[str, float]:
     own = arm.m_2 * arm.L_2**2 / 12  # of the top arm, about its middle
     return {
         **{
-            _("the top arm is not at anchor {position} on your bench").format(position=position): replace(
-                arm, d_12=joint(position).d_12
-            ).J_l
+            f"the top arm is not at anchor {position} on your bench": replace(arm, d_12=joint(position).d_12).J_l
             for position in others
         },
-        _("the top arm has an inertia about its own middle, too"): arm.J_l - own,
-        _("the distance of the top arm is that of its middle"): arm.J_l + 3 * own,
+        "the top arm has an inertia about its own middle, too": arm.J_l - own,
+        "the distance of the top arm is that of its middle": arm.J_l + 3 * own,
     }
 
 

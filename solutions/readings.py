@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.identification import SWEEP_BAND, frequency_response
 from rotflex.recording import Recording
 from rotflex.units import HZ
@@ -54,24 +53,24 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
     bench : the student's own
     run : of the sweep
     """
-    yield around(bench.omega_n, tolerances.NEAR_TRUE, _("the natural frequency of your bench"), rounds=True)
+    yield around(bench.omega_n, tolerances.NEAR_TRUE, "the natural frequency of your bench", rounds=True)
     yield from of_sweep(bench, run, tolerances.BY_PROGRAM)
     for peak in (*_peaks(bench, run, over="theta"), _response_peak(bench, run)):
-        yield around(peak, tolerances.BY_PROGRAM, _("where the ratio of your bench has its peak"), rounds=True)
+        yield around(peak, tolerances.BY_PROGRAM, "where the ratio of your bench has its peak", rounds=True)
     plotted = _peaks(bench, run)[1]
-    yield around(plotted, tolerances.BY_EYE, _("where the sweep of your bench has its peak"))
+    yield around(plotted, tolerances.BY_EYE, "where the sweep of your bench has its peak")
     for window in filter(None, _WINDOWS):
         for peak in _peaks(bench, run, window):
-            yield around(peak, tolerances.BY_PROGRAM, _("where the sweep of your bench, windowed, has its peak"))
+            yield around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
     swings = _swings(bench)
     low, high = around(min(swings), tolerances.BY_PROGRAM), around(max(swings), tolerances.BY_PROGRAM)
-    yield Span(low.low, high.high, _("how the link of your bench swings freely, with the servo held"))
+    yield Span(low.low, high.high, "how the link of your bench swings freely, with the servo held")
 
 
 def of_sweep(bench: TrueBench, run: int, rtol: float) -> Iterator[Span]:
     """Where the spectrum of the sweep is highest, with no zeros appended, some, or many."""
     for peak in _peaks(bench, run):
-        yield around(peak, rtol, _("where the sweep of your bench has its peak"), rounds=True)
+        yield around(peak, rtol, "where the sweep of your bench has its peak", rounds=True)
 
 
 def place(omega: float, among: Iterable[Span]) -> Span | None:

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.plant import PlantParameters
 
@@ -73,13 +72,13 @@ def read(name: str, folder: Path = FOLDER) -> KnownBench:
         unknown = [*(content.keys() - {"told", "truth"}), *(told.keys() - set(_TOLD))]
         unknown += truth.keys() - set(_TRUTH)
         if unknown:
-            raise ValueError(_("it knows no entry {name!a}").format(name=unknown[0]))
+            raise ValueError(f"it knows no entry {unknown[0]!a}")
         servo, arm = _parts(told)
         return KnownBench(name, servo, arm, _parameters(truth, servo, arm))
     except KeyError as error:
-        raise ConfigurationError(_("{file}: {name} is missing.").format(file=file, name=error)) from None
+        raise ConfigurationError(f"{file}: {error} is missing.") from None
     except (OSError, ValueError, TypeError, AttributeError) as error:
-        raise ConfigurationError(_("{file} cannot be used: {error}").format(file=file, error=error)) from None
+        raise ConfigurationError(f"{file} cannot be used: {error}") from None
 
 
 def _parts(told: Mapping[str, Any]) -> tuple[Servo, Joint]:
@@ -91,10 +90,8 @@ def _parameters(truth: Mapping[str, Any], servo: Servo, arm: Joint) -> PlantPara
     omega_n, uncertainty = _number(truth, "omega_n"), _number(truth, "omega_n_u")
     if uncertainty > tolerances.NEAR_TRUE * omega_n:
         raise ValueError(
-            _(
-                "omega_n is known to {known:.1%} only, and answers are marked to {marked:.1%}: identify it from more "
-                "recordings"
-            ).format(known=uncertainty / omega_n, marked=tolerances.NEAR_TRUE)
+            f"omega_n is known to {uncertainty / omega_n:.1%} only, and answers are marked to "
+            f"{tolerances.NEAR_TRUE:.1%}: identify it from more recordings"
         )
     given = {field.name for field in fields(PlantParameters)} & truth.keys()
     identified: dict[str, Any] = {name: _number(truth, name) for name in given}
@@ -104,5 +101,5 @@ def _parameters(truth: Mapping[str, Any], servo: Servo, arm: Joint) -> PlantPara
 def _number(given: Mapping[str, Any], name: str) -> float:
     value = given[name]
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise ValueError(_("{name} is {value!a}, and should be a number in SI units").format(name=name, value=value))
+        raise ValueError(f"{name} is {value!a}, and should be a number in SI units")
     return float(value)

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from rotflex import response
 from rotflex.courseware.json_values import thin
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import RotflexError
 from rotflex.instructor.marking.checks import misfit, refused_recording
@@ -61,21 +60,17 @@ class ResponseOf:
             return refused
         runs = [run for run in self.again(case, value["metadata"]) if value["n"] == len(run)]
         if not runs:
-            return wrong(
-                _("It cannot be run again: it has another length than the notebook's, or the loop is unstable.")
-            )
+            return wrong("It cannot be run again: it has another length than the notebook's, or the loop is unstable.")
         worst = [_apart(value, run, self.channels) for run in runs]
         best = runs[int(np.argmin(worst))]
         if min(worst) > self.rtol:
             for slip, does in self.slips.items():
                 if any(_apart(value, run, self.channels) <= self.rtol for run in does(case, value["metadata"])):
-                    return wrong(_("It is not the response that is asked for: {slip}.").format(slip=slip))
-            return wrong(
-                _("Run again on your own bench, with your own answers, the experiment gives another response.")
-            )
+                    return wrong(f"It is not the response that is asked for: {slip}.")
+            return wrong("Run again on your own bench, with your own answers, the experiment gives another response.")
         if any(_apart(value, best, (channel,)) > self.rtol for channel in self.model):
-            return partly(0.5, _("The bench's channels are right; your model of question 2.14 gives other curves."))
-        return right(_("It comes out the same when the experiment is run again with your own answers."))
+            return partly(0.5, "The bench's channels are right; your model of question 2.14 gives other curves.")
+        return right("It comes out the same when the experiment is run again with your own answers.")
 
 
 def _apart(value: dict[str, Any], run: Recording, channels: tuple[str, ...]) -> float:
@@ -120,27 +115,25 @@ class Measured:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Run it again, measure, and compare."""
         if not case.virtual:
-            return for_a_person(_("It was not measured on a bench that is known here; a person will look at it."))
+            return for_a_person("It was not measured on a bench that is known here; a person will look at it.")
         expected = [measured[self.quantity] for measured in measured_again(case, self.again, self.recording)]
         if any(self._near(value, target) for target in expected):
-            return right(_("Agrees with what is measured when the experiment is run again with your own answers."))
+            return right("Agrees with what is measured when the experiment is run again with your own answers.")
         found = self._from_own(value, case)
         if found is not None:
             return found
         if not expected:
-            return wrong(_("It cannot be checked: with your gain the loop is unstable, or nothing could be measured."))
+            return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
         slip = self._slip(value, expected)
-        again = _("Not what is measured when the experiment is run again with your own answers.")
+        again = "Not what is measured when the experiment is run again with your own answers."
         return wrong(f"{again} {slip}".strip())
 
     def _slip(self, value: float, expected: list[float]) -> str:
         """What was done wrong, where it shows."""
         if any(abs(value * DEG - t) <= self.rtol * t or abs(value / DEG - t) <= self.rtol * t for t in expected if t):
-            return _("Mind the unit: degrees and radians are mixed up.")
+            return "Mind the unit: degrees and radians are mixed up."
         if self.quantity == "PO" and any(self._near(value / 2, target) for target in expected):
-            return _(
-                "It looks like per cent of the final angle; wanted is per cent of the step, which is twice as high."
-            )
+            return "It looks like per cent of the final angle; wanted is per cent of the step, which is twice as high."
         return ""
 
     def missing(self, part: Part, case: Case) -> Verdict | None:
@@ -155,20 +148,18 @@ class Measured:
         expected = [measured["t_s"] for measured in measured_again(case, self.again, self.recording)]
         if not expected or np.isfinite(expected).any():
             return None
-        return right(_("With your own answers the servo never settles, so there is no settling time to give."))
+        return right("With your own answers the servo never settles, so there is no settling time to give.")
 
     def _from_own(self, value: float, case: Case) -> Verdict | None:
         """The verdict on a number that is the student's own answer, or on their own recording; None on another."""
         if self.carried is not None:
             try:
                 if self._near(value, float(sound(case.own, *self.carried))):
-                    return follow_through(_("It is your own answer, carried over."))
+                    return follow_through("It is your own answer, carried over.")
             except LookupError:
                 pass  # nothing of their own to carry over
         if any(self._near(value, measured[self.quantity]) for measured in self._on_own_recording(case)):
-            return follow_through(
-                _("It is what your own recording shows, though that is not the one that is asked for.")
-            )
+            return follow_through("It is what your own recording shows, though that is not the one that is asked for.")
         return None
 
     def _on_own_recording(self, case: Case) -> list[dict[str, float]]:
@@ -234,10 +225,10 @@ class Satisfied:
             own = {}
         if own:
             if value == _meets(own) or _touches(own):
-                return right(_("It agrees with the numbers that you measured."))
-            return wrong(_("Your own numbers, held against the four limits, say otherwise."))
+                return right("It agrees with the numbers that you measured.")
+            return wrong("Your own numbers, held against the four limits, say otherwise.")
         answers = {_meets(measured) for measured in measured_again(case, self.again, self.recording)}
-        return right(_("It is so.")) if value in answers else wrong(_("Hold each number against its limit."))
+        return right("It is so.") if value in answers else wrong("Hold each number against its limit.")
 
 
 def _touches(measured: dict[str, float]) -> bool:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.verdicts import Case, Verdict, partly, right, wrong
 from rotflex.workbook.probes import COMPOUND_SINES
@@ -40,24 +39,24 @@ class SpectrumFunction:
             for place, height in _three_peaks(x, dt):
                 found = _peak_near(f, amplitude, place)
                 if found is None or abs(found[0] - place) > 1 / (x.size * dt):
-                    return wrong(_("Called with a sum of sines, it has no peaks at their frequencies (in Hz)."))
+                    return wrong("Called with a sum of sines, it has no peaks at their frequencies (in Hz).")
                 if on_bins:
                     heights.append((found[1] / height, x.size))
         ratio = np.array([ratio for ratio, _size in heights])
         samples = np.array([size for _ratio, size in heights])
         if self._all_near(ratio, 1.0):
-            return right(_("Sines show at their frequencies, as high as their amplitudes."))
-        places = _("Sines show at their frequencies")
+            return right("Sines show at their frequencies, as high as their amplitudes.")
+        places = "Sines show at their frequencies"
         for factor, hint in (
-            (0.5, _("half as high as they should: the other half is at the negative frequencies")),
-            (samples, _("too high by the number of samples")),
-            (samples / 2, _("too high by half the number of samples: divide by it")),
+            (0.5, "half as high as they should: the other half is at the negative frequencies"),
+            (samples, "too high by the number of samples"),
+            (samples / 2, "too high by half the number of samples: divide by it"),
         ):
             if self._all_near(ratio / factor, 1.0):
-                return partly(_HALF, _("{places}, but {hint}.").format(places=places, hint=hint))
+                return partly(_HALF, f"{places}, but {hint}.")
         if self._all_near(ratio, float(np.median(ratio))):
-            return partly(_HALF, _("{places}, but all too high or too low by the same factor.").format(places=places))
-        return partly(_HALF, _("{places}, but their heights are not their amplitudes.").format(places=places))
+            return partly(_HALF, f"{places}, but all too high or too low by the same factor.")
+        return partly(_HALF, f"{places}, but their heights are not their amplitudes.")
 
     def _all_near(self, ratio: Vector, target: float) -> bool:
         return bool(np.all(np.abs(ratio - target) <= self.rtol * abs(target)))

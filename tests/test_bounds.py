@@ -263,9 +263,6 @@ BOUNDS: dict[str, tuple[float, str]] = {
     "instructor.scoring.server:_MOST_POINTS": (1e6, "more than any answer has"),
     "instructor.scoring.table_files:MOST_BYTES": (50 * MB, "fifty answers of 5000 characters of each of 200 students"),
     "instructor.scoring.tables:_LONGEST_CELL": (32_000, "a spreadsheet's 32767, less a word that says so"),
-    "instructor.translation.po_files:_ALIKE": (0.6, "a changed sentence; another one about the same is below a half"),
-    "instructor.translation.translated:_SHOWN": (40, "characters, within a line"),
-    "instructor.translation.unchanged:_LONGEST": (60, "characters, within a line"),
 }
 
 #: Modules and names that are no bounds: codes, numbers of a kernel, shares of points, measures of a drawing.

@@ -421,7 +421,6 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
         "student": "",
         "title": "rotflex-course",
         "term": "",
-        "language": "en",
         "draw": DRAW,
         "bench": {"which": "own"},
         "reflect": "on",

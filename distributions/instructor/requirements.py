@@ -27,7 +27,6 @@ LIBRARIES = (
     "openpyxl>=3.1",  # scores out and in as a spreadsheet, for who has no network
     "pypdf>=5.0",  # how many pages a student's PDF has; pure Python, and run in a sandbox only
     "typst>=0.13",  # scoring sheets as PDF, without a TeX installation or a browser
-    "polib>=1.2",  # notebooks in another language: .po files, read and written; one module, and nothing behind it
     # A graded run replaces private interfaces of these. In other versions than those that were compared with a real
     # kernel they may be others, and an answer might come out differently. The versions stand in private_interfaces.py,
     # too, which looks at each interface before anything is run; to allow another, run the tests with it.

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, IdentificationError
 
 if TYPE_CHECKING:
@@ -52,30 +51,24 @@ def setup(
 
     if board.partition(":")[0] in ("virtual", "replay"):
         raise ConfigurationError(
-            _("{board} has no wires and no hands at it: it needs no commissioning. Name a real bench's board.").format(
-                board=board
-            )
+            f"{board} has no wires and no hands at it: it needs no commissioning. Name a real bench's board."
         )
     if board.endswith(".toml") and not Path(board).exists():
         raise ConfigurationError(
-            _("There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}.").format(
-                board=board
-            )
+            f"There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}."
         )
     if board.endswith(".toml"):
         told, out = bench_file.load(board), out or Path(board)
     else:
         told, out = bench_file.BenchFile(board), out or Path("bench.toml")
         if out.exists():
-            raise ConfigurationError(
-                _("{out} is there already: give it in place of {board}, or another --out.").format(out=out, board=board)
-            )
+            raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
     _check_out(out)
     done = commissioning.commission(
         told, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal()
     )
     bench_file.save(out, done)
-    typer.echo(_("The bench is commissioned. Open it as {out}.").format(out=out))
+    typer.echo(f"The bench is commissioned. Open it as {out}.")
     typer.echo(
         f"Its name is {bench_file.load(out).name!r} (name = … in the file): where its recordings count for marks, the "
         "course's settings have to name it so."
@@ -92,9 +85,9 @@ def notebook(
 
     _check_out(out)
     if out.exists():
-        raise ConfigurationError(_("{out} is there already: name another --out.").format(out=out))
+        raise ConfigurationError(f"{out} is there already: name another --out.")
     files.write(out, commissioning.NOTEBOOK.read_bytes())
-    typer.echo(_("{out} is written. Open it with: jupyter lab {out}").format(out=out))
+    typer.echo(f"{out} is written. Open it with: jupyter lab {out}")
 
 
 @app.command("run")
@@ -132,14 +125,14 @@ def _save(recording: Recording, bench: Bench, out: Path) -> None:
         recording.save(out)
     except RecordingError as error:
         raise RecordingError(f"{error} {waiting.put_by(recording, bench.safety.folder)}") from error
-    typer.echo(_("{samples} samples are in {out}.").format(samples=len(recording), out=out))
+    typer.echo(f"{len(recording)} samples are in {out}.")
 
 
 def _keep(bench: Bench, out: Path) -> None:
     """Save what a run recorded that ended before its time, in place of what was kept of it meanwhile."""
     if bench.kept is None:
         return
-    typer.echo(_("What was recorded until then is in {out}.").format(out=bench.kept.save(out)), err=True)
+    typer.echo(f"What was recorded until then is in {bench.kept.save(out)}.", err=True)
     _forget_unfinished(bench)
 
 
@@ -154,14 +147,14 @@ def _forget_unfinished(bench: Bench) -> None:
 def _check_out(out: Path) -> None:
     """That a file could be written there: afterwards it is too late."""
     if not out.absolute().parent.is_dir() or out.is_dir():
-        raise ConfigurationError(_("{out} cannot be written: name a file in a folder that is there.").format(out=out))
+        raise ConfigurationError(f"{out} cannot be written: name a file in a folder that is there.")
 
 
 def _check_new(out: Path, force: bool) -> None:
     """And that nothing is lost by it."""
     _check_out(out)
     if out.exists() and not force:
-        raise ConfigurationError(_("{out} is there already: name another --out, or add --force.").format(out=out))
+        raise ConfigurationError(f"{out} is there already: name another --out, or add --force.")
 
 
 def _check_recording(out: Path, force: bool) -> None:
@@ -178,9 +171,7 @@ def _experiment(experiment: Experiment, gain: str, model: Path | None, settings:
     closed = experiment in (Experiment.FSF, Experiment.PSF)
     for name, given, used in (("gain", gain, closed), ("model", model, experiment is Experiment.VALIDATION)):
         if given and not used:
-            raise ConfigurationError(
-                _("{experiment} takes no --{name}.").format(experiment=experiment.value, name=name)
-            )
+            raise ConfigurationError(f"{experiment.value} takes no --{name}.")
     if experiment is Experiment.SWEEP:
         return lambda bench: experiments.sweep(bench, **settings)
     if experiment is Experiment.DECAY:
@@ -200,9 +191,7 @@ def _gain(text: str, experiment: Experiment) -> list[float]:
         K = []
     if len(K) != 4:
         raise ConfigurationError(
-            _("{experiment} needs four numbers as --gain, such as '18.24,-17.15,1.59,0.63'; it is {text!r}.").format(
-                experiment=experiment.value, text=text
-            )
+            f"{experiment.value} needs four numbers as --gain, such as '18.24,-17.15,1.59,0.63'; it is {text!r}."
         )
     return K
 
@@ -211,22 +200,18 @@ def _model(path: Path | None) -> tuple[Any, Any]:
     """A and B of a .mat file."""
     from scipy.io import loadmat
 
-    needed = _("A validation needs a model beside the bench: --model FILE.mat, with A (4 by 4) and B (4 by 1) in it")
+    needed = "A validation needs a model beside the bench: --model FILE.mat, with A (4 by 4) and B (4 by 1) in it"
     if path is None:
         raise ConfigurationError(needed + ".")
     if not path.is_file():
-        raise ConfigurationError(_("{needed}; there is no {path}.").format(needed=needed, path=path))
+        raise ConfigurationError(f"{needed}; there is no {path}.")
     try:
         held = loadmat(path)
         return held["A"], held["B"]
     except KeyError as error:
-        raise ConfigurationError(
-            _("{needed}; {path} has no {name}.").format(needed=needed, path=path, name=error.args[0])
-        ) from None
+        raise ConfigurationError(f"{needed}; {path} has no {error.args[0]}.") from None
     except (OSError, ValueError, TypeError, NotImplementedError) as error:
-        raise ConfigurationError(
-            _("{needed}; {path} gives none ({error}).").format(needed=needed, path=path, error=error)
-        ) from None
+        raise ConfigurationError(f"{needed}; {path} gives none ({error}).") from None
 
 
 @app.command()
@@ -248,7 +233,7 @@ def watch(
         def show(measured: Any, _voltage: float) -> None:
             if measured.time - shown[0] >= 0.1:
                 shown[0] = measured.time
-                line = _("\r{time:7.1f} s   theta {theta:z8.2f} deg   alpha {alpha:z8.2f} deg ")
+                line = "\r{time:7.1f} s   theta {theta:z8.2f} deg   alpha {alpha:z8.2f} deg "
                 values = {"theta": measured.theta / DEG, "alpha": measured.alpha / DEG}
                 typer.echo(line.format(time=measured.time, **values), nl=False)
 
@@ -311,11 +296,11 @@ def unfinished(
     for one in found:
         typer.echo(str(one))
         if out is not None:
-            typer.echo(_("    is in {path} now").format(path=waiting.write_out(one, out)))
+            typer.echo(f"    is in {waiting.write_out(one, out)} now")
     if not found:
-        typer.echo(_("No recording waits: every run ended as it should, or was written out."))
+        typer.echo("No recording waits: every run ended as it should, or was written out.")
     elif out is None:
-        said = _("{recordings} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list.")
+        said = "{recordings} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list."
         typer.echo(said.format(recordings=plural(len(found), "{count} recording", "{count} recordings"), folder=folder))
 
 
@@ -344,7 +329,7 @@ def fit(
 
     _check_new(out, force)
     if out.suffix != ".toml":
-        raise ConfigurationError(_("{out}: a fitted bench is a file whose name ends in .toml.").format(out=out))
+        raise ConfigurationError(f"{out}: a fitted bench is a file whose name ends in .toml.")
     fits.require_different(recordings)
     every = [Recording.load(path) for path in recordings]
     arm = joint(arm_position or fits.recorded(every, recordings, "arm_position", 1))
@@ -356,15 +341,15 @@ def fit(
     called = fits.names(recordings)
     typer.echo(found.table(called))
     if len(every) == 1:
-        typer.echo(_("There is one recording: how well the fit tells of another, it cannot say."))
+        typer.echo("There is one recording: how well the fit tells of another, it cannot say.")
     elif leave_out:
         try:
             typer.echo(greybox.leave_one_out(every, servo, arm, names, per_recording=own).table(called))
         except IdentificationError as error:  # what was found is kept all the same
-            typer.echo(_("How well it tells of one that it has not seen, cannot be said: {why}").format(why=error))
+            typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
     about |= {"omega_n": found.omega_n.value, "omega_n_u": found.omega_n.uncertainty}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
     made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
     twin.save(out, twin.Twin(made, servo), about)
-    typer.echo(_("The fitted bench is in {out}: open it as virtual:{out}.").format(out=out))
+    typer.echo(f"The fitted bench is in {out}: open it as virtual:{out}.")

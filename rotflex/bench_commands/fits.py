@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
 
@@ -18,7 +17,7 @@ def require_motion(every: list[Recording], paths: list[Path]) -> None:
         try:
             channel(recording, "theta"), channel(recording, "alpha")
         except IdentificationError as error:
-            raise IdentificationError(_("{path}: {error} Leave it out.").format(path=path, error=error)) from None
+            raise IdentificationError(f"{path}: {error} Leave it out.") from None
 
 
 def require_different(paths: list[Path]) -> None:
@@ -28,9 +27,7 @@ def require_different(paths: list[Path]) -> None:
         same = seen.setdefault(path.read_bytes(), path) if path.is_file() else path
         if same is not path:
             raise ConfigurationError(
-                _(
-                    "{path} is {same} once more: name recordings of different runs (of a virtual bench, with &run=2)."
-                ).format(path=path, same=same)
+                f"{path} is {same} once more: name recordings of different runs (of a virtual bench, with &run=2)."
             )
 
 
@@ -50,8 +47,6 @@ def recorded(every: list[Recording], paths: list[Path], name: str, default: Any)
     if len(set(said.values())) > 1:
         listed = ", ".join(f"{path}: {value}" for path, value in said.items())
         raise ConfigurationError(
-            _("The recordings are of benches that differ in {name} ({listed}): fit those of one bench.").format(
-                name=name, listed=listed
-            )
+            f"The recordings are of benches that differ in {name} ({listed}): fit those of one bench."
         )
     return next(iter(said.values()), default)

@@ -16,7 +16,7 @@ from functools import partial
 from rotflex import __version__, hil
 from rotflex.bench_doctor import on_the_board
 from rotflex.bench_doctor.findings import Finding, Level, step
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import RotflexError
 from rotflex.hil import bench_file, quanser, waiting
 from rotflex.hil.bench import Bench, Limits
@@ -28,7 +28,7 @@ __all__ = ["Finding", "Level", "examine"]
 
 FAST = 0.001  #: s: the quicker of the two sample times that are tried
 _AS_USUAL = BenchFile("usual:board")  # wired as benches are unless a file says otherwise
-_CABLES = _("Look at its power and its cables, and whether another program has it.")
+_CABLES = "Look at its power and its cables, and whether another program has it."
 
 
 def examine(uri: str, seconds: float = 3.0) -> Iterator[Finding]:
@@ -43,20 +43,20 @@ def examine(uri: str, seconds: float = 3.0) -> Iterator[Finding]:
         told = bench_file.load(uri) if _is_file(uri) else None
         bench = hil.open(uri)
     except RotflexError as error:
-        yield Finding(_("address"), Level.FAIL, str(error), _("Put the address or the file right."))
+        yield Finding("address", Level.FAIL, str(error), "Put the address or the file right.")
         return
-    yield Finding(_("bench"), Level.OK, _which(bench, told))
+    yield Finding("bench", Level.OK, _which(bench, told))
     software = _software((told.address if told else uri).partition(":")[0])
     yield software
     if bench.recorded is not None:
-        said = _("A recording is in the plant's place: there is no board to be looked at.")
-        yield Finding(_("board"), Level.OK, said)
+        said = "A recording is in the plant's place: there is no board to be looked at."
+        yield Finding("board", Level.OK, said)
         return
     limits, commissioned = bench.limits, bench.safety.commissioned
     if software.level is not Level.FAIL:
         yield from _on_the_board(bench, told or _AS_USUAL, seconds)
     yield _commissioned("" if commissioned is None else commissioned(), told)
-    yield Finding(_("limits"), Level.OK, _in_words(limits))
+    yield Finding("limits", Level.OK, _in_words(limits))
     yield _unfinished()
 
 
@@ -75,25 +75,25 @@ def _which(bench: Bench, told: BenchFile | None) -> str:
 
 def _software(scheme: str) -> Finding:
     """Whether what the bench stands on is installed."""
-    what = _("software")
-    found = _("rotflex {version}, Python {python}").format(version=__version__, python=platform.python_version())
+    what = "software"
+    found = f"rotflex {__version__}, Python {platform.python_version()}"
     if scheme == "quanser":
         try:
             quanser.package()
         except RotflexError as error:
-            return Finding(what, Level.FAIL, str(error), _("Install it, and ask again."))
-        found += _(", the maker's package")
+            return Finding(what, Level.FAIL, str(error), "Install it, and ask again.")
+        found += ", the maker's package"
     elif scheme == "serial":
         try:
             found += f", pyserial {importlib.metadata.version('pyserial')}"
         except importlib.metadata.PackageNotFoundError:
-            return Finding(what, Level.FAIL, _("The library pyserial is not installed."), "pip install pyserial")
+            return Finding(what, Level.FAIL, "The library pyserial is not installed.", "pip install pyserial")
     return Finding(what, Level.OK, found + ".")
 
 
 def _on_the_board(bench: Bench, told: BenchFile, seconds: float) -> Iterator[Finding]:
     """All that is asked of an open board."""
-    what = _("board")
+    what = "board"
     with contextlib.ExitStack() as opened:
         try:
             with contextlib.redirect_stdout(io.StringIO()):  # what waits is told further down
@@ -101,51 +101,51 @@ def _on_the_board(bench: Bench, told: BenchFile, seconds: float) -> Iterator[Fin
         except RotflexError as error:
             yield Finding(what, Level.FAIL, str(error), _CABLES)
             return
-        yield Finding(what, Level.OK, _("It opens, and the motor is at 0 V."))
+        yield Finding(what, Level.OK, "It opens, and the motor is at 0 V.")
         asked = {
-            _("encoders"): partial(on_the_board.encoders, bench, told),
-            _("loopback"): partial(on_the_board.loopback, bench, told),
-            _("samples"): partial(on_the_board.samples, bench, SAMPLE_TIME, seconds),
-            _("quick samples"): partial(on_the_board.samples, bench, FAST, seconds),
-            _("watchdog"): partial(on_the_board.watchdog, bench, told),
+            "encoders": partial(on_the_board.encoders, bench, told),
+            "loopback": partial(on_the_board.loopback, bench, told),
+            "samples": partial(on_the_board.samples, bench, SAMPLE_TIME, seconds),
+            "quick samples": partial(on_the_board.samples, bench, FAST, seconds),
+            "watchdog": partial(on_the_board.watchdog, bench, told),
         }
         for name, look in asked.items():
             yield from step(name, look, _CABLES)
         try:
             opened.close()
         except RotflexError as error:
-            yield Finding(what, Level.FAIL, str(error), _("Switch the amplifier off before anything else."))
+            yield Finding(what, Level.FAIL, str(error), "Switch the amplifier off before anything else.")
 
 
 def _commissioned(why_not: str, told: BenchFile | None) -> Finding:
-    what = _("commissioned")
+    what = "commissioned"
     if why_not:
-        return Finding(what, Level.WARN, why_not, _("rotflex bench setup"))
+        return Finding(what, Level.WARN, why_not, "rotflex bench setup")
     if told is not None:
-        return Finding(what, Level.OK, _("On {date}, as it is wired now.").format(date=told.record.get("date")))
-    return Finding(what, Level.OK, _("This bench is asked for none."))
+        return Finding(what, Level.OK, f"On {told.record.get('date')}, as it is wired now.")
+    return Finding(what, Level.OK, "This bench is asked for none.")
 
 
 def _in_words(limits: Limits) -> str:
     """Limits, for people."""
     known = {
-        _("{value:g} V"): limits.voltage,
-        _("theta ±{value:.0f} deg"): limits.theta / DEG,
-        _("alpha ±{value:.0f} deg"): limits.alpha / DEG,
-        _("{value:g} rad/s"): limits.rate,
-        _("{value:g} s a run"): limits.duration,
+        "{value:g} V": limits.voltage,
+        "theta ±{value:.0f} deg": limits.theta / DEG,
+        "alpha ±{value:.0f} deg": limits.alpha / DEG,
+        "{value:g} rad/s": limits.rate,
+        "{value:g} s a run": limits.duration,
     }
     listed = ", ".join(text.format(value=value) for text, value in known.items() if value < math.inf)
-    return _("{limits}, until it is commissioned.").format(limits=listed) if limits.why else f"{listed}."
+    return f"{listed}, until it is commissioned." if limits.why else f"{listed}."
 
 
 def _unfinished() -> Finding:
     """What killed programs left behind."""
-    what = _("unfinished runs")
+    what = "unfinished runs"
     waits = waiting.waiting(waiting.place())
     if not waits:
-        return Finding(what, Level.OK, _("None."))
-    said = _("{recordings} of runs that did not end as they should, the last on {when:%Y-%m-%d %H:%M}.").format(
+        return Finding(what, Level.OK, "None.")
+    said = "{recordings} of runs that did not end as they should, the last on {when:%Y-%m-%d %H:%M}.".format(
         recordings=plural(len(waits), "{count} recording", "{count} recordings"), when=waits[-1].begun
     )
     return Finding(what, Level.WARN, said, "rotflex bench unfinished --out FOLDER")

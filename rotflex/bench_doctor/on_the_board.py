@@ -15,7 +15,6 @@ import numpy as np
 
 from rotflex.bench_doctor.findings import Finding, Level
 from rotflex.commissioning import by_hand
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
@@ -30,11 +29,11 @@ _RELOADED = 0.02  # s, from one reload of the watchdog to the next
 _ALONE = 2 * WATCHDOG_TIMEOUT  # s: for so long it is reloaded, and for so long left alone
 _LOOKED_AT = 2.0  # V on the loopback's output, which an expired watchdog has to take away
 _ZERO = 0.1  # V
-_NOTHING_STOPS = _(
+_NOTHING_STOPS = (
     "Nothing would stop the motor of a program that is killed: use the bench with a hand on the emergency stop only, "
     "and ask the board's maker."
 )
-_WHAT_HOLDS_UP = _(
+_WHAT_HOLDS_UP = (
     "Close other programs, run on mains power, plug the board in without a hub, and give it a clock of its own."
 )
 
@@ -42,16 +41,16 @@ _WHAT_HOLDS_UP = _(
 def encoders(bench: Bench, told: BenchFile) -> Iterator[Finding]:
     """Whether both counters can be read."""
     servo, link = by_hand.counts(bench, told)
-    said = _("Servo (encoder {servo_encoder}) at {servo} counts, link (encoder {link_encoder}) at {link}.").format(
+    said = "Servo (encoder {servo_encoder}) at {servo} counts, link (encoder {link_encoder}) at {link}.".format(
         servo=servo, link=link, **told.wiring
     )
-    yield Finding(_("encoders"), Level.OK, said, _("Turn the arm and see them count: rotflex bench watch."))
+    yield Finding("encoders", Level.OK, said, "Turn the arm and see them count: rotflex bench watch.")
 
 
 def loopback(bench: Bench, told: BenchFile) -> Iterator[Finding]:
     """Whether an analog output and an input work, where a cable joins two that nothing else is on."""
     if told.loopback is not None:
-        yield Finding(_("loopback"), Level.OK, by_hand.loopback(bench, told) + ".")
+        yield Finding("loopback", Level.OK, by_hand.loopback(bench, told) + ".")
 
 
 # --- samples ----------------------------------------------------------------------------------------------------------
@@ -59,12 +58,12 @@ def loopback(bench: Bench, told: BenchFile) -> Iterator[Finding]:
 
 def samples(bench: Bench, sample_time: float, seconds: float) -> Iterator[Finding]:
     """How steadily samples come."""
-    what = _("samples at {rate:.0f} Hz").format(rate=1 / sample_time)
+    what = f"samples at {1 / sample_time:.0f} Hz"
     number = max(round(seconds / sample_time), 2)
     recording = listen(bench, number, sample_time, {"experiment": "doctor"}, progress=False)
     timing = recording.metadata.get("timing")
     if timing is None:
-        said = _("They come, and time waits for the program: there is no period to be measured.")
+        said = "They come, and time waits for the program: there is no period to be measured."
         yield Finding(what, Level.OK, said)
     else:
         yield judged(what, timing, sample_time, number)
@@ -81,23 +80,16 @@ def judged(what: str, timing: Mapping[str, Any], sample_time: float, number: int
     number : of samples
     """
     period = timing["period"]
-    said = _(
-        "The period is {p50:.3f} ms (p50), {p99:.3f} ms (p99), {longest:.3f} ms at most, by a {clock} clock; of "
-        "{number} samples {late} were late and {missed} missed."
-    ).format(
-        p50=period["p50"] * 1e3,
-        p99=period["p99"] * 1e3,
-        longest=period["max"] * 1e3,
-        clock=timing["clock"],
-        number=number,
-        late=timing["late"],
-        missed=timing["missed"],
+    said = (
+        f"The period is {period['p50'] * 1e3:.3f} ms (p50), {period['p99'] * 1e3:.3f} ms (p99), "
+        f"{period['max'] * 1e3:.3f} ms at most, by a {timing['clock']} clock; of {number} samples "
+        f"{timing['late']} were late and {timing['missed']} missed."
     )
     lost = (timing["late"] + timing["missed"]) / number
     if lost <= _FEW and abs(period["p50"] / sample_time - 1) <= _PERIOD_OFF:
         return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP) if lost else Finding(what, Level.OK, said)
     if sample_time < SAMPLE_TIME:
-        said += _(" (The course samples at {rate:.0f} Hz.)").format(rate=1 / SAMPLE_TIME)
+        said += f" (The course samples at {1 / SAMPLE_TIME:.0f} Hz.)"
         return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
     return Finding(what, Level.FAIL, said, _WHAT_HOLDS_UP)
 
@@ -107,7 +99,7 @@ def judged(what: str, timing: Mapping[str, Any], sample_time: float, number: int
 
 def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
     """Whether the watchdog starts, runs on while it is reloaded, expires when it is left alone, and can be cleared."""
-    what, board = _("watchdog"), bench.board
+    what, board = "watchdog", bench.board
     outputs = _outputs(told)
     board.watchdog_set_analog_expiration_state(outputs, len(outputs), np.zeros(len(outputs)))
     try:
@@ -120,7 +112,7 @@ def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
             return
         _let_pass(bench, told, _ALONE)
         if not board.watchdog_is_expired():
-            said = _("Left alone for {time:g} s it has not expired.").format(time=_ALONE)
+            said = f"Left alone for {_ALONE:g} s it has not expired."
             yield Finding(what, Level.FAIL, said, _NOTHING_STOPS)
             return
         yield from _outputs_after(what, bench, told)
@@ -130,7 +122,7 @@ def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
             bench.stop()
         finally:
             board.write_analog(outputs, len(outputs), np.zeros(len(outputs)))
-    yield Finding(what, Level.OK, _("Cleared and stopped, it lets the board be used again, and the motor is at 0 V."))
+    yield Finding(what, Level.OK, "Cleared and stopped, it lets the board be used again, and the motor is at 0 V.")
 
 
 def _outputs(told: BenchFile) -> Channels:
@@ -150,25 +142,23 @@ def _kept_alive(bench: Bench, told: BenchFile) -> float:
 
 
 def _expired_early(what: str, left: float) -> Finding:
-    said = _("It expired though it was reloaded after {left:.2f} s; its time-out is {timeout:g} s.").format(
-        left=left, timeout=WATCHDOG_TIMEOUT
-    )
+    said = f"It expired though it was reloaded after {left:.2f} s; its time-out is {WATCHDOG_TIMEOUT:g} s."
     if left >= WATCHDOG_TIMEOUT:
-        said += _(" This computer had paused meanwhile.")
+        said += " This computer had paused meanwhile."
         return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
-    return Finding(what, Level.FAIL, said, _("Ask the board's maker: no run would get far."))
+    return Finding(what, Level.FAIL, said, "Ask the board's maker: no run would get far.")
 
 
 def _locked(what: str, board: Board, motor: Channels) -> Finding:
     """Whether an expired watchdog keeps voltages out, as it should."""
-    said = _("It starts, lives while it is reloaded, and expires within {time:g} s when it is left alone")
+    said = "It starts, lives while it is reloaded, and expires within {time:g} s when it is left alone"
     said = said.format(time=_ALONE)
     try:
         board.write_analog(motor, 1, np.zeros(1))
     except HILError:
-        return Finding(what, Level.OK, said + _("; no voltage is taken then."))
-    said += _("; but a voltage is taken all the same before it is cleared.")
-    return Finding(what, Level.WARN, said, _("The bench clears and stops it before it goes on; ask the board's maker."))
+        return Finding(what, Level.OK, said + "; no voltage is taken then.")
+    said += "; but a voltage is taken all the same before it is cleared."
+    return Finding(what, Level.WARN, said, "The bench clears and stops it before it goes on; ask the board's maker.")
 
 
 def _outputs_after(what: str, bench: Bench, told: BenchFile) -> Iterator[Finding]:
@@ -180,7 +170,7 @@ def _outputs_after(what: str, bench: Bench, told: BenchFile) -> Iterator[Finding
         bench.board.read_analog(np.array([told.loopback[1]], dtype=np.uint32), 1, read)
     except HILError:  # it keeps its inputs to itself until it is cleared, too
         return
-    said = _("Of {before:g} V on the loopback's output it left {after:.2f} V.").format(before=_LOOKED_AT, after=read[0])
+    said = f"Of {_LOOKED_AT:g} V on the loopback's output it left {read[0]:.2f} V."
     if abs(read[0]) <= _ZERO:
         yield Finding(what, Level.OK, said)
     else:

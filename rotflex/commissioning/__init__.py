@@ -13,7 +13,6 @@ from typing import Any
 
 from rotflex.commissioning import by_hand, driven
 from rotflex.commissioning.dialogue import Dialogue, Terminal
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
@@ -50,9 +49,9 @@ def commission(told: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFi
     """
     measured: dict[str, Any] = {}
     told = _at_rest(told, connect, dialogue, measured)
-    dialogue.say(_("Now the motor drives, slowly and by up to 30 degrees. Keep a hand on the emergency stop."))
-    if not dialogue.agree(_("Is the arm free to turn half a turn either way, and the amplifier on?")):
-        raise BenchError(_("The commissioning was broken off before the motor drove. Nothing was recorded."))
+    dialogue.say("Now the motor drives, slowly and by up to 30 degrees. Keep a hand on the emergency stop.")
+    if not dialogue.agree("Is the arm free to turn half a turn either way, and the amplifier on?"):
+        raise BenchError("The commissioning was broken off before the motor drove. Nothing was recorded.")
     told = _driving(told, connect, dialogue, measured)
     _in_closed_loop(told, connect, dialogue, measured)
     return replace(told, record=record(told.identity(), measured))
@@ -60,24 +59,22 @@ def commission(told: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFi
 
 def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> BenchFile:
     """All that is found at 0 V."""
-    dialogue.say(_("Opening the board; the motor stays at 0 V."))
+    dialogue.say("Opening the board; the motor stays at 0 V.")
     with connect(told, told.setup()) as bench:
-        dialogue.say(_("The board answers at {address}.").format(address=told.address))
+        dialogue.say(f"The board answers at {told.address}.")
         measured["loopback"] = by_hand.loopback(bench, told)
-        dialogue.say(_("Loopback: {found}.").format(found=measured["loopback"]))
+        dialogue.say(f"Loopback: {measured['loopback']}.")
         signs = by_hand.directions(bench, told, dialogue)
-        dialogue.say(_("Encoders: servo {servo_sign:+d}, link {link_sign:+d}.").format(**signs))
+        dialogue.say("Encoders: servo {servo_sign:+d}, link {link_sign:+d}.".format(**signs))
         turn = by_hand.full_turn(bench, told, dialogue)
         measured["counts_per_turn"] = turn.counts
-        dialogue.say(
-            _("A turn is {counts} counts: encoder {encoder}.").format(counts=turn.counts, encoder=turn.encoder)
-        )
-        dialogue.wait(_("Turn the arm back to where zero shall be, clear of everything either way."))
+        dialogue.say(f"A turn is {turn.counts} counts: encoder {turn.encoder}.")
+        dialogue.wait("Turn the arm back to where zero shall be, clear of everything either way.")
         gap = by_hand.from_zero(turn, by_hand.counts(bench, told)[0], signs["servo_sign"])
         by_hand.zero(bench, told)
     if gap is not None:
         measured["potentiometer_gap_deg"] = gap
-        dialogue.say(_("The potentiometer's gap is at {gap:.0f} deg.").format(gap=gap))
+        dialogue.say(f"The potentiometer's gap is at {gap:.0f} deg.")
     return replace(told, parts={**told.parts, "encoder": turn.encoder}).with_signs(**signs)
 
 
@@ -86,41 +83,37 @@ def _driving(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: di
     told = told.with_signs(motor_sign=1)
     with _unguarded(told, connect) as bench:
         told = told.with_signs(motor_sign=driven.motor_sign(bench))
-    dialogue.say(_("Motor: {sign:+d}.").format(sign=told.wiring["motor_sign"]))
+    dialogue.say(f"Motor: {told.wiring['motor_sign']:+d}.")
     with _unguarded(told, connect) as bench:
         plus, minus = driven.breakaway(bench)
         measured["breakaway_V"] = [plus, minus]
-        dialogue.say(_("The servo breaks away at {plus:.2f} V and at −{minus:.2f} V.").format(plus=plus, minus=minus))
+        dialogue.say(f"The servo breaks away at {plus:.2f} V and at −{minus:.2f} V.")
         omega = driven.link(bench)
         stiffness = bench.joint.J_l * omega**2
         measured["natural_frequency_Hz"], measured["stiffness"] = omega / HZ, stiffness
         dialogue.say(
-            _(
-                "The link swings at {natural:.2f} Hz: K_s is {stiffness:.2f} N·m/rad, its inertia taken as nominal."
-            ).format(natural=omega / HZ, stiffness=stiffness)
+            f"The link swings at {omega / HZ:.2f} Hz: K_s is {stiffness:.2f} N·m/rad, its inertia taken as nominal."
         )
-        dialogue.say(_("Now short steps, each from rest: a minute or two."))
+        dialogue.say("Now short steps, each from rest: a minute or two.")
         delay = driven.loop_delay(bench, stiffness)
         measured["delay_s"] = delay
-        dialogue.say(_("A voltage takes effect after {delay:.1f} ms.").format(delay=delay * 1e3))
+        dialogue.say(f"A voltage takes effect after {delay * 1e3:.1f} ms.")
     return told
 
 
 def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> None:
     """The first closed loop, under a provisional record."""
-    if not dialogue.agree(_("Last comes a sweep in closed loop, 8 s, some 4 degrees either way. Begin?")):
-        raise BenchError(_("The commissioning was broken off before the first closed loop. Nothing was recorded."))
+    if not dialogue.agree("Last comes a sweep in closed loop, 8 s, some 4 degrees either way. Begin?"):
+        raise BenchError("The commissioning was broken off before the first closed loop. Nothing was recorded.")
     provisional = replace(told, record=record(told.identity(), measured, provisional=True))
     with connect(provisional, provisional.setup()) as bench:
         recording, natural = driven.short_sweep(bench)
     expected = measured["natural_frequency_Hz"]
-    dialogue.say(_("In closed loop the link swings at {natural:.2f} Hz.").format(natural=natural))
+    dialogue.say(f"In closed loop the link swings at {natural:.2f} Hz.")
     if abs(natural / expected - 1) > _APART:
         raise BenchError(
-            _(
-                "In closed loop the link swings at {natural:.2f} Hz, and before at {expected:.2f} Hz: look for what is "
-                "loose. Nothing was recorded."
-            ).format(natural=natural, expected=expected)
+            f"In closed loop the link swings at {natural:.2f} Hz, and before at {expected:.2f} Hz: look for what "
+            "is loose. Nothing was recorded."
         )
     timing = recording.metadata.get("timing")
     if timing:

@@ -10,7 +10,6 @@ import numpy as np
 
 from rotflex.commissioning.dialogue import Dialogue
 from rotflex.config import ENCODERS
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
@@ -45,7 +44,7 @@ def loopback(bench: Bench, told: BenchFile) -> str:
         If it does not.
     """
     if told.loopback is None:
-        return _("not tried: bench.toml names no loopback_output and loopback_input")
+        return "not tried: bench.toml names no loopback_output and loopback_input"
     output, source = (_channels(one) for one in told.loopback)
     read = np.zeros(1)
     try:
@@ -54,14 +53,12 @@ def loopback(bench: Bench, told: BenchFile) -> str:
             bench.board.read_analog(source, 1, read)
             if abs(read[0] - volts) > _OFF_BY:
                 raise BenchError(
-                    _(
-                        "{volts:g} V on analog output {output} came in as {read:.2f} V at analog input {source}: look "
-                        "at the cable between them, and at the board's ranges."
-                    ).format(volts=volts, output=told.loopback[0], read=read[0], source=told.loopback[1])
+                    f"{volts:g} V on analog output {told.loopback[0]} came in as {read[0]:.2f} V at analog input "
+                    f"{told.loopback[1]}: look at the cable between them, and at the board's ranges."
                 )
     finally:
         bench.board.write_analog(output, 1, np.zeros(1))
-    return _("what is written comes in, within {off_by:g} V").format(off_by=_OFF_BY)
+    return f"what is written comes in, within {_OFF_BY:g} V"
 
 
 def directions(bench: Bench, told: BenchFile, dialogue: Dialogue) -> dict[str, int]:
@@ -73,16 +70,16 @@ def directions(bench: Bench, told: BenchFile, dialogue: Dialogue) -> dict[str, i
         If the wrong encoder counts, or none.
     """
     first = counts(bench, told)
-    dialogue.wait(_("Turn the servo with the arm on it COUNTER-CLOCKWISE, seen from above, by about 20 degrees."))
+    dialogue.wait("Turn the servo with the arm on it COUNTER-CLOCKWISE, seen from above, by about 20 degrees.")
     servo = _moved(bench, told, first)
-    _require(servo, 0, _("the servo"), told)
+    _require(servo, 0, "the servo", told)
     second = counts(bench, told)
     dialogue.wait(
-        _("Hold the servo, and bend the arm COUNTER-CLOCKWISE against its springs by about 5 degrees. Keep it there.")
+        "Hold the servo, and bend the arm COUNTER-CLOCKWISE against its springs by about 5 degrees. Keep it there."
     )
     link = _moved(bench, told, second)
-    _require(link, 1, _("the arm"), told)
-    dialogue.wait(_("Let the arm go."))
+    _require(link, 1, "the arm", told)
+    dialogue.wait("Let the arm go.")
     return {"servo_sign": int(np.sign(servo[0])), "link_sign": int(np.sign(link[1]))}
 
 
@@ -99,16 +96,13 @@ def _require(moved: tuple[int, int], which: int, what: str, told: BenchFile) -> 
         return
     if others >= _ENOUGH:
         raise BenchError(
-            _(
-                "You moved {what}, and encoder {other} counted {others} where encoder {mine} counted {counted}: the "
-                "two are the other way round. Exchange their cables, or servo_encoder and link_encoder in bench.toml."
-            ).format(what=what, other=channels[1 - which], others=others, mine=channels[which], counted=mine)
+            f"You moved {what}, and encoder {channels[1 - which]} counted {others} where encoder "
+            f"{channels[which]} counted {mine}: the two are the other way round. Exchange their cables, or "
+            "servo_encoder and link_encoder in bench.toml."
         )
     raise BenchError(
-        _(
-            "You moved {what}, and encoder {channel} counted {counted}, which is too little to tell a direction: look "
-            "at its cable and its number in bench.toml, and move it further."
-        ).format(what=what, channel=channels[which], counted=mine)
+        f"You moved {what}, and encoder {channels[which]} counted {mine}, which is too little to tell a "
+        "direction: look at its cable and its number in bench.toml, and move it further."
     )
 
 
@@ -131,17 +125,16 @@ def full_turn(bench: Bench, told: BenchFile, dialogue: Dialogue) -> Turn:
     """
     begin = counts(bench, told)[0]
     readings = []
-    text = _("Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise.")
+    text = "Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise."
     for _each in dialogue.turning(text):
         readings.append((counts(bench, told)[0], _potentiometer(bench, told)))
     turned = abs(counts(bench, told)[0] - begin)
     nearest = min(ENCODERS, key=lambda name: abs(math.log(max(turned, 1) / ENCODERS[name])))
     if abs(turned / ENCODERS[nearest] - 1) > 0.1:
         raise BenchError(
-            _(
-                "A full turn counted {turned}; the encoders that exist have {known} counts a turn. Turn it from mark "
-                "to mark, and look whether the board counts all four edges."
-            ).format(turned=turned, known=", ".join(str(one) for one in ENCODERS.values()))
+            f"A full turn counted {turned}; the encoders that exist have "
+            f"{', '.join(str(one) for one in ENCODERS.values())} counts a turn. Turn it from mark to mark, and "
+            "look whether the board counts all four edges."
         )
     return Turn(turned, nearest, _gap(readings))
 

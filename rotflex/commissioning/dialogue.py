@@ -6,8 +6,6 @@ import time
 from collections.abc import Iterator
 from typing import Protocol
 
-from rotflex.courseware.messages import _
-
 _POLL = 0.005  # s
 
 
@@ -48,20 +46,20 @@ class Terminal:
     def wait(self, text: str) -> None:
         """Print, and wait for Enter."""
         self.say(text)
-        input(_("Then press Enter. "))
+        input("Then press Enter. ")
 
     def agree(self, text: str) -> bool:
         """Ask until the answer is yes or no."""
         self.say(text)
         while True:
-            answer = input(_("yes or no? ")).strip().lower()
+            answer = input("yes or no? ").strip().lower()
             if answer[:1] in ("y", "n"):
                 return answer[0] == "y"
 
     def turning(self, text: str) -> Iterator[None]:
         """Yield from Enter on, for as long as a turn may take."""
-        self.say(_("{text} You have {duration:g} s for it.").format(text=text, duration=self._turn))
-        input(_("Press Enter, and turn. "))
+        self.say(f"{text} You have {self._turn:g} s for it.")
+        input("Press Enter, and turn. ")
         end = time.monotonic() + self._turn
         while time.monotonic() < end:
             yield

@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from rotflex import experiments
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.board import Vector
@@ -78,7 +77,7 @@ def breakaway(bench: Bench) -> tuple[float, float]:
     for way in (1, -1):
         found.append(_breakaway(bench, way, _LEAST * bench.servo.K_enc))
         if bench.latest.theta * way < 0:
-            raise BenchError(_("The servo moved against the voltage: motor_sign is wrong, or somebody pushed the arm."))
+            raise BenchError("The servo moved against the voltage: motor_sign is wrong, or somebody pushed the arm.")
     return found[0], found[1]
 
 
@@ -91,10 +90,9 @@ def _breakaway(bench: Bench, way: int, far: float) -> float:
         bench.limits.voltage / _SLOPE,
     ):
         raise BenchError(
-            _(
-                "The servo did not move at {volts:g} V: is the amplifier on, its emergency stop released, the motor's "
-                "cable plugged in, and is the amplifier on the output that bench.toml names as motor?"
-            ).format(volts=way * bench.limits.voltage)
+            f"The servo did not move at {way * bench.limits.voltage:g} V: is the amplifier on, its emergency "
+            "stop released, the motor's cable plugged in, and is the amplifier on the output that bench.toml "
+            "names as motor?"
         )
     return _SLOPE * bench.latest.time
 
@@ -119,10 +117,8 @@ def _step(bench: Bench, voltage: float) -> Vector:
         if not timing["late"] and not timing["missed"]:
             return np.array(taken).T
     raise BenchError(
-        _(
-            "Samples came late in {tries} steps of {time:g} ms, one after the other, so that the delay cannot be told: "
-            "close other programs, and begin again."
-        ).format(tries=_TRIES, time=_STEP_FOR * 1e3)
+        f"Samples came late in {_TRIES} steps of {_STEP_FOR * 1e3:g} ms, one after the other, so that the delay "
+        "cannot be told: close other programs, and begin again."
     )
 
 
@@ -174,17 +170,13 @@ def link(bench: Bench) -> float:
         return omega
     if natural_frequency(theta, -alpha, dt, **sought)[1] < left:
         raise BenchError(
-            _(
-                "The arm bends the other way than its inertia bends it when the servo turns: the sign of one encoder "
-                "was found the wrong way round. Begin again, and turn servo and arm both counter-clockwise."
-            )
+            "The arm bends the other way than its inertia bends it when the servo turns: the sign of one encoder "
+            "was found the wrong way round. Begin again, and turn servo and arm both counter-clockwise."
         )
     raise BenchError(
-        _(
-            "The arm does not swing as one on the springs of such a joint, between {low:g} and {high:g} Hz: {left:.0%} "
-            "of its motion is left over. Look at the springs, at what else is on the arm, at the link's encoder, and "
-            "whether something touches the arm."
-        ).format(low=_NATURAL[0], high=_NATURAL[1], left=left)
+        f"The arm does not swing as one on the springs of such a joint, between {_NATURAL[0]:g} and "
+        f"{_NATURAL[1]:g} Hz: {left:.0%} of its motion is left over. Look at the springs, at what else is on the "
+        "arm, at the link's encoder, and whether something touches the arm."
     )
 
 

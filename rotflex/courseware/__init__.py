@@ -1,1 +1,1 @@
-"""What any course needs: one rule for students' IDs, files written whole, and messages that can be translated."""
+"""What any course needs: one rule for students' IDs, files written whole, kinds of answers, a student's session."""

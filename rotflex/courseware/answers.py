@@ -21,7 +21,6 @@ from typing import Any
 import rotflex
 from rotflex.courseware import files, forms, predictions, set_aside
 from rotflex.courseware.forms import FormError, NotAnswered
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
@@ -48,9 +47,7 @@ class Reply:
     refused: str = ""
 
     def __str__(self) -> str:
-        return "\n".join(
-            [f"{self.question}  {self.text}", *(_("      hint: {hint}").format(hint=hint) for hint in self.hints)]
-        )
+        return "\n".join([f"{self.question}  {self.text}", *(f"      hint: {hint}" for hint in self.hints)])
 
 
 def parse(data: bytes) -> dict[str, Any]:
@@ -62,51 +59,45 @@ def parse(data: bytes) -> dict[str, Any]:
         If it is too large, is no JSON, or is not such a file.
     """
     if len(data) > MAX_BYTES:
-        raise AnswerError(
-            _("It has {count} bytes; {max_bytes} at most are read.").format(count=len(data), max_bytes=MAX_BYTES)
-        )
+        raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
     try:
         content = json.loads(data, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
-        raise AnswerError(_("It is not JSON: {error}").format(error=error)) from None
+        raise AnswerError(f"It is not JSON: {error}") from None
     number = content.get("format") if isinstance(content, dict) else None
     if not isinstance(number, int | None) or isinstance(number, bool) or number not in (None, *_KEYS):
-        raise AnswerError(
-            _("Its format is {found}; this version of rotflex reads up to format {format}.").format(
-                found=repr(number)[:20], format=FORMAT
-            )
-        )
+        raise AnswerError(f"Its format is {repr(number)[:20]}; this version of rotflex reads up to format {FORMAT}.")
     if not isinstance(content, dict) or content.keys() - {WHEN, predictions.SECTION} != _KEYS[number or FORMAT]:
-        raise AnswerError(_("It should be an object with {keys}.").format(keys=", ".join(sorted(_KEYS[FORMAT]))))
+        raise AnswerError(f"It should be an object with {', '.join(sorted(_KEYS[FORMAT]))}.")
     seed = content["probe_seed"]
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise AnswerError(_("Its probe_seed should be a non-negative integer."))
+        raise AnswerError("Its probe_seed should be a non-negative integer.")
     if not isinstance(content["student"], str) or not isinstance(content["bench"], dict):
-        raise AnswerError(_("Its student should be text, and its bench an object."))
+        raise AnswerError("Its student should be text, and its bench an object.")
     answers = content["answers"]
     if not isinstance(answers, dict) or not all(
         isinstance(parts, dict) and all(isinstance(answer, dict) for answer in parts.values())
         for parts in answers.values()
     ):
-        raise AnswerError(_("Its answers should be objects by question and part."))
+        raise AnswerError("Its answers should be objects by question and part.")
     cells = content.setdefault("cells", {})
     if not isinstance(cells, dict) or not all(
         isinstance(parts, dict) and all(isinstance(cell, str) for cell in parts.values()) for parts in cells.values()
     ):
-        raise AnswerError(_("Its cells should be ids by question and part."))
+        raise AnswerError("Its cells should be ids by question and part.")
     times = content.get(WHEN, {})
     if not isinstance(times, dict) or not all(
         isinstance(parts, dict) and all(type(time) is int and time >= 0 for time in parts.values())
         for parts in times.values()
     ):
-        raise AnswerError(_("Its times should be seconds by question and part."))
+        raise AnswerError("Its times should be seconds by question and part.")
     if not predictions.well_formed(content.get(predictions.SECTION, {})):
-        raise AnswerError(_("Its predictions should be answers and a sentence by question."))
+        raise AnswerError("Its predictions should be answers and a sentence by question.")
     return content
 
 
 def _refuse_constant(name: str) -> float:
-    raise ValueError(_("{name} is not a number").format(name=name))
+    raise ValueError(f"{name} is not a number")
 
 
 def _identity(seen: os.stat_result) -> tuple[int, ...]:
@@ -190,27 +181,23 @@ class AnswerBook:
         """
         parts = [question.part(name) for name in values]
         if not parts:
-            raise AnswerError(
-                _("Question {number} takes {names}; nothing was given.").format(
-                    number=question.number, names=", ".join(question.names)
-                )
-            )
+            raise AnswerError(f"Question {question.number} takes {', '.join(question.names)}; nothing was given.")
         self.refresh()
         replies = []
         for part in parts:
             stored = self.get(question.number, part.name)
-            kept = _(" (the earlier answer is kept)") if stored else ""
+            kept = " (the earlier answer is kept)" if stored else ""
             try:
                 encoded = forms.encode(part, values[part.name], self.probe_seed)
                 self._record(question.number, part.name, encoded.content, cell)
             except NotAnswered:
-                text = _("{name}  not answered yet{kept}").format(name=part.name, kept=kept)
+                text = f"{part.name}  not answered yet{kept}"
                 replies.append(Reply(question.number, part.name, False, text))
             except FormError as error:
-                text = _("{name}  not recorded: {error}{kept}").format(name=part.name, error=error, kept=kept)
+                text = f"{part.name}  not recorded: {error}{kept}"
                 replies.append(Reply(question.number, part.name, False, text, refused=str(error)))
             else:
-                text = _("{answer}  recorded").format(answer=forms.show(part, encoded.content))
+                text = f"{forms.show(part, encoded.content)}  recorded"
                 replies.append(Reply(question.number, part.name, True, text, encoded.hints))
         if any(reply.recorded for reply in replies):
             self._save()
@@ -260,9 +247,7 @@ class AnswerBook:
             self._most_bytes = len(self._text(changed, cells, times))
             if self._most_bytes > MAX_BYTES:
                 raise FormError(
-                    _("with it, {name} would be larger than {max_bytes} bytes: give smaller figures").format(
-                        name=self.path.name, max_bytes=MAX_BYTES
-                    )
+                    f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures"
                 )
         self._answers, self._cells, self._when = changed, cells, times
 
@@ -285,18 +270,12 @@ class AnswerBook:
     def _save(self) -> None:
         text = self._text(self._answers, self._cells, self._when)
         if len(text) > MAX_BYTES:  # else it could not be read again
-            raise AnswerError(
-                _("{name} would be larger than {max_bytes} bytes. The answer is not kept.").format(
-                    name=self.path.name, max_bytes=MAX_BYTES
-                )
-            )
+            raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
         try:
             self._known = _identity(files.write(self.path, text))
         except OSError as error:
             raise AnswerError(
-                _("{name} cannot be written: {why}. The answer is not kept.").format(
-                    name=self.path.name, why=error.strerror
-                )
+                f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."
             ) from error
 
     def _load(self) -> dict[str, Any]:
@@ -306,19 +285,15 @@ class AnswerBook:
         except FileNotFoundError:
             return self._back()
         except OSError as error:
-            raise AnswerError(
-                _("{name} cannot be read: {why}.").format(name=self.path.name, why=error.strerror)
-            ) from error
+            raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
         try:
             content = parse(data)
             self._most_bytes += len(data)
         except AnswerError as error:
             aside = set_aside.set_aside(self.path, "broken")
             self.notices.append(
-                _(
-                    "{name} could not be read, and was put aside as {aside}. {error} A new one is begun: run the "
-                    "notebooks again to answer again."
-                ).format(name=self.path.name, aside=aside, error=error)
+                f"{self.path.name} could not be read, and was put aside as {aside}. {error} A new one is begun: "
+                "run the notebooks again to answer again."
             )
             return {}
         if caseless(content["student"]) != caseless(self.student):
@@ -348,8 +323,6 @@ class AnswerBook:
                 continue
             if caseless(whose) == caseless(self.student):
                 files.replace(aside, self.path)
-                self.notices.append(
-                    _("Your answers are back, which had been put aside as {aside}.").format(aside=aside.name)
-                )
+                self.notices.append(f"Your answers are back, which had been put aside as {aside.name}.")
                 return self._load()
         return {}

@@ -18,7 +18,6 @@ from urllib.parse import unquote
 from PIL import Image, ImageOps, UnidentifiedImageError
 
 from rotflex.courseware.kinds.values import LONGEST_PROSE
-from rotflex.courseware.messages import _
 
 MOST = 6  #: pictures of one answer
 MAX_BYTES = 20_000_000  #: of a picture as it comes
@@ -99,12 +98,12 @@ def pictures_of(
     targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text, 0, LONGEST_PROSE))
     for target in targets:
         if len(found.kept) == MOST:
-            found.told.append(_("more than {most} pictures: the first {most} are shown").format(most=MOST))
+            found.told.append(f"more than {MOST} pictures: the first {MOST} are shown")
             break
         try:
             found.kept[target] = as_png(_content(target, attachments, inside, files or {}), budget)
         except PictureError as error:
-            found.told.append(_("the picture {name!r}: {why}").format(name=target[:_SHOWN], why=error))
+            found.told.append(f"the picture {target[:_SHOWN]!r}: {error}")
     return found
 
 
@@ -120,11 +119,11 @@ def _content(
             for media, data in attachments.get(spelt, {}).items():
                 if media.startswith("image/"):
                     return _decoded(data)
-        raise PictureError(_("it is not in the cell; paste it again"))
+        raise PictureError("it is not in the cell; paste it again")
     for spelt in (target, unquote(target)):
         if spelt.removeprefix("./") in files:
             return files[spelt.removeprefix("./")]
-    raise PictureError(_("it is not in the notebook; paste it into the cell"))
+    raise PictureError("it is not in the notebook; paste it into the cell")
 
 
 def _decoded(data: str) -> bytes:
@@ -133,15 +132,15 @@ def _decoded(data: str) -> bytes:
     try:
         return base64.b64decode(data)
     except (binascii.Error, ValueError):
-        raise PictureError(_("it is damaged")) from None
+        raise PictureError("it is damaged") from None
 
 
 def _too_large() -> str:
-    return _("it has more than {most} million bytes").format(most=MAX_BYTES // 1_000_000)
+    return f"it has more than {MAX_BYTES // 1_000_000} million bytes"
 
 
 def _too_many_pixels() -> str:
-    return _("it has more than {most} million pixels").format(most=MAX_PIXELS // 1_000_000)
+    return f"it has more than {MAX_PIXELS // 1_000_000} million pixels"
 
 
 def as_png(data: bytes, budget: Budget | None = None) -> bytes:
@@ -166,20 +165,20 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
     except Image.DecompressionBombError:
         raise PictureError(_too_many_pixels()) from None
     except UnidentifiedImageError:
-        raise PictureError(_("it is none of {formats}").format(formats=", ".join(_FORMATS))) from None
+        raise PictureError(f"it is none of {', '.join(_FORMATS)}") from None
     except Exception:  # pillow raises all sorts of errors on what is damaged
-        raise PictureError(_("it is damaged")) from None
+        raise PictureError("it is damaged") from None
 
 
 def _spend(image: Image.Image, budget: Budget) -> None:
     """Look at the size that a picture's head states, before anything is decoded."""
     pixels = image.width * image.height
     if max(image.size) > MAX_SIDE:
-        raise PictureError(_("it is more than {most} pixels wide or high").format(most=MAX_SIDE))
+        raise PictureError(f"it is more than {MAX_SIDE} pixels wide or high")
     if pixels > MAX_PIXELS:
         raise PictureError(_too_many_pixels())
     if pixels > budget.left:
-        raise PictureError(_("all pictures of the notebook together have too many pixels; paste smaller ones"))
+        raise PictureError("all pictures of the notebook together have too many pixels; paste smaller ones")
     budget.left -= pixels
 
 
@@ -198,4 +197,4 @@ def _packed(image: Image.Image) -> bytes:
             kept.save(packed, format="PNG")
             if packed.tell() <= KEPT_BYTES:
                 return packed.getvalue()
-    raise PictureError(_("it cannot be made small enough"))
+    raise PictureError("it cannot be made small enough")

@@ -7,7 +7,6 @@ from typing import Any
 
 from rotflex.courseware import forms, starts
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.courseware.starts import Where
 
@@ -63,18 +62,18 @@ class Beginning:
         """Print, once, that a value is given."""
         if self.is_given(question, part) and (question, part) not in self._told:
             self._told.add((question, part))
-            print(_("{question}  {part}  is given to your class; it is not asked").format(question=question, part=part))
+            print(f"{question}  {part}  is given to your class; it is not asked")
 
     def tell_unasked(self, question: str, part: str) -> bool:
         """Print of a part that is not asked that it is so; whether it is."""
         if not self.is_asked(question, part):
-            print(_("{question}  {part}  is not asked in your class").format(question=question, part=part))
+            print(f"{question}  {part}  is not asked in your class")
         return not self.is_asked(question, part)
 
     def sorted_out(self, question: str, parts: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
         """Parts of an answer that are asked, and a line on those that are not. AnswerError if there is no such part."""
         names = [name for name in parts if self.whole.find(question).part(name) and not self.is_asked(question, name)]
-        told = _("{question}  not asked in your class: {parts}").format(question=question, parts=", ".join(names))
+        told = f"{question}  not asked in your class: {', '.join(names)}"
         return {name: value for name, value in parts.items() if name not in names}, [told] if names else []
 
     def possible(self, checks: Iterable[Check]) -> list[Check]:
@@ -85,6 +84,7 @@ class Beginning:
         """What to say of it at the beginning of a session."""
         if self.start is not None:
             named = ", ".join(f"{question} {part}" for question, part in self.start.gives)
-            yield _("Given     {title} ({named}). Notebooks that your course does not have: {skipped}.").format(
-                title=_(self.start.title), named=named, skipped=", ".join(self.start.skips)
+            yield (
+                f"Given     {self.start.title} ({named}). Notebooks that your course does not have: "
+                f"{', '.join(self.start.skips)}."
             )

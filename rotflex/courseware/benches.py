@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
@@ -72,22 +71,18 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
     said, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
     if not isinstance(said, Mapping) or said.get("which", OWN) not in WHICH:
         raise ConfigurationError(
-            _(
-                '"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {said!r:.80}.'
-            ).format(said=said)
+            f'"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {said!r:.80}.'
         )
     named = said.get("benches", [])
     if not is_names(named):
-        raise ConfigurationError(_('the "benches" should be names, not {named!r:.80}.').format(named=named))
+        raise ConfigurationError(f'the "benches" should be names, not {named!r:.80}.')
     policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw, tuple(named))
     if not is_seed(policy.seed):
-        raise ConfigurationError(_('the bench\'s "seed" is {seed!r:.80}, which is none.').format(seed=policy.seed))
+        raise ConfigurationError(f'the bench\'s "seed" is {policy.seed!r:.80}, which is none.')
     if not isinstance(policy.preset, str):
-        raise ConfigurationError(
-            _('the bench\'s "preset" should be a name, not {name!r:.80}.').format(name=policy.preset)
-        )
+        raise ConfigurationError(f'the bench\'s "preset" should be a name, not {policy.preset!r:.80}.')
     if not isinstance(draw, int) or isinstance(draw, bool):
-        raise ConfigurationError(_('"draw" should be a whole number, not {draw!r:.80}.').format(draw=draw))
+        raise ConfigurationError(f'"draw" should be a whole number, not {draw!r:.80}.')
     return policy
 
 

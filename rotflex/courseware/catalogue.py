@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import Question, ReportItem, prose, whole
 from rotflex.courseware.predictions import Foretold
 from rotflex.errors import AnswerError
@@ -71,21 +70,14 @@ class Catalogue:
     def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
         """The report's text: a prose part for each item that is written rather than shown."""
         items = self.items(number)
-        written = [
-            prose(item.part, item.outcomes[0], N_("{heading}. {prompt}", heading=item.heading, prompt=item.prompt))
-            for item in items
-            if item.part
-        ]
+        written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
         outcomes = dict.fromkeys(part.outcome for part in written)
         return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
 
     def _as_a_whole(self, report: Question) -> Question:
         """What is judged of a report as a whole: a part for each row that says so."""
         items = [item for item in self.items(report.number) if item.judged]
-        parts = [
-            whole(item.judged, item.outcomes[0], N_("{heading}. {prompt}", heading=item.heading, prompt=item.prompt))
-            for item in items
-        ]
+        parts = [whole(item.judged, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items]
         outcomes = dict.fromkeys(part.outcome for part in parts)
         number = f"{report.number}, as a whole"
         return Question(number, report.section, report.notebook, report.title, tuple(outcomes), tuple(parts))
@@ -105,28 +97,20 @@ class Catalogue:
         if not isinstance(number, str):
             example = next(iter(self.questions), "")
             raise AnswerError(
-                _(
-                    'Give the number of the question as text, as in "{example}" (1.10 and 1.1 are two questions, but '
-                    "one number); it is {number!r}."
-                ).format(example=example, number=number)
+                f'Give the number of the question as text, as in "{example}" (1.10 and 1.1 are two questions, '
+                f"but one number); it is {number!r}."
             )
         if number in self.judged:
             raise AnswerError(
-                _(
-                    "There is nothing to answer to {number!r}: a person judges it when they have read the texts of "
-                    "{report!r}. Write those."
-                ).format(number=number, report=self.report_judged[number])
+                f"There is nothing to answer to {number!r}: a person judges it when they have read the texts of "
+                f"{self.report_judged[number]!r}. Write those."
             )
         if number not in self.everything:
             near = get_close_matches(number, self.everything, n=1)
-            meant = _(" Did you mean {near!r}?").format(near=near[0]) if near else ""
+            meant = f" Did you mean {near[0]!r}?" if near else ""
             others = [repr(name) for name in (*self.tables, *self.reports)]
             there = enumeration([*spans([*self.warm_up, *self.questions]), *others])
-            raise AnswerError(
-                _("There is no question {number!r}.{meant} There are {there}.").format(
-                    number=number, meant=meant, there=there
-                )
-            )
+            raise AnswerError(f"There is no question {number!r}.{meant} There are {there}.")
         return self.everything[number]
 
     def find_marked(self, number: Any) -> Question:
@@ -149,7 +133,7 @@ def spans(numbers: Iterable[str]) -> list[str]:
             runs[-1].append(number)
         else:
             runs.append([number])
-    return [run[0] if len(run) == 1 else _("{first} to {last}").format(first=run[0], last=run[-1]) for run in runs]
+    return [run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
 
 
 _COUNTED = re.compile(r"(.*?)(\d+)$")
@@ -162,4 +146,4 @@ def _follows(before: str, number: str) -> bool:
 
 def enumeration(items: list[str]) -> str:
     """As in "1.1, 4.1 to 4.3 and 'Table 1'"."""
-    return items[0] if len(items) < 2 else _("{most} and {last}").format(most=", ".join(items[:-1]), last=items[-1])
+    return items[0] if len(items) < 2 else f"{', '.join(items[:-1])} and {items[-1]}"

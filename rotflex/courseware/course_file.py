@@ -1,6 +1,6 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "language", "bench", "reflect"}``; ``"page_limit"`` where the
+It is ``{"student", "release", "draw", "title", "term", "bench", "reflect"}``; ``"page_limit"`` where the
 course sets one for reports, and ``"given"`` where a class begins in the middle (:mod:`rotflex.courseware.starts`). The
 one that a release brings names no student; old ones name nothing else. What a later release may add is kept.
 """
@@ -16,10 +16,9 @@ import rotflex
 from rotflex.courseware import benches
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
-STUDENT, RELEASE, LANGUAGE = "student", "release", "language"
+STUDENT, RELEASE = "student", "release"
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; not there where there is no limit
 NOBODY = "demo"  #: the student of whoever gives no name
@@ -44,7 +43,7 @@ def read(folder: Path) -> dict[str, Any] | None:
     try:
         course = json.loads(content)
         if not isinstance(course, dict):
-            raise TypeError(_("it is no object"))
+            raise TypeError("it is no object")
         course[STUDENT]
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise _unreadable(error) from None
@@ -61,11 +60,7 @@ def student(folder: Path) -> str:
 
 
 def _unreadable(error: Exception) -> ConfigurationError:
-    return ConfigurationError(
-        _('{course_file} should be {{"student": "your id"}}; it is not: {error!r}.').format(
-            course_file=COURSE_FILE, error=error
-        )
-    )
+    return ConfigurationError(f'{COURSE_FILE} should be {{"student": "your id"}}; it is not: {error!r}.')
 
 
 def text(course: Mapping[str, Any]) -> str:
@@ -85,15 +80,6 @@ def of(folder: Path) -> dict[str, Any] | None:
     """
     course = read(folder)
     return read(Path(rotflex.__file__).parent / RELEASED) if course is None else course
-
-
-def language(folder: Path) -> str:
-    """The language of the course that a student works in, as "de"; "" where nothing says so."""
-    try:
-        named = (of(folder) or {}).get(LANGUAGE)
-    except ConfigurationError:  # whoever needs more of the file says so
-        named = None
-    return named if isinstance(named, str) else ""
 
 
 def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from rotflex.courseware import files
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 
 USUAL = Path("notebooks")  #: the folder's name unless another is given
 SETTINGS = "ROTFLEX_CONFIG_DIR"  #: environment variable: the folder of the user's settings
@@ -41,10 +40,10 @@ def _usual(notebooks: Collection[str]) -> tuple[Path, list[str]]:
     for place in (here, *here.parents):
         for found in (place, place / USUAL):
             if is_course(found, notebooks):
-                return found, [_("The course in {folder} is opened.").format(folder=found)]
+                return found, [f"The course in {found} is opened."]
     last = remembered()
     if last is not None and is_course(last, notebooks):
-        return last, [_("The course in {folder} is opened, as last time.").format(folder=last)]
+        return last, [f"The course in {last} is opened, as last time."]
     return USUAL, []
 
 
@@ -53,19 +52,13 @@ def _named(given: Path, notebooks: Collection[str]) -> tuple[Path, list[str]]:
         return given, []
     for place in given.resolve().parents:
         if is_course(place, notebooks):
-            return place, [
-                _("{given} is inside the course in {folder}: that one is opened, and no second one begun.").format(
-                    given=given, folder=place
-                )
-            ]
+            return place, [f"{given} is inside the course in {place}: that one is opened, and no second one begun."]
     if is_course(given / USUAL, notebooks):
         inner = given / USUAL
-        return inner, [_("The course in {folder} is opened.").format(folder=inner)]
+        return inner, [f"The course in {inner} is opened."]
     last = remembered()
     if last is not None and last != given.resolve() and is_course(last, notebooks):
-        return given, [
-            _("A new course is begun in {given}. The one of last time is in {folder}.").format(given=given, folder=last)
-        ]
+        return given, [f"A new course is begun in {given}. The one of last time is in {last}."]
     return given, []
 
 

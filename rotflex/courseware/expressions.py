@@ -14,7 +14,6 @@ import sys
 from typing import Any
 
 from rotflex.courseware.json_values import FormError, NotAnswered, read_number
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.symbols import Names, listed, plain, without_time
 from rotflex.errors import AnswerError
 
@@ -27,7 +26,7 @@ _FUNCTIONS = ("sqrt", "sin", "cos", "exp")
 _ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1), "pi": (0, 0), "pow": (2, 2)}
 _ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(_FUNCTIONS, (1, 1))
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_TOO_LARGE = N_("it is too large to be kept: simplify it first")
+_TOO_LARGE = "it is too large to be kept: simplify it first"
 
 
 def is_symbolic(value: Any) -> bool:
@@ -60,7 +59,7 @@ def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     except FormError:
         raise
     except AnswerError:
-        raise FormError(_(_TOO_LARGE)) from None
+        raise FormError(_TOO_LARGE) from None
     return tree
 
 
@@ -78,19 +77,14 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
 
     if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
         raise FormError(
-            _(
-                "it is just True or False: two sides compared with == are decided on the spot; write sympy.Eq(left, "
-                "right)"
-            )
+            "it is just True or False: two sides compared with == are decided on the spot; write sympy.Eq(left, right)"
         )
     if isinstance(value, tuple | list) and len(value) == 1:
         value = value[0]
     if isinstance(value, tuple | list):
         if len(value) != 2:
             raise FormError(
-                _("an equation has two sides; this is a sequence of {count}: write sympy.Eq(left, right)").format(
-                    count=len(value)
-                )
+                f"an equation has two sides; this is a sequence of {len(value)}: write sympy.Eq(left, right)"
             )
         left, right = value
     elif isinstance(value, sympy.Eq):
@@ -103,30 +97,28 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
 def _one_expression(value: Any, name: str, names: Names) -> Any:
     """The sympy expression meant by a value: wrappers that a student's code may leave around it are taken off."""
     if value is None or value is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     import sympy
 
     if isinstance(value, str):
-        raise FormError(_("it is text: write it with sympy symbols, without quotes"))
+        raise FormError("it is text: write it with sympy symbols, without quotes")
     if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
-        raise FormError(_("it is just True or False, not an expression"))
+        raise FormError("it is just True or False, not an expression")
     inside = _unwrapped(value, name, names)
     if inside is not value:
         return _one_expression(inside, name, names)
     if isinstance(value, sympy.MatrixBase | sympy.MatrixExpr):
-        raise FormError(_("it is a matrix: give a single expression"))
+        raise FormError("it is a matrix: give a single expression")
     if callable(value) and not isinstance(value, sympy.Basic):
-        raise FormError(_("it is a function: give the expression itself"))
+        raise FormError("it is a function: give the expression itself")
     try:
         expression = sympy.sympify(value, strict=True)
     except (sympy.SympifyError, TypeError, ValueError, AttributeError):
-        raise FormError(
-            _("it is a {type_name}, not a sympy expression").format(type_name=type(value).__name__)
-        ) from None
+        raise FormError(f"it is a {type(value).__name__}, not a sympy expression") from None
     if not isinstance(expression, sympy.Expr):
-        raise FormError(_("it is a {type_name}, not a single sympy expression").format(type_name=type(value).__name__))
+        raise FormError(f"it is a {type(value).__name__}, not a single sympy expression")
     if expression.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
-        raise FormError(_("it contains something infinite or undefined: look for a division by zero"))
+        raise FormError("it contains something infinite or undefined: look for a division by zero")
     return expression
 
 
@@ -139,11 +131,11 @@ def _unwrapped(value: Any, name: str, names: Names) -> Any:
     if isinstance(value, dict):
         found = [formula for key, formula in value.items() if _means(key, name, names)]
         if len(found) != 1:
-            raise FormError(_("it is a dict: give one expression, solution[symbol] for a solution of sympy.solve"))
+            raise FormError("it is a dict: give one expression, solution[symbol] for a solution of sympy.solve")
         return found[0]
     if isinstance(value, sympy.Eq):
         if not _means(value.lhs, name, names):
-            raise FormError(_("it is an equation: give the expression alone"))
+            raise FormError("it is an equation: give the expression alone")
         return value.rhs
     return value
 
@@ -164,12 +156,10 @@ def _tree(expression: Any, names: Names) -> list[Any]:
     if expression.func not in kinds:
         if isinstance(expression, sympy.Integral | sympy.Sum | sympy.Limit | sympy.UnevaluatedExpr):
             what = expression.func.__name__
-            raise FormError(_("it contains {what}, which is not carried out: add .doit() to it").format(what=what))
+            raise FormError(f"it contains {what}, which is not carried out: add .doit() to it")
         raise _foreign(expression.func.__name__)
     if expression.is_Pow and not expression.exp.is_Number:
-        raise FormError(
-            _("it contains a power whose exponent is not a number: {exponent}").format(exponent=expression.exp)
-        )
+        raise FormError(f"it contains a power whose exponent is not a number: {expression.exp}")
     return [kinds[expression.func], *(_tree(argument, names) for argument in expression.args)]
 
 
@@ -193,10 +183,8 @@ def _leaf(expression: Any, names: Names) -> list[Any]:
 
 
 def _foreign(what: str) -> FormError:
-    allowed = _("sums, products, powers, sqrt, sin, cos and exp")
-    return FormError(
-        _("it contains {what}, which does not belong here: use {allowed}").format(what=what[:40], allowed=allowed)
-    )
+    allowed = "sums, products, powers, sqrt, sin, cos and exp"
+    return FormError(f"it contains {what[:40]}, which does not belong here: use {allowed}")
 
 
 # --- from a tree to sympy --------------------------------------------------------------------------------------------
@@ -215,7 +203,7 @@ def decode(tree: Any, symbols: tuple[str, ...] | None = None) -> Any:
     check(tree, symbols)
     expression = _build(tree)
     if expression.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
-        raise AnswerError(_("The expression is infinite or undefined."))
+        raise AnswerError("The expression is infinite or undefined.")
     return expression
 
 
@@ -265,56 +253,46 @@ class _Check:
         """
         self.nodes += 1
         if self.nodes > MAX_NODES or depth <= 0:
-            raise AnswerError(_("The expression is too large."))
+            raise AnswerError("The expression is too large.")
         if not isinstance(tree, list) or not tree or not isinstance(tree[0], str):
-            raise AnswerError(_("An expression is a list that begins with its kind."))
+            raise AnswerError("An expression is a list that begins with its kind.")
         kind, *arguments = tree
         fewest, most = _ARGUMENTS.get(kind, (1, 0))
         if not fewest <= len(arguments) <= most:
-            raise AnswerError(
-                _("There is no {kind!r} with {count} arguments in an expression.").format(
-                    kind=kind[:20], count=len(arguments)
-                )
-            )
+            raise AnswerError(f"There is no {kind[:20]!r} with {len(arguments)} arguments in an expression.")
         match kind:
             case "symbol":
                 self._symbol(arguments[0])
             case "int" | "rational":
                 if not all(_is_integer(number) for number in arguments) or arguments[-1] <= 0 < len(arguments) - 1:
-                    raise AnswerError(
-                        _("{kind!r} should be made of integers of at most {max_integer:.0e}.").format(
-                            kind=kind, max_integer=MAX_INTEGER
-                        )
-                    )
+                    raise AnswerError(f"{kind!r} should be made of integers of at most {MAX_INTEGER:.0e}.")
             case "float":
-                read_number(_("A float"), arguments[0])
+                read_number("A float", arguments[0])
             case "pow":
                 self.node(arguments[0], depth - 1, power / self._exponent(arguments[1], power), steep)
             case _:
                 if kind == "exp" and not steep:
-                    raise AnswerError(_("An exponential within an exponential or a sine is too large."))
+                    raise AnswerError("An exponential within an exponential or a sine is too large.")
                 for argument in arguments:
                     self.node(argument, depth - 1, power, steep and kind not in ("exp", "sin", "cos"))
 
     def _symbol(self, name: Any) -> None:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
-            raise AnswerError(_("A symbol should have a name."))
+            raise AnswerError("A symbol should have a name.")
         if self.symbols is not None and name not in self.symbols:
-            raise AnswerError(
-                _("The symbol {name} is not among {symbols}.").format(name=name, symbols=listed(self.symbols))
-            )
+            raise AnswerError(f"The symbol {name} is not among {listed(self.symbols)}.")
 
     def _exponent(self, tree: Any, power: float) -> float:
         """By how much an exponent uses up ``power``; at least 1."""
         self.node(tree, 1, 1)
         kind, *numbers = tree
         if kind not in ("int", "rational", "float"):
-            raise AnswerError(_("An exponent should be a number."))
+            raise AnswerError("An exponent should be a number.")
         size = max(1.0, *(abs(float(number)) for number in numbers))
         if kind == "float":
             size = max(1.0, math.ceil(size))
         if size > power:
-            raise AnswerError(_("An exponent is too large."))
+            raise AnswerError("An exponent is too large.")
         return size
 
 

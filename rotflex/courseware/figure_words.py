@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
-
 _FONTS = {"mathrm", "mathbf", "mathit", "text", "rm", "left", "right"}  # in formulas; not shown
 
 
@@ -42,16 +40,16 @@ def in_words(axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], low: f
     low, high : of the axis across
     """
     curves = [
-        _("{label} (from {low:.3g} to {high:.3g})").format(
-            label=plain_label(line["label"]) or _("a curve without a label"),
+        "{label} (from {low:.3g} to {high:.3g})".format(
+            label=plain_label(line["label"]) or "a curve without a label",
             low=float(np.min(line["y"])),
             high=float(np.max(line["y"])),
         )
         for line in lines
     ]
-    return _("Diagram of {y} against {x}, from {low:.3g} to {high:.3g}. Curves: {curves}.").format(
-        y=plain_label(axis["ylabel"]) or _("an axis without a label"),
-        x=plain_label(axis["xlabel"]) or _("an axis without a label"),
+    return "Diagram of {y} against {x}, from {low:.3g} to {high:.3g}. Curves: {curves}.".format(
+        y=plain_label(axis["ylabel"]) or "an axis without a label",
+        x=plain_label(axis["xlabel"]) or "an axis without a label",
         low=low,
         high=high,
         curves=", ".join(curves),

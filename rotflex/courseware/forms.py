@@ -12,7 +12,6 @@ from typing import Any
 
 from rotflex.courseware.json_values import FormError, NotAnswered
 from rotflex.courseware.kinds import arrays, figures, functions, recordings, symbolic, values
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
@@ -75,9 +74,7 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
     size = len(json.dumps(content, allow_nan=False))
     if size > MAX_BYTES:
         raise FormError(
-            _("it is too large to be kept ({size} of at most {max_bytes} bytes): leave out what is not needed").format(
-                size=size, max_bytes=MAX_BYTES
-            )
+            f"it is too large to be kept ({size} of at most {MAX_BYTES} bytes): leave out what is not needed"
         )
     return Encoded(content, tuple(hints))
 
@@ -98,7 +95,7 @@ def decode(part: Part, content: Any) -> Any:
         If the data is not what :func:`encode` could have written for this part.
     """
     if not isinstance(content, dict) or content.get("kind") != part.kind:
-        raise AnswerError(_("{name} should be of kind {kind}.").format(name=part.name, kind=part.kind))
+        raise AnswerError(f"{part.name} should be of kind {part.kind}.")
     return _KINDS[part.kind].decode(part, content)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 
 from rotflex.courseware import student_id
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, StudentIDError
 
 USER = "JUPYTERHUB_USER"  #: environment variable that a hub sets for each user's server
@@ -25,9 +24,7 @@ def user() -> str:
         return student_id.normalised(named) if named else ""
     except StudentIDError as error:
         raise ConfigurationError(
-            _("This hub's name for you is no student ID. {error} Give your ID: rotflex lab --student YOUR-ID.").format(
-                error=error
-            )
+            f"This hub's name for you is no student ID. {error} Give your ID: rotflex lab --student YOUR-ID."
         ) from None
 
 
@@ -36,9 +33,7 @@ def another(student: str) -> str:
     named = _name()
     if not named or student_id.caseless(named) == student_id.caseless(student):
         return ""
-    return _("The hub knows you as {named!r}. The work here is that of {student!r}.").format(
-        named=named[: student_id.LONGEST], student=student
-    )
+    return f"The hub knows you as {named[: student_id.LONGEST]!r}. The work here is that of {student!r}."
 
 
 def is_here() -> bool:

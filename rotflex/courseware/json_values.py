@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 
 
@@ -70,13 +69,13 @@ def read_number(what: str, value: Any) -> float:
         If it is anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise AnswerError(_("{what} should be a number.").format(what=what))
+        raise AnswerError(f"{what} should be a number.")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise AnswerError(_("{what} should be finite.").format(what=what))
+        raise AnswerError(f"{what} should be finite.")
     return number
 
 
@@ -89,9 +88,7 @@ def read_text(what: str, value: Any, longest: int) -> str:
         If it is anything else.
     """
     if not isinstance(value, str) or len(value) > longest or _UNWRITABLE.search(value):
-        raise AnswerError(
-            _("{what} should be printable text of at most {longest} characters.").format(what=what, longest=longest)
-        )
+        raise AnswerError(f"{what} should be printable text of at most {longest} characters.")
     return value
 
 
@@ -104,12 +101,8 @@ def read_list(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> 
         If it is anything else.
     """
     if not isinstance(value, list) or not shortest <= len(value) <= longest:
-        wanted = (
-            str(shortest)
-            if shortest == longest
-            else _("{shortest} to {longest}").format(shortest=shortest, longest=longest)
-        )
-        raise AnswerError(_("{what} should be a list of {wanted} items.").format(what=what, wanted=wanted))
+        wanted = str(shortest) if shortest == longest else f"{shortest} to {longest}"
+        raise AnswerError(f"{what} should be a list of {wanted} items.")
     return value
 
 
@@ -122,7 +115,7 @@ def read_dict(what: str, value: Any, keys: set[str]) -> dict[str, Any]:
         If it is anything else.
     """
     if not isinstance(value, dict) or value.keys() != keys:
-        raise AnswerError(_("{what} should be an object with {keys}.").format(what=what, keys=", ".join(sorted(keys))))
+        raise AnswerError(f"{what} should be an object with {', '.join(sorted(keys))}.")
     return value
 
 

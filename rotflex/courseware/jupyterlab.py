@@ -15,8 +15,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware.messages import _
-
 _CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
 _SAVED = "rotflex.courseware.scene.saved_explorers.with_pictures"
 _SETTINGS = Path(__file__).parent / "jupyter"  # of JupyterLab, unless its user chose others
@@ -53,7 +51,7 @@ def open_jupyterlab(folder: Path, options: list[str]) -> int:
     try:
         return _wait(child, server)
     except KeyboardInterrupt:
-        print(_("Stopping JupyterLab."))
+        print("Stopping JupyterLab.")
         return 0
     finally:
         _stop(child, server)
@@ -133,7 +131,7 @@ def _wait(child: subprocess.Popen[bytes], server: _Server) -> int:
             if not told and server.found():
                 told = True
                 address = server.address()
-                print(_("JupyterLab runs at {address}  (Ctrl-C ends it.)").format(address=address), flush=True)
+                print(f"JupyterLab runs at {address}  (Ctrl-C ends it.)", flush=True)
 
 
 class _Server:

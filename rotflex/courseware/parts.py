@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.probes import Probe
 from rotflex.errors import AnswerError
 
@@ -131,11 +130,7 @@ class Question:
         for part in self.parts:
             if part.name == name:
                 return part
-        raise AnswerError(
-            _("Question {number} has no part {name!r}; it has {names}.").format(
-                number=self.number, name=name, names=", ".join(self.names)
-            )
-        )
+        raise AnswerError(f"Question {self.number} has no part {name!r}; it has {', '.join(self.names)}.")
 
 
 @dataclass(frozen=True)

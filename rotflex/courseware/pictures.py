@@ -19,7 +19,6 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from PIL import Image
 
-from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 
 BLACK, BLUE, VERMILLION, GREEN, PURPLE = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
@@ -139,7 +138,7 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
     alt = alt or getattr(figure, "alt_text", "")
     if not alt:
         raise RotflexError(
-            _("The figure has no description: give one, as in show(figure, alt='The speed against time.').")
+            "The figure has no description: give one, as in show(figure, alt='The speed against time.')."
         )
     data, metadata = bundle(figure, alt)
     if "matplotlib.pyplot" in sys.modules:
@@ -151,6 +150,6 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
     if not InteractiveShell.initialized():
         return
     display(data, metadata=metadata, raw=True)
-    folded = f"<details><summary>{_('The figure in words')}</summary>{html.escape(alt)}</details>"
+    folded = f"<details><summary>The figure in words</summary>{html.escape(alt)}</details>"
     words = [caption, folded] if caption else [folded]
     display({"text/markdown": "\n\n".join(words), "text/plain": caption or alt}, raw=True)

@@ -13,7 +13,6 @@ from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.forms import FormError, NotAnswered
 from rotflex.courseware.json_values import clean
-from rotflex.courseware.messages import _
 from rotflex.courseware.predictions import LONGEST, SAID, WHY, Foretold, beside, of_question, shown
 from rotflex.errors import AnswerError
 
@@ -29,11 +28,7 @@ def predict(book: AnswerBook, catalogue: Catalogue, question: str, said: Mapping
     known = {one.part.name: one for one in of_question(catalogue.predictions, question)}
     strange = [name for name in said if name not in known]
     if strange:
-        raise AnswerError(
-            _("Of question {question}, you can predict {names}, not {strange}.").format(
-                question=question, names=", ".join(known), strange=", ".join(strange)
-            )
-        )
+        raise AnswerError(f"Of question {question}, you can predict {', '.join(known)}, not {', '.join(strange)}.")
     book.refresh()
     if not said:
         return _overview(book, question, known)
@@ -58,31 +53,25 @@ def _taken(
     try:
         content = forms.encode(one.part, value, 0).content
     except NotAnswered:
-        kept = "" if before is None else _(" (you said {before})").format(before=forms.show(one.part, before))
-        return None, start + _("{name}  not predicted yet{kept}: {prompt}").format(
-            name=one.part.name, kept=kept, prompt=_(one.part.prompt)
-        )
+        kept = "" if before is None else f" (you said {forms.show(one.part, before)})"
+        return None, start + f"{one.part.name}  not predicted yet{kept}: {one.part.prompt}"
     except FormError as error:
-        return None, start + _("{name}  not kept: {error}").format(name=one.part.name, error=error)
+        return None, start + f"{one.part.name}  not kept: {error}"
     words = forms.show(one.part, content)
     if before is None:
-        return content, start + _("predicted: {words}. It stands now; run the experiment.").format(words=words)
+        return content, start + f"predicted: {words}. It stands now; run the experiment."
     if before == content:
-        return content, start + _("predicted: {words}.").format(words=words)
-    return content, start + _("You said {before} before, and that stands. Wrong predictions cost nothing.").format(
-        before=forms.show(one.part, before)
+        return content, start + f"predicted: {words}."
+    return (
+        content,
+        start + f"You said {forms.show(one.part, before)} before, and that stands. Wrong predictions cost nothing.",
     )
 
 
 def _overview(book: AnswerBook, question: str, known: Mapping[str, Foretold]) -> list[str]:
     said = {one.part.name: words for one, _value, words in shown(tuple(known.values()), book.predicted(question))}
     return [
-        f"{question}  "
-        + (
-            _("predicted: {words}.").format(words=said[name])
-            if name in said
-            else _("{name}: {prompt}").format(name=_named(one), prompt=_(one.part.prompt))
-        )
+        f"{question}  " + (f"predicted: {said[name]}." if name in said else f"{_named(one)}: {one.part.prompt}")
         for name, one in known.items()
     ]
 
@@ -109,12 +98,10 @@ def observed(
     """
     foretold = of_question(catalogue.predictions, question)
     if why is not None and not isinstance(why, str):
-        raise AnswerError(
-            _("why should be a sentence, text between quotes; it is a {kind}.").format(kind=type(why).__name__)
-        )
+        raise AnswerError(f"why should be a sentence, text between quotes; it is a {type(why).__name__}.")
     sentence = clean(why or "").strip()
     if len(sentence) > LONGEST:
-        raise AnswerError(_("One sentence is asked for: at most {longest} characters.").format(longest=LONGEST))
+        raise AnswerError(f"One sentence is asked for: at most {LONGEST} characters.")
     if sentence and sentence != book.predicted(question).get(WHY):
         book.predict(question, {}, sentence)
     said = {one.part.name: words for one, _value, words in shown(foretold, book.predicted(question))}
@@ -123,20 +110,20 @@ def observed(
         seen = beside(one, find)
         if one.part.name in said:
             predicted = said[one.part.name]
-            lines.append(_("{question}  You predicted {predicted}.").format(question=question, predicted=predicted))
+            lines.append(f"{question}  You predicted {predicted}.")
         else:
-            lines.append(_("{question}  You predicted nothing here.").format(question=question))
+            lines.append(f"{question}  You predicted nothing here.")
         if seen:
-            lines.append(_("      Recorded: {seen}.").format(seen=seen))
-            lines.append(f"      {_(one.ask)}")
+            lines.append(f"      Recorded: {seen}.")
+            lines.append(f"      {one.ask}")
         else:
             missing = ", ".join(" ".join(where) for where in one.found_in)
-            lines.append(_("      There is nothing to compare it with yet: answer {missing}.").format(missing=missing))
+            lines.append(f"      There is nothing to compare it with yet: answer {missing}.")
     kept = book.predicted(question).get(WHY)
     if kept:
-        lines.append(_("      Your words: {why}").format(why=kept))
+        lines.append(f"      Your words: {kept}")
     else:
-        lines.append(_('      Keep a sentence on it: lab.observed("{question}", why="...")').format(question=question))
+        lines.append(f'      Keep a sentence on it: lab.observed("{question}", why="...")')
     return lines
 
 

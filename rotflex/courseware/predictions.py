@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from rotflex.courseware import forms
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
@@ -64,9 +63,8 @@ def of_question(predictions: Mapping[str, tuple[Foretold, ...]], question: Any) 
     found = predictions.get(question) if isinstance(question, str) else None
     if not found:
         raise AnswerError(
-            _("Nothing is predicted of {question!r:.40}; there is something to predict of {others}.").format(
-                question=question, others=", ".join(predictions) or _("no question")
-            )
+            f"Nothing is predicted of {question!r:.40}; there is something to predict of "
+            f"{', '.join(predictions) or 'no question'}."
         )
     return found
 

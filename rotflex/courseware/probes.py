@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import FormError, NotAnswered
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 
 
@@ -56,26 +55,24 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     FormError
         If it is anything else; the message is a hint for the student.
     """
-    wanted = _("it should return ({names})").format(names=", ".join(names))
+    wanted = f"it should return ({', '.join(names)})"
     if output is None or output is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
         output = list(output)
     if not isinstance(output, tuple | list) or len(output) != len(names):
         raise FormError(_another(wanted, output))
     if any(piece is None or piece is Ellipsis for piece in output):
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     arrays = []
     for name, piece in zip(names, output, strict=True):
         array = _array(piece)
         if array is None:
-            raise FormError(_("{wanted}, all numbers; {name} is not").format(wanted=wanted, name=name))
+            raise FormError(f"{wanted}, all numbers; {name} is not")
         if array.dtype.kind == "c":
-            raise FormError(
-                _("{name} is complex: take the magnitude, or drop an imaginary part that is zero").format(name=name)
-            )
+            raise FormError(f"{name} is complex: take the magnitude, or drop an imaginary part that is zero")
         if not np.isfinite(array).all():
-            raise FormError(_("{name} has values that are not finite (NaN or infinite)").format(name=name))
+            raise FormError(f"{name} has values that are not finite (NaN or infinite)")
         arrays.append(array.astype(np.float64))
     return arrays
 
@@ -83,10 +80,8 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
 def _another(wanted: str, output: Any) -> str:
     type_name = type(output).__name__
     if isinstance(output, tuple | list):
-        return _("{wanted}; it returned a {type_name} of {count}").format(
-            wanted=wanted, type_name=type_name, count=len(output)
-        )
-    return _("{wanted}; it returned a {type_name}").format(wanted=wanted, type_name=type_name)
+        return f"{wanted}; it returned a {type_name} of {len(output)}"
+    return f"{wanted}; it returned a {type_name}"
 
 
 def _array(piece: Any) -> NDArray[Any] | None:
@@ -109,5 +104,5 @@ def check_seed(text: str) -> int:
         If it is not a non-negative integer.
     """
     if not text.isascii() or not text.isdigit() or len(text) > 30:
-        raise AnswerError(_("The probe seed should be a non-negative integer; it is {text!r}.").format(text=text[:40]))
+        raise AnswerError(f"The probe seed should be a non-negative integer; it is {text[:40]!r}.")
     return int(text)

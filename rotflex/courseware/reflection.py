@@ -15,7 +15,7 @@ import numpy as np
 
 from rotflex.courseware.catalogue import Catalogue, enumeration
 from rotflex.courseware.course_file import OFF, ON, REFLECT
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import AnswerError, ConfigurationError, RotflexError
 
 Where = tuple[str, str]  # question, part
@@ -68,21 +68,21 @@ class Reflection:
                 "{count} questions, from your own answers alone. Begin with the first: others may go away with it.",
             )
             for numbers, text in self.asked:
-                yield _("  {numbers}: {text}").format(numbers=", ".join(numbers), text=text)
+                yield f"  {', '.join(numbers)}: {text}"
         elif self.compared:
-            yield _(
-                "Nothing to ask: your answers agree with each other ({count}). Right or wrong, this cannot say."
-            ).format(count=plural(self.compared, "{count} comparison", "{count} comparisons"))
+            compared = plural(self.compared, "{count} comparison", "{count} comparisons")
+            yield f"Nothing to ask: your answers agree with each other ({compared}). Right or wrong, this cannot say."
         if self.unclear:
-            yield _(
-                "Not to be worked out from what is there: {questions}. Are these numbers very large or zero?"
-            ).format(questions=enumeration(list(self.unclear)))
+            yield (
+                f"Not to be worked out from what is there: {enumeration(list(self.unclear))}. Are these numbers "
+                "very large or zero?"
+            )
         if self.missing:
-            yield _("Not looked at yet, for there is no answer: {answers}.").format(
+            yield "Not looked at yet, for there is no answer: {answers}.".format(
                 answers=", ".join(f"{question} {part}" for question, part in self.missing)
             )
         if not (self.asked or self.compared or self.unclear or self.missing):
-            yield _("There is nothing here that could be held against anything else.")
+            yield "There is nothing here that could be held against anything else."
 
 
 def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflection:
@@ -142,9 +142,7 @@ def of_notebooks(checks: Iterable[Check], catalogue: Catalogue, numbers: Iterabl
     for number in wanted:
         if not isinstance(number, str) or not number or not any(n.startswith(number) for n in catalogue.notebooks):
             raise AnswerError(
-                _("There is no notebook {number!r} with questions; there are {notebooks}.").format(
-                    number=number, notebooks=", ".join(catalogue.notebooks)
-                )
+                f"There is no notebook {number!r} with questions; there are {', '.join(catalogue.notebooks)}."
             )
     found = list(checks)
     if not wanted:
@@ -176,11 +174,11 @@ def silence(course: Mapping[str, Any], now: datetime) -> str:
     if said == ON:
         return ""
     if said == OFF:
-        return _("It is switched off in this course: whoever teaches it decided so. All else works without it.")
+        return "It is switched off in this course: whoever teaches it decided so. All else works without it."
     opens = _instant(said)
     if now >= opens:
         return ""
-    return _("It asks from {opens:%Y-%m-%d %H:%M} on: whoever teaches this course decided so.").format(opens=opens)
+    return f"It asks from {opens:%Y-%m-%d %H:%M} on: whoever teaches this course decided so."
 
 
 def _instant(said: Any) -> datetime:
@@ -191,8 +189,6 @@ def _instant(said: Any) -> datetime:
             opens = datetime.fromisoformat(said)
     except (TypeError, ValueError):
         raise ConfigurationError(
-            _('course.json: "{name}" should be "on", "off" or a date as "2026-12-01"; it is {said!r:.80}.').format(
-                name=REFLECT, said=said
-            )
+            f'course.json: "{REFLECT}" should be "on", "off" or a date as "2026-12-01"; it is {said!r:.80}.'
         ) from None
     return opens if opens.tzinfo else opens.astimezone()

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import rotflex
 from rotflex.courseware import course_file
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 
 if TYPE_CHECKING:  # the command begins here, and is quick to say what it can do
@@ -36,7 +35,7 @@ def course_folder() -> Path:
         if any((place / "notebooks").glob("*.ipynb")):
             return place
     raise ConfigurationError(
-        _("This installation of rotflex comes without notebooks: install it from the course's folder.")
+        "This installation of rotflex comes without notebooks: install it from the course's folder."
     )
 
 
@@ -100,7 +99,7 @@ def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:
         if isinstance(catalogue, Catalogue):
             return catalogue
     raise ConfigurationError(
-        _("None of the modules that the course's notebooks import has the course's questions (CATALOGUE).")
+        "None of the modules that the course's notebooks import has the course's questions (CATALOGUE)."
     )
 
 

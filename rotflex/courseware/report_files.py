@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.run.own_files import megabytes
 
 PDF, HTML = ".pdf", ".html"
@@ -44,11 +44,9 @@ def made_files(pdfs: Iterable[str]) -> list[str]:
 def refusal(data: bytes) -> str:
     """Why a file cannot be a report, by its size and its first bytes; "" if it can."""
     if len(data) > MAX_BYTES:
-        return _("it has {size}, of which there may be {most}: save its pictures smaller").format(
-            size=megabytes(len(data)), most=megabytes(MAX_BYTES)
-        )
+        return f"it has {megabytes(len(data))}, of which there may be {megabytes(MAX_BYTES)}: save its pictures smaller"
     if _MAGIC not in data[:_WITHIN]:
-        return _("it is no PDF, whatever its name is: save or export it as PDF")
+        return "it is no PDF, whatever its name is: save or export it as PDF"
     return ""
 
 
@@ -82,23 +80,19 @@ class ReportFile:
 
     @property
     def given(self) -> str:
-        """By which a mark knows it. Not translated: a mark holds for as long as what was given stays the same."""
+        """By which a mark knows it: a mark holds for as long as what was given stays the same."""
         return f"[PDF: {self.name}, SHA-256 {self.digest}]"
 
     @property
     def about(self) -> str:
         """In words, as in "PDF, 7 pages"."""
-        return (
-            _("PDF")
-            if self.pages is None
-            else _("PDF, {pages}").format(pages=plural(self.pages, "{count} page", "{count} pages"))
-        )
+        return "PDF" if self.pages is None else f"PDF, {plural(self.pages, '{count} page', '{count} pages')}"
 
     def __str__(self) -> str:
         text = (
-            _("{report}: your own document, {name} ({about}; {digest}).")
+            "{report}: your own document, {name} ({about}; {digest})."
             if self.own
-            else _("{report}: {name}, made of the notebook’s texts ({about}; {digest}).")
+            else "{report}: {name}, made of the notebook’s texts ({about}; {digest})."
         )
         return text.format(report=self.report, name=self.name, about=self.about, digest=self.digest[:_SHOWN])
 
@@ -195,11 +189,11 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
             continue
         try:
             data = b"" if path.is_symlink() else path.read_bytes()
-            why = _("it is a link; put the file itself there") if path.is_symlink() else refusal(data)
+            why = "it is a link; put the file itself there" if path.is_symlink() else refusal(data)
         except OSError as error:
             why = error.strerror or str(error)
         if why:
-            problems.append(_("{name} is not handed in: {why}.").format(name=name, why=why))
+            problems.append(f"{name} is not handed in: {why}.")
         else:
             found[name] = data
     return found, problems

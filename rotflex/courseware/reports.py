@@ -6,14 +6,13 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import ReportItem
 from rotflex.errors import AnswerError
 
 if TYPE_CHECKING:
     from rotflex.courseware.session import Session
 
-#: Not translated: a person's mark of a report as a whole holds for as long as what they read stays the same.
+#: Fixed: a person's mark of a report as a whole holds for as long as what they read stays the same.
 NOT_WRITTEN = "*not written yet*"
 
 
@@ -32,12 +31,10 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
         If there is no such report.
     """
     lab.refresh()
-    rows = [_("| | item | what it says | rests on | so far |"), "|---|---|---|---|---|"]
+    rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
     for item in _items(catalogue, report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
-        rows.append(
-            f"| {item.number} | {_(item.heading)} | {_(item.prompt)} | {rests_on} | {_state(catalogue, item, lab)} |"
-        )
+        rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, lab)} |")
     return "\n".join(rows)
 
 
@@ -56,11 +53,7 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
 
 def _items(catalogue: Catalogue, report: str) -> list[ReportItem]:
     if report not in catalogue.reports:
-        raise AnswerError(
-            _("There is no report {report!r}; there are {there}.").format(
-                report=report, there=", ".join(catalogue.reports)
-            )
-        )
+        raise AnswerError(f"There is no report {report!r}; there are {', '.join(catalogue.reports)}.")
     return catalogue.items(report)
 
 
@@ -73,7 +66,7 @@ def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
     if own is not None and item.part and lab.content(item.report, item.part) is None:
         missing.remove(f"{item.report} {item.part}")
         if not missing:
-            return _("in your own document, {name}").format(name=own.name)
+            return f"in your own document, {own.name}"
     if missing:
-        return _("missing: {missing}").format(missing=", ".join(missing))
-    return _("recorded") if parts else ""
+        return f"missing: {', '.join(missing)}"
+    return "recorded" if parts else ""

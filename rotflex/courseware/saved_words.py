@@ -8,7 +8,6 @@ from typing import Any
 
 from rotflex.courseware import files, words
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import handed_in
 from rotflex.courseware.run.handed_in import NotebookError
 from rotflex.courseware.words import Where
@@ -56,13 +55,11 @@ class SavedWords:
     def _read(self, path: Path) -> dict[Where, str]:
         try:
             if path.stat().st_size > MAX_BYTES:
-                raise NotebookError(_("it is larger than {most} MB.").format(most=MAX_BYTES // 1_000_000))
+                raise NotebookError(f"it is larger than {MAX_BYTES // 1_000_000} MB.")
             data = files.patiently(path.read_bytes)
             cells = handed_in.cells_of(data)
         except (OSError, NotebookError) as error:
-            self.notices.append(
-                _("{name} could not be read for answers in words: {error}").format(name=path.name, error=error)
-            )
+            self.notices.append(f"{path.name} could not be read for answers in words: {error}")
             return {}
         masters = words.own_masters(handed_in.document(data)["cells"])
         written = words.written(masters, cells, with_pictures=False)

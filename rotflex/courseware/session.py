@@ -12,12 +12,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import course_file, forms, messages, predicting, reflection
+from rotflex.courseware import course_file, forms, predicting, reflection
 from rotflex.courseware.answers import AnswerBook
 from rotflex.courseware.beginning import Beginning
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Question
 from rotflex.courseware.probes import check_seed
 from rotflex.courseware.report import fine_curves, making
@@ -62,7 +62,6 @@ class Session:
         self.catalogue = self.beginning.catalogue
         self.questions = self.catalogue.everything
         self._folder = folder
-        unspoken = messages.speak_to_reader(course_file.language(folder))
         given_seed = os.environ.get(PROBE_SEED)
         self.book = AnswerBook(
             folder / ANSWERS_FILE,
@@ -71,7 +70,6 @@ class Session:
             seed if given_seed is None else check_seed(given_seed),
             None if by_program() else time.time,
         )
-        self.book.notices += [unspoken] if unspoken else []
         self.saved_words = SavedWords(folder, self.catalogue)
         self.report_files = FolderReports(folder, self.catalogue)
 
@@ -79,7 +77,7 @@ class Session:
         """Print what happened to the answers that the student should know."""
         for notices in (self.book.notices, self.saved_words.notices):
             for notice in notices:
-                print(_("Note      {notice}").format(notice=notice))
+                print(f"Note      {notice}")
             notices.clear()
 
     # --- answers -------------------------------------------------------------------------------------------------
@@ -141,21 +139,15 @@ class Session:
             try:
                 return forms.decode(wanted, content)
             except AnswerError as error:
-                raise AnswerError(
-                    _("{question}  {part}  cannot be read: {error} Answer it again.").format(
-                        question=question, part=part, error=error
-                    )
-                ) from None
+                raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
         if default is not _RAISE and self.beginning.tell_unasked(question, part):
             return default
         cell_reports.lacked(question, part)
-        missing = _("{question}  {part}  not answered yet: notebook {notebook} asks for it").format(
-            question=question, part=part, notebook=asked.notebook
-        )
+        missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
         if wanted.kind == "prose":
-            missing += _(" (words are read from the saved notebook)")
+            missing += " (words are read from the saved notebook)"
         if default is _RAISE:
-            raise AnswerError(_("{missing}. Answer it there first.").format(missing=missing))
+            raise AnswerError(f"{missing}. Answer it there first.")
         print(missing)
         return default
 
@@ -189,12 +181,12 @@ class Session:
             return True
         asked = [number for number in named if number in self.catalogue.everything]
         if not asked:
-            print(_("This cell builds on questions that your class is not asked. Go on below it."))
+            print("This cell builds on questions that your class is not asked. Go on below it.")
         elif len(asked) == 1:
-            print(_("Answer question {number} first; then run this cell again.").format(number=asked[0]))
+            print(f"Answer question {asked[0]} first; then run this cell again.")
         else:
-            listed = _("{numbers} and {last}").format(numbers=", ".join(asked[:-1]), last=asked[-1])
-            print(_("Answer questions {numbers} first; then run this cell again.").format(numbers=listed))
+            listed = f"{', '.join(asked[:-1])} and {asked[-1]}"
+            print(f"Answer questions {listed} first; then run this cell again.")
         return False
 
     def content(self, question: str, part: str) -> dict[str, Any] | None:
@@ -211,11 +203,7 @@ class Session:
             If there is no such table.
         """
         if number not in self.catalogue.tables:
-            raise AnswerError(
-                _("There is no table {number!r}; there are {tables}.").format(
-                    number=number, tables=", ".join(self.catalogue.tables)
-                )
-            )
+            raise AnswerError(f"There is no table {number!r}; there are {', '.join(self.catalogue.tables)}.")
         self.refresh()
         return ResultsTable(self.catalogue.tables[number], self.book)
 
@@ -233,18 +221,16 @@ class Session:
         """
         if notebook and notebook not in self.catalogue.notebooks:
             raise AnswerError(
-                _("There is no notebook {notebook!r} with questions; there are {notebooks}.").format(
-                    notebook=notebook, notebooks=", ".join(self.catalogue.notebooks)
-                )
+                f"There is no notebook {notebook!r} with questions; there are {', '.join(self.catalogue.notebooks)}."
             )
         self.refresh()
         for question in self.questions.values():
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
-                state = _("missing: {missing}").format(missing=", ".join(missing)) if missing else _("answered")
+                state = f"missing: {', '.join(missing)}" if missing else "answered"
                 if own := self.report_files.own(question.number):
-                    state = _("in your own document, {name}").format(name=own.name)
-                print(f"{question.number:<16}  {_(question.title)}: {state}")
+                    state = f"in your own document, {own.name}"
+                print(f"{question.number:<16}  {question.title}: {state}")
         self._say_what_is_read()
 
     def summary(self) -> None:
@@ -254,7 +240,7 @@ class Session:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
             print(
-                _("{notebook:<26}  {done} of {questions} answered").format(
+                "{notebook:<26}  {done} of {questions} answered".format(
                     notebook=notebook, done=done, questions=plural(len(asked), "{count} question", "{count} questions")
                 )
             )
@@ -383,7 +369,7 @@ class Session:
 
     def _say_what_is_read(self) -> None:
         if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
-            print(_("Answers in words are read from the saved notebooks: save, and run this cell again."))
+            print("Answers in words are read from the saved notebooks: save, and run this cell again.")
 
     def refresh(self) -> None:
         """Read answers and saved notebooks again, where they have changed."""

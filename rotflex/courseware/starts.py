@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question, ReportItem
 from rotflex.errors import ConfigurationError
 
@@ -69,11 +68,9 @@ def find(catalogue: Catalogue, name: str) -> Start:
     for start in catalogue.starts:
         if start.name == name:
             return start
-    there = ", ".join(f'"{start.name}"' for start in catalogue.starts) or _("none")
+    there = ", ".join(f'"{start.name}"' for start in catalogue.starts) or "none"
     raise ConfigurationError(
-        _("A class can begin with what is given as {there} in this course, and not with {name!r:.80}.").format(
-            there=there, name=name
-        )
+        f"A class can begin with what is given as {there} in this course, and not with {name!r:.80}."
     )
 
 
@@ -89,7 +86,7 @@ def chosen(course: Mapping[str, Any], catalogue: Catalogue) -> Start | None:
     if said is None:
         return None
     if not isinstance(said, Mapping) or not isinstance(said.get("from"), str):
-        raise ConfigurationError(_('"given" should be as {{"from": "…"}}; it is {said!r:.80}.').format(said=said))
+        raise ConfigurationError(f'"given" should be as {{"from": "…"}}; it is {said!r:.80}.')
     return find(catalogue, said["from"])
 
 
@@ -111,7 +108,7 @@ def values_in(course: Mapping[str, Any], start: Start) -> Values | None:
     try:
         found = {(question, part): values[question][part] for question, part in start.gives}
     except (KeyError, TypeError):
-        raise ConfigurationError(_('course.json: not all is there that is "given".')) from None
+        raise ConfigurationError('course.json: not all is there that is "given".') from None
     return {where: np.array(value) if isinstance(value, list) else value for where, value in found.items()}
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 
-from rotflex.courseware.messages import _
 from rotflex.errors import StudentIDError
 
 LONGEST = 80  #: characters of an ID
@@ -41,13 +40,11 @@ def normalised(given: object) -> str:
         If it cannot be one; the message says why, and what to do.
     """
     if not isinstance(given, str):
-        raise StudentIDError(_("A student's ID should be text, not {given!a:.80}.").format(given=given))
+        raise StudentIDError(f"A student's ID should be text, not {given!a:.80}.")
     student = composed(given)
     why = next(_objections(student), None)
     if why is not None:
-        raise StudentIDError(
-            _("{student!r} cannot be a student's ID: {why}").format(student=student[:LONGEST], why=why)
-        )
+        raise StudentIDError(f"{student[:LONGEST]!r} cannot be a student's ID: {why}")
     return student
 
 
@@ -64,32 +61,24 @@ def caseless(given: str) -> str:
 def _objections(student: str) -> Iterator[str]:
     """Why an ID cannot be one. Each may take for granted what those before it ask for."""
     if not student:
-        yield _("it is empty. Give the one that your instructor knows you by.")
+        yield "it is empty. Give the one that your instructor knows you by."
     unseen = [character for character in student if not character.isprintable()]
     if unseen:
-        yield _("it should be one line of characters that can be seen. Leave {character!a} out.").format(
-            character=unseen[0]
-        )
+        yield f"it should be one line of characters that can be seen. Leave {unseen[0]!a} out."
     if len(student) > LONGEST:
-        yield _("it has {count} characters, of which there may be {most}. Shorten it.").format(
-            count=len(student), most=LONGEST
-        )
+        yield f"it has {len(student)} characters, of which there may be {LONGEST}. Shorten it."
     size = len(student.encode())
     if size > LONGEST_IN_BYTES:
-        yield _("as a folder's name it takes {count} bytes, of which there may be {most}. Shorten it.").format(
-            count=size, most=LONGEST_IN_BYTES
-        )
+        yield f"as a folder's name it takes {size} bytes, of which there may be {LONGEST_IN_BYTES}. Shorten it."
     if student.startswith("."):
-        yield _("it begins with a dot, as the names of hidden files do. Leave the dot out.")
+        yield "it begins with a dot, as the names of hidden files do. Leave the dot out."
     if student.endswith("."):
-        yield _("it ends with a dot, which Windows drops from a folder's name. Leave the dot out.")
+        yield "it ends with a dot, which Windows drops from a folder's name. Leave the dot out."
     unfit = [character for character in student if character in _NOWHERE]
     if unfit:
-        yield _(
-            "{character} cannot stand in a folder's name on every system. Leave it out, or write - instead."
-        ).format(character=unfit[0])
+        yield f"{unfit[0]} cannot stand in a folder's name on every system. Leave it out, or write - instead."
     if caseless(student) in RESERVED:
-        yield _("grading gives a file of its own that name. Use another.")
+        yield "grading gives a file of its own that name. Use another."
     stem = student.partition(".")[0].rstrip()
     if caseless(stem) in _DEVICES:
-        yield _("Windows keeps the name {stem} for a device. Use another.").format(stem=stem)
+        yield f"Windows keeps the name {stem} for a device. Use another."

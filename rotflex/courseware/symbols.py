@@ -7,7 +7,6 @@ import unicodedata
 from typing import Any
 
 from rotflex.courseware.json_values import FormError
-from rotflex.courseware.messages import _
 
 _DOTTED = re.compile(r"\\(d?dot)\s*(?:\{\s*\\?(\w+)\s*\}|\\?(\w+))")  # \dot{x}, \ddot\mu, \dot x
 _RATE = re.compile(r"(.+?)(d?)dot")
@@ -49,11 +48,7 @@ class Names:
     def __getitem__(self, name: str) -> str:
         """The given symbol of this name. Raises FormError where there is none."""
         if name not in self:
-            raise FormError(
-                _("it contains {name}, which is not among the given symbols: {symbols}").format(
-                    name=name, symbols=listed(self.symbols)
-                )
-            )
+            raise FormError(f"it contains {name}, which is not among the given symbols: {listed(self.symbols)}")
         return self._by_plain_name[plain(name)]
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 from rotflex.courseware import forms
 from rotflex.courseware.answers import AnswerBook
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
 from rotflex.errors import AnswerError
 
@@ -25,17 +24,16 @@ class ResultsTable:
     """
 
     def __init__(self, table: Question, book: AnswerBook) -> None:
-        self.title = f"{table.number}: {_(table.title)}"
+        self.title = f"{table.number}: {table.title}"
         #: prompt, name, entry ("" where there is none), unit
         self.rows = [
-            (_(part.prompt), part.name, _entry(part, book.get(table.number, part.name)), part.unit)
-            for part in table.parts
+            (part.prompt, part.name, _entry(part, book.get(table.number, part.name)), part.unit) for part in table.parts
         ]
 
     def __str__(self) -> str:
         lines = [self.title]
         for _prompt, name, entry, unit in self.rows:
-            first, *rest = (entry or _("(not filled in yet)")).split("\n")
+            first, *rest = (entry or "(not filled in yet)").split("\n")
             lines.append(f"  {name:<20}{first} {unit if entry else ''}".rstrip())
             lines += [f"  {'':<20}{line}" for line in rest]
         return "\n".join(lines)
@@ -46,7 +44,7 @@ class ResultsTable:
         head = "".join(f'<th scope="col" style="{_LEFT}">{heading}</th>' for heading in heads())
         body = "".join(
             f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row" style="{_LEFT}">{escape(name)}</th>'
-            f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or _("not filled in yet")}</pre></td>'
+            f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or "not filled in yet"}</pre></td>'
             f"<td>{escape(unit)}</td></tr>"
             for prompt, name, entry, unit in self.rows
         )
@@ -57,7 +55,7 @@ class ResultsTable:
 
 def heads() -> tuple[str, ...]:
     """Of the columns."""
-    return _("Description"), _("Name"), _("Value"), _("Unit")
+    return "Description", "Name", "Value", "Unit"
 
 
 def _entry(part: Part, content: dict[str, Any] | None) -> str:
@@ -67,7 +65,7 @@ def _entry(part: Part, content: dict[str, Any] | None) -> str:
     try:
         forms.decode(part, content)
     except AnswerError:
-        return _("(unreadable: answer again)")
+        return "(unreadable: answer again)"
     if part.kind == "matrix":
         noise = 1e-9 * max(abs(number) for row in content["value"] for number in row)
         return "\n".join(

@@ -19,13 +19,12 @@ from rotflex.courseware import attached_pictures
 from rotflex.courseware.attached_pictures import Budget, Pictures
 from rotflex.courseware.json_values import clean
 from rotflex.courseware.kinds.values import LONGEST_PROSE, STUBS, of_few_words
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run.handed_in import CODE, TEXT, Cell
 
 KEY = "rotflex"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
 MARK = "✎"  #: what a place to write begins with, in every notebook
-STUB = N_(
+STUB = (
     "*Double-click here, and write in place of this line. Formulas between `$` signs and pasted pictures are welcome.*"
 )
 #: Lines of the instructor's notebooks between which a model answer stands; they are not seen when it is rendered.
@@ -145,9 +144,8 @@ def written(
         found.problems += [f"{label}: {told}" for told in shown.told]
         if len(shown.text) > LONGEST_PROSE:
             found.problems.append(
-                _("{label}: it has {count} characters, of which the first {most} are read; shorten it.").format(
-                    label=label, count=len(shown.text), most=LONGEST_PROSE
-                )
+                f"{label}: it has {len(shown.text)} characters, of which the first {LONGEST_PROSE} are read; "
+                "shorten it."
             )
         if question := of_few_words(text):
             found.asked.append(f"{label}: {question}.")
@@ -170,9 +168,9 @@ def without_stub(source: str, master: Mapping[str, Any]) -> str:
 
 
 def stubs_of(master: Mapping[str, Any]) -> list[str]:
-    """The lines to be written over that a cell of the course may have, in whichever language it was made or is read."""
+    """The lines to be written over that a cell of the course may have."""
     given = [line.strip() for line in source_of(master).split("\n")]
-    return list(dict.fromkeys([STUB, _(STUB), *(line for line in given if _IN_ITALICS.fullmatch(line))]))
+    return list(dict.fromkeys([STUB, *(line for line in given if _IN_ITALICS.fullmatch(line))]))
 
 
 def source_of(cell: Mapping[str, Any]) -> str:
@@ -210,19 +208,19 @@ class _Places:
         filled = [place for place in own if self._filled(place, master)]
         below = self._texts(self._after(own[-1])) if own else []
         if any(self._cells[place].kind != TEXT for place in filled):
-            notes.append(_("written in a cell that is no text cell any more."))
+            notes.append("written in a cell that is no text cell any more.")
         if filled and below:
-            notes.append(_("with the text of an added cell just below the answer cell."))
+            notes.append("with the text of an added cell just below the answer cell.")
         elif below:
-            notes.append(_("taken from an added cell just below the answer cell, which is empty."))
+            notes.append("taken from an added cell just below the answer cell, which is empty.")
         elif not filled and (below := self._texts(self._gap(_id(master), own))):
             notes.append(
-                _("taken from an added cell just above the answer cell, which is empty.")
+                "taken from an added cell just above the answer cell, which is empty."
                 if own
-                else _("taken from an added cell where the answer cell is missing.")
+                else "taken from an added cell where the answer cell is missing."
             )
         elif not filled and any(map(self._may_be_words, self._near(_id(master), own))):
-            notes.append(_("nothing is written in its cell; an added cell beside it is not read as the answer."))
+            notes.append("nothing is written in its cell; an added cell beside it is not read as the answer.")
         return [self._cells[place] for place in [*filled, *below]], notes
 
     def _filled(self, place: int, master: Mapping[str, Any]) -> bool:
@@ -241,7 +239,7 @@ class _Places:
         texts = {"\n\n".join(self._cells[place].source for place in one) for one in filled}
         if len(texts) < 2:
             return (filled or stretches or [[]])[0], []
-        told = _("there are {count} copies of its cell that differ; all are read, one after the other.")
+        told = "there are {count} copies of its cell that differ; all are read, one after the other."
         return own, [told.format(count=len(filled))]
 
     def _after(self, place: int) -> list[int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import Picture, style
 from rotflex.figures.sketch import THICK, Block, Point, Sketch
 
@@ -23,7 +22,7 @@ def _feedback_switch(sketch: Sketch, state: Point, partial: Point, target: Point
     """From the state's take-off, by way of the switch between full and partial feedback, up to ``target``."""
     common = (target[0], (state[1] + partial[1]) / 2)
     throws = (common[0] + 1.1, state[1]), (common[0] + 1.1, partial[1])
-    chooser = sketch.block(*partial, _("$\\alpha$ and $\\dot{\\alpha}$") + _("\nto zero"), 2.6, 1.3, size=10.5)
+    chooser = sketch.block(*partial, "$\\alpha$ and $\\dot{\\alpha}$" + "\nto zero", 2.6, 1.3, size=10.5)
     sketch.dot(state)
     sketch.line(state, throws[0], width=THICK)
     sketch.arrow(state, (state[0], partial[1]), chooser.right)
@@ -32,8 +31,8 @@ def _feedback_switch(sketch: Sketch, state: Point, partial: Point, target: Point
     sketch.arrow(common, target)
     for contact in (*throws, common):
         sketch.contact(contact)
-    sketch.text(throws[0][0] + 0.2, throws[0][1] + 0.4, _("full"), size=10.5, ha="left")
-    sketch.text(throws[1][0] - 0.1, throws[1][1] - 0.45, _("partial"), size=10.5)
+    sketch.text(throws[0][0] + 0.2, throws[0][1] + 0.4, "full", size=10.5, ha="left")
+    sketch.text(throws[1][0] - 0.1, throws[1][1] - 0.45, "partial", size=10.5)
 
 
 def sweep_experiment() -> Picture:
@@ -41,10 +40,10 @@ def sweep_experiment() -> Picture:
     y, low = 3.0, 0.9
     with style():
         sketch = Sketch(17.2, 4.4, _SCALE)
-        source = sketch.block(1.8, y, _("sine sweep\n1 to 5 Hz\nin 15 s"), 2.8, 2.0)
+        source = sketch.block(1.8, y, "sine sweep\n1 to 5 Hz\nin 15 s", 2.8, 2.0)
         junction = sketch.junction(5.4, y, {"left": "+", "bottom": "-"})
-        controller = sketch.block(7.9, y, _("position\ncontroller"), 2.7)
-        bench = sketch.block(12.3, y, _("servo and\nflexible joint"), 3.2, 2.0)
+        controller = sketch.block(7.9, y, "position\ncontroller", 2.7)
+        bench = sketch.block(12.3, y, "servo and\nflexible joint", 3.2, 2.0)
         sketch.arrow(source.right, junction.left)
         sketch.signal(4.0, y + 0.6, r"$\theta_d$", recorded=True)
         sketch.arrow(junction.right, controller.left)
@@ -55,8 +54,8 @@ def sweep_experiment() -> Picture:
         sketch.dot(take_off)
         sketch.arrow(take_off, (take_off[0], low), (junction.x, low), junction.bottom)
         sketch.key(1.8, low)
-        sketch.text(10.6, low - 0.4, _("the servo follows the sweep"), size=10.5)
-    sketch.figure.alt_text = _(
+        sketch.text(10.6, low - 0.4, "the servo follows the sweep", size=10.5)
+    sketch.figure.alt_text = (
         "Block diagram of the sweep experiment. The measured servo angle theta is subtracted from a sine sweep "
         "of 1 to 5 Hz; a position controller turns the difference into the voltage for the servo with the "
         "flexible joint. Recorded are the sweep, the voltage, theta and the deflection alpha."
@@ -69,10 +68,10 @@ def validation_experiment() -> Picture:
     y, apart = 3.3, 1.55
     with style():
         sketch = Sketch(17.2, 6.6, _SCALE)
-        source = sketch.block(1.8, y, _("step or\nsquare wave"), 2.8)
-        bench = sketch.block(8.5, y + apart, _("servo and\nflexible joint"), 3.6, 2.0)
+        source = sketch.block(1.8, y, "step or\nsquare wave", 2.8)
+        bench = sketch.block(8.5, y + apart, "servo and\nflexible joint", 3.6, 2.0)
         model = sketch.block(8.5, y - apart, "$\\dot{x} = Ax + Bu$\n$y = Cx + Du$", 3.6, 2.0, size=13)
-        plots = sketch.block(15.5, y, _("measured\nand model\nin one plot"), 2.8, 5.2)
+        plots = sketch.block(15.5, y, "measured\nand model\nin one plot", 2.8, 5.2)
         fork = (5.0, y)
         sketch.line(source.right, fork, width=THICK)
         sketch.dot(fork)
@@ -84,9 +83,9 @@ def validation_experiment() -> Picture:
             sketch.arrow((model.right[0], model.y + rise), (plots.left[0], model.y + rise))
             sketch.signal(model.right[0] + 1.6, model.y + rise, f"${name}$", recorded=True)
         sketch.key(1.8, 0.8)
-        sketch.text(bench.x, bench.top[1] + 0.35, _("the bench"), size=10.5)
-        sketch.text(model.x, model.bottom[1] - 0.35, _("your model"), size=10.5)
-    sketch.figure.alt_text = _(
+        sketch.text(bench.x, bench.top[1] + 0.35, "the bench", size=10.5)
+        sketch.text(model.x, model.bottom[1] - 0.35, "your model", size=10.5)
+    sketch.figure.alt_text = (
         "Block diagram of the validation. One voltage, a step or a square wave, drives the servo with the "
         "flexible joint and, beside it, the state-space model. The measured theta and alpha are recorded with "
         "those of the model and plotted together."
@@ -115,7 +114,7 @@ def state_feedback() -> Picture:
         take_off = (13.45, y)
         sketch.dot(take_off)
         sketch.arrow(take_off, (take_off[0], low), (junction.x, low), junction.bottom)
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "Block diagram of state feedback. The state x is subtracted from the desired state x_d; the gain K turns "
         "the difference into the motor voltage u of the plant x' = A x + B u. The state is taken off before the "
         "output matrix C."
@@ -128,12 +127,12 @@ def simulation_loop() -> Picture:
     y = 5.2
     with style():
         sketch = Sketch(18.8, 6.3, 0.385)
-        wave = sketch.block(1.45, y, _("square wave\n±1, 0.33 Hz"), 2.5, size=9.5)
-        limiter = sketch.block(4.05, y, _("rate\nlimiter"), 1.7, size=9.5)
-        amplitude = sketch.block(6.4, y, _("amplitude\n20 deg"), 2.0, size=9.5)
+        wave = sketch.block(1.45, y, "square wave\n±1, 0.33 Hz", 2.5, size=9.5)
+        limiter = sketch.block(4.05, y, "rate\nlimiter", 1.7, size=9.5)
+        amplitude = sketch.block(6.4, y, "amplitude\n20 deg", 2.0, size=9.5)
         junction = sketch.junction(9.1, y, {"left": "+", "bottom": "-"})
         gain = sketch.block(10.5, y, "$K$", 1.1, size=14)
-        limit = sketch.block(12.35, y, _("limit\n±10 V"), 1.6, size=9.5)
+        limit = sketch.block(12.35, y, "limit\n±10 V", 1.6, size=9.5)
         model = sketch.block(15.8, y, r"$\dot{x} = Ax + Bu$", 2.8, size=11.5)
         chain = (wave, limiter, amplitude, junction, gain, limit, model)
         for start, end in pairwise(chain):
@@ -151,7 +150,7 @@ def simulation_loop() -> Picture:
         sketch.key(1.6, 0.9)
         sketch.text(4.4, 2.9, _DESIRED_STATE, size=12)
         _feedback_switch(sketch, state, (12.7, 1.2), junction.bottom)
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "Block diagram of the simulation. A square wave of 0.33 Hz, smoothed by a rate limiter and scaled to 20 "
         "deg, is the desired servo angle. The state of the linear model is fed back: all of it, or, with the "
         "switch at partial, with the deflection and its rate set to zero. The gain K and a limit of 10 V turn "
@@ -165,11 +164,11 @@ def implementation_loop() -> Picture:
     y, direct, filtered = 5.7, 3.8, 2.0
     with style():
         sketch = Sketch(18.0, 6.9, 0.4)
-        source = sketch.block(1.8, y, _("smoothed\nsquare wave\n±20 deg"), 2.8, 1.9, size=10.5)
+        source = sketch.block(1.8, y, "smoothed\nsquare wave\n±20 deg", 2.8, 1.9, size=10.5)
         junction = sketch.junction(5.2, y, {"left": "+", "bottom": "-"})
         gain = sketch.block(7.0, y, "$K$", 1.4, size=14)
-        limit = sketch.block(10.0, y, _("limit\n±10 V"), 1.9, size=10.5)
-        bench = sketch.block(13.9, y, _("servo and\nflexible joint,\nencoders"), 3.2, 1.9, size=10.5)
+        limit = sketch.block(10.0, y, "limit\n±10 V", 1.9, size=10.5)
+        bench = sketch.block(13.9, y, "servo and\nflexible joint,\nencoders", 3.2, 1.9, size=10.5)
         for start, end in pairwise((source, junction, gain, limit, bench)):
             sketch.arrow(start.right, end.left)
         sketch.signal(4.0, y + 0.6, r"$\theta_d$", recorded=True)
@@ -187,13 +186,13 @@ def implementation_loop() -> Picture:
         sketch.line((joined, direct + 0.4), (joined, filtered - 0.4), width=5)
         sketch.signal(12.1, filtered + 0.5, r"$\dot{\theta},\ \dot{\alpha}$")
         sketch.signal(12.1, direct + 0.4, r"$\theta,\ \alpha$")
-        sketch.text(derivative.x, derivative.bottom[1] - 0.4, _("derivative filters"), size=10.5)
+        sketch.text(derivative.x, derivative.bottom[1] - 0.4, "derivative filters", size=10.5)
         sketch.line((joined, take_off[1]), take_off, width=THICK)
         sketch.signal(9.5, take_off[1] + 0.4, "$x$")
         sketch.key(1.8, 0.8)
         sketch.text(2.4, take_off[1], _DESIRED_STATE, size=12)
         _feedback_switch(sketch, take_off, (8.5, 1.2), junction.bottom)
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "Block diagram of the control loop on the bench. Encoders measure theta and alpha; derivative filters "
         "add their rates, which completes the state. A switch feeds back the full state, or the partial one with "
         "alpha and its rate set to zero. The difference from the desired angle, a smoothed square wave of plus "

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import BLUE, Picture, style
 from rotflex.figures.sketch import BACKGROUND, INK, SHADE, THICK, TINT, Sketch, along
 
@@ -24,15 +23,15 @@ def joint_angles() -> Picture:
         # The base, which turns with the servo, and what it turns from.
         sketch.bar(pivot, theta, (-1.7, 3.3), 4.6, TINT)
         sketch.line(pivot, along(pivot, 0, 9.9), **axis_of)
-        sketch.text(*along(pivot, 0, 10.1), _("fixed axis"), size=10.5, ha="left")
+        sketch.text(*along(pivot, 0, 10.1), "fixed axis", size=10.5, ha="left")
         sketch.line(pivot, along(pivot, theta, 10.3), **axis_of)
-        sketch.text(*along(pivot, theta, 10.5), _("base axis"), size=10.5, ha="left")
+        sketch.text(*along(pivot, theta, 10.5), "base axis", size=10.5, ha="left")
         for side in (1, -1):
             post = along(pivot, theta, 2.5, 1.95 * side)
             sketch.spring(post, along(pivot, link, 2.6), coils=3 if side > 0 else 5, breadth=0.4, layer=4.5)
             sketch.axes.add_patch(Circle(post, 0.15, facecolor=INK, zorder=5))
         sketch.line(along(pivot, theta, 0.9, -2.0), (6.6, 1.0), width=0.8, layer=6)
-        sketch.text(6.7, 1.0, _("base, on the load gear of the servo"), size=10.5, ha="left")
+        sketch.text(6.7, 1.0, "base, on the load gear of the servo", size=10.5, ha="left")
         # The link: a long arm on the pivot and a short one fixed on top of it.
         sketch.bar(pivot, link, (-0.5, L_1), 0.85, BACKGROUND, layer=5)
         sketch.bar(pivot, link, (d_12 - L_2 / 2, d_12 + L_2 / 2), 0.42, SHADE, layer=5.2)
@@ -43,7 +42,7 @@ def joint_angles() -> Picture:
         sketch.dimension(pivot, link, (0, d_12), 1.85, "$d_{12}$")
         sketch.dimension(pivot, link, (0, L_1), 2.75, "$L_1$")
         # Names of the arms, with leaders.
-        for distance, height, name in ((9.2, 9.0, _("top arm, $m_2$")), (7.0, 8.0, _("bottom arm, $m_1$"))):
+        for distance, height, name in ((9.2, 9.0, "top arm, $m_2$"), (7.0, 8.0, "bottom arm, $m_1$")):
             sketch.line(
                 along(pivot, link, distance, -0.1 if distance > 9 else -0.3), (12.3, height), width=0.8, layer=6
             )
@@ -53,11 +52,11 @@ def joint_angles() -> Picture:
         sketch.text(
             0.4,
             11.5,
-            _("Both angles are positive counter-clockwise,\nthe way $V_m > 0$ turns the servo."),
+            "Both angles are positive counter-clockwise,\nthe way $V_m > 0$ turns the servo.",
             size=10.5,
             ha="left",
         )
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "The flexible joint seen from above. The base has turned counter-clockwise by the servo angle theta. The "
         "link has turned a further angle alpha from the middle of the base, against two springs. The link is a "
         "long bottom arm of length L1 and mass m1 on the pivot and a short top arm of length L2 and mass m2 "
@@ -114,12 +113,12 @@ def lumped_model() -> Picture:
             sketch.angle((x, y), 2.5, 10, 68, "", squash=0.42)
             sketch.signal(x + 0.95, y + 2.3, name, ha="left")
         for x, words in (
-            (servo - 0.5, _("servo and base")),
-            (middle, _("joint, twisted by $\\alpha$")),
-            (link - 0.5, _("link")),
+            (servo - 0.5, "servo and base"),
+            (middle, "joint, twisted by $\\alpha$"),
+            (link - 0.5, "link"),
         ):
             sketch.text(x, 1.15, words, size=10.5)
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "The lumped model. The torque tau turns the inertia J_eq of the servo and the base through the angle "
         "theta, against the viscous friction B_eq to ground. The spring of stiffness K_s and, beside it, the "
         "damper B_l connect J_eq to the inertia J_l of the link, which turns through theta plus alpha."
@@ -136,7 +135,7 @@ def desired_poles() -> Picture:
     with style():
         sketch = Sketch(15.6, 9.6, scale=0.43)
         sketch.axes.add_patch(Rectangle((0, 0), origin[0], 9.6, facecolor=TINT, zorder=0))
-        sketch.text(0.3, 9.1, _("stable half of the $s$-plane"), size=10.5, ha="left")
+        sketch.text(0.3, 9.1, "stable half of the $s$-plane", size=10.5, ha="left")
         sketch.arrow((0.3, origin[1]), (14.9, origin[1]), width=1.2)
         sketch.arrow((origin[0], 0.3), (origin[0], 9.35), width=1.2)
         sketch.text(14.6, origin[1] - 0.5, "Re $s$")
@@ -157,10 +156,10 @@ def desired_poles() -> Picture:
         for pole, name, drop in ((p_1, "p_1", 0.6), (p_2, "p_2", -0.6), (p_3, "p_3", 0.6), (p_4, "p_4", 0.6)):
             sketch.axes.plot(*pole, marker="x", markersize=11, markeredgewidth=3, color=BLUE, zorder=5)
             sketch.text(pole[0], pole[1] + drop, f"${name}$", size=13)
-        sketch.text(p_1[0] - 0.6, p_1[1], _("dominant"), size=10.5, ha="right")
-        sketch.text(p_2[0] - 0.6, p_2[1], _("dominant"), size=10.5, ha="right")
-        sketch.text((p_3[0] + p_4[0]) / 2, origin[1] - 0.6, _("further left"), size=10.5)
-    sketch.figure.alt_text = _(
+        sketch.text(p_1[0] - 0.6, p_1[1], "dominant", size=10.5, ha="right")
+        sketch.text(p_2[0] - 0.6, p_2[1], "dominant", size=10.5, ha="right")
+        sketch.text((p_3[0] + p_4[0]) / 2, origin[1] - 0.6, "further left", size=10.5)
+    sketch.figure.alt_text = (
         "The s-plane with the four desired closed-loop poles, all in the left half. The dominant pair p1 and p2 "
         "is at minus sigma plus and minus j omega_d: at the distance omega_n from the origin, on the rays whose "
         "angle from the negative real axis is the inverse cosine of zeta. The poles p3 and p4 are on the real "

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import BLACK, BLUE, GREEN, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ def pole_map(
     poles : (n,) complex poles, rad/s; or a mapping of a label to each group of poles
     zeta, omega_n : damping ratio and natural frequency (rad/s) to emphasise
     """
-    given = poles if isinstance(poles, Mapping) else {_("poles"): poles}
+    given = poles if isinstance(poles, Mapping) else {"poles": poles}
     groups = {label: np.atleast_1d(np.asarray(group, dtype=complex)) for label, group in given.items()}
     every = np.concatenate(list(groups.values()))
     with style():
@@ -51,18 +50,18 @@ def pole_map(
                 group.real, group.imag, marker=marker, fillstyle="none", label=label, zorder=5, clip_on=False, **look
             )
         axes.set(
-            xlabel=_("real part (rad/s)"),
-            ylabel=_("imaginary part (rad/s)"),
+            xlabel="real part (rad/s)",
+            ylabel="imaginary part (rad/s)",
             xlim=(-reach, right),
             ylim=(-height, height),
         )
         axes.set_aspect("equal")
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, handlelength=2.2)
     listed = "; ".join(f"{label}: " + ", ".join(map(_spoken, group)) for label, group in groups.items())
-    emphasis = [] if zeta is None else [_("the damping ratio {zeta:g}").format(zeta=zeta)]
-    emphasis += [] if omega_n is None else [_("the natural frequency {omega_n:g} rad/s").format(omega_n=omega_n)]
-    figure.alt_text = _("Poles in the s-plane. {names}.").format(names=listed) + (
-        _(" Marked are {names}.").format(names=_(" and ").join(emphasis)) if emphasis else ""
+    emphasis = [] if zeta is None else [f"the damping ratio {zeta:g}"]
+    emphasis += [] if omega_n is None else [f"the natural frequency {omega_n:g} rad/s"]
+    figure.alt_text = f"Poles in the s-plane. {listed}." + (
+        f" Marked are {' and '.join(emphasis)}." if emphasis else ""
     )
     return figure
 

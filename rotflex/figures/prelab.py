@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import Picture, style
 from rotflex.figures.sketch import BACKGROUND, INK, SHADE, THICK, TINT, Point, Sketch, along
 
@@ -41,7 +40,7 @@ def trolley_with_pendulum() -> Picture:
         sketch.signal(*along(pivot, tilt - 90, 3.0, 0.5), r"$\ell$")
         sketch.angle(pivot, 3.4, -90, tilt - 90 - 3, "")
         sketch.signal(*along(pivot, tilt / 2 - 90, 3.95), r"$\phi$")
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "A trolley of mass M on a level rail, tied to a wall on the left by a spring of stiffness k and pushed "
         "to the right by a force F. Its displacement s is counted to the right from where the spring is relaxed. "
         "A rod of length l hangs from the trolley, with a bob of mass m at its end. The rod makes the angle phi "
@@ -69,12 +68,12 @@ def armature_circuit() -> Picture:
             sketch.text(x + 0.4, middle - 1.1, "$-$")
         sketch.signal(motor - 1.0, middle, r"$e_b = k_m \omega_m$", ha="right")
         sketch.line((motor + 0.75, middle), (10.2, middle), width=2.6)
-        gears = sketch.block(11.3, middle, _("gears\n$K_g : 1$"), width=2.2, height=2.2)
+        gears = sketch.block(11.3, middle, "gears\n$K_g : 1$", width=2.2, height=2.2)
         sketch.line(gears.right, (14.6, middle), width=2.6)
         for x, name in ((8.7, r"$\omega_m$"), (13.1, r"$\dot\theta,\ \tau$")):
             sketch.angle((x, middle), 0.9, -60, 60, "", squash=0.4)
             sketch.signal(x + 0.4, middle + 1.45, name)
-    sketch.figure.alt_text = _(
+    sketch.figure.alt_text = (
         "The circuit of the armature. The voltage V_m drives the current i_m through the resistance R_m and "
         "through the motor, which opposes it by the back-EMF k_m times the rate of its shaft. The shaft turns at "
         "the rate omega_m and enters the gears, of ratio K_g to 1. On their other side the load shaft turns at "
@@ -102,9 +101,9 @@ def parallel_axes() -> Picture:
         sketch.signal(9.3, 3.45, r"$\vec\rho$")
         sketch.signal(4.7, 3.5, r"$\vec d + \vec\rho$", ha="center")
         sketch.signal(10.6, 4.6, "$dm$", ha="left")
-        sketch.text(centre[0] + 0.3, centre[1] - 0.5, _("centre of mass"), size=10.5, ha="left")
-        sketch.text(axis[0], axis[1] - 0.6, _("new axis"), size=10.5)
-    sketch.figure.alt_text = _(
+        sketch.text(centre[0] + 0.3, centre[1] - 0.5, "centre of mass", size=10.5, ha="left")
+        sketch.text(axis[0], axis[1] - 0.6, "new axis", size=10.5)
+    sketch.figure.alt_text = (
         "A flat body, seen along the axes. An arrow d leads from a new axis outside the body to its centre of "
         "mass, an arrow rho from the centre of mass to a speck of mass dm, and a third arrow, their sum, from "
         "the new axis to the speck."

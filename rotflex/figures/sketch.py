@@ -14,7 +14,6 @@ import numpy as np
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import BLACK, new_picture
 from rotflex.units import DEG
 
@@ -75,7 +74,7 @@ class Sketch:
 
     def key(self, x: float, y: float) -> None:
         """What the tag behind a signal's name says."""
-        self.signal(x, y, _("recorded signal"), recorded=True, size=10)
+        self.signal(x, y, "recorded signal", recorded=True, size=10)
 
     def line(self, *points: Point, width: float = THIN, style: Any = "-", color: str = INK, layer: float = 2) -> None:
         """A line through the points."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import BLACK, ROLES, WIDTH, Picture, new_picture, style
 
 if TYPE_CHECKING:
@@ -30,15 +29,15 @@ def compound_sine_spectrum() -> Picture:
         figure = new_picture(WIDTH, 5.0)
         signal, spectrum = figure.subplots(2, 1)
         signal.plot(t, g, **ROLES["measured"])
-        signal.set(xlabel=_("time (s)"), ylabel="$g(t)$ (–)", xlim=(0, 3))
+        signal.set(xlabel="time (s)", ylabel="$g(t)$ (–)", xlim=(0, 3))
         inside = f <= 8
         spectrum.plot(f[inside], amplitude[inside], marker=".", **ROLES["model"] | {"linestyle": "-", "linewidth": 1.2})
         for frequency in (1, 2, 5):
             height = float(amplitude[f.searchsorted(frequency)])
             label = f"{frequency} Hz: {height:.1f}"
             spectrum.annotate(label, (frequency, height), xytext=(8, -3), textcoords="offset points")
-        spectrum.set(xlabel=_("frequency (Hz)"), ylabel=_("amplitude of $g$ (–)"), xlim=(0, 8), ylim=(0, 3.4))
-    figure.alt_text = _(
+        spectrum.set(xlabel="frequency (Hz)", ylabel="amplitude of $g$ (–)", xlim=(0, 8), ylim=(0, 3.4))
+    figure.alt_text = (
         "Above, the sum of three sine waves against time, which repeats every second. Below, its amplitude "
         "spectrum: three narrow peaks, of 3 at 1 Hz, 2 at 2 Hz and 0.5 at 5 Hz, and nothing in between."
     )
@@ -67,14 +66,14 @@ def spectrum_plot(
         axes = figure.subplots()
         f, amplitude = _curve(axes, f_hz, amplitude_deg, (0.0, f_max), ROLES["measured"])
         axes.set(
-            xlabel=_("frequency (Hz)"),
-            ylabel=_("amplitude of {quantity} (deg)").format(quantity=quantity),
+            xlabel="frequency (Hz)",
+            ylabel=f"amplitude of {quantity} (deg)",
             ylim=(0, 1.15 * amplitude.max()),
         )
         if peak is not None:
             _mark(axes, peak, f"{peak:.2f} Hz")
-    figure.alt_text = _("An amplitude spectrum against frequency, up to {max:.0f} Hz.").format(max=f.max()) + (
-        "" if peak is None else _(" Its peak at {peak:.1f} Hz is marked.").format(peak=peak)
+    figure.alt_text = f"An amplitude spectrum against frequency, up to {f.max():.0f} Hz." + (
+        "" if peak is None else f" Its peak at {peak:.1f} Hz is marked."
     )
     return figure
 
@@ -101,19 +100,17 @@ def frequency_response(
         figure = new_picture(WIDTH, 3.0 if rows == 1 else 4.6)
         panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=(2.2, 1)[:rows])[:, 0]
         _f, gain = _curve(panels[0], f_hz, ratio, f_range, ROLES["measured"])
-        panels[0].set(ylabel=_("$|\\alpha/\\theta|$ (rad/rad)"), ylim=(0, 1.15 * gain.max()))
+        panels[0].set(ylabel="$|\\alpha/\\theta|$ (rad/rad)", ylim=(0, 1.15 * gain.max()))
         if peak is not None:
             _mark(panels[0], peak, f"{peak:.2f} Hz")
         if coherence is not None:
             _curve(panels[1], f_hz, coherence, f_range, ROLES["measured"])
-            panels[1].set(ylabel=_("coherence (–)"), ylim=(0, 1.05))
-        panels[-1].set_xlabel(_("frequency (Hz)"))
+            panels[1].set(ylabel="coherence (–)", ylim=(0, 1.05))
+        panels[-1].set_xlabel("frequency (Hz)")
     figure.alt_text = (
-        _("The ratio of deflection to servo angle against frequency, {f_range:g} to {f_range_2:g} Hz.").format(
-            f_range=f_range[0], f_range_2=f_range[1]
-        )
-        + ("" if peak is None else _(" Its peak at {peak:.1f} Hz is marked.").format(peak=peak))
-        + ("" if coherence is None else _(" Below it, the coherence of the two signals."))
+        f"The ratio of deflection to servo angle against frequency, {f_range[0]:g} to {f_range[1]:g} Hz."
+        + ("" if peak is None else f" Its peak at {peak:.1f} Hz is marked.")
+        + ("" if coherence is None else " Below it, the coherence of the two signals.")
     )
     return figure
 
@@ -136,9 +133,9 @@ def naive_against_true(
     f_range : the frequencies between which to draw, Hz
     """
     rows = (
-        (voltage_driven, "voltage", _("amplitude of $\\alpha$ (deg)"), _("the sweep is the motor's voltage")),
-        (position_driven, "measured", _("amplitude of $\\alpha$ (deg)"), _("the servo follows the sweep")),
-        (ratio, "measured", r"$|\alpha/\theta|$ (rad/rad)", _("deflection per servo angle")),
+        (voltage_driven, "voltage", "amplitude of $\\alpha$ (deg)", "the sweep is the motor's voltage"),
+        (position_driven, "measured", "amplitude of $\\alpha$ (deg)", "the servo follows the sweep"),
+        (ratio, "measured", r"$|\alpha/\theta|$ (rad/rad)", "deflection per servo angle"),
     )
     peaks = []
     with style():
@@ -150,19 +147,17 @@ def naive_against_true(
             axes.plot(peaks[-1], curve.max(), marker="v", markersize=8, color=BLACK, linestyle="none", zorder=5)
             axes.axvline(resonance, **ROLES["highlight"])
             axes.set(ylabel=quantity, ylim=(0, 1.2 * curve.max()))
-            axes.set_title(
-                _("{title}: peak at {peaks:.2f} Hz").format(title=title, peaks=peaks[-1]), loc="left", fontsize=11
-            )
+            axes.set_title(f"{title}: peak at {peaks[-1]:.2f} Hz", loc="left", fontsize=11)
         label = rf"$\sqrt{{K_s/J_l}}$ = {resonance:.2f} Hz"
         panels[0].legend(
             [panels[0].lines[-1]], [label], loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0
         )
-        panels[-1].set_xlabel(_("frequency (Hz)"))
-    figure.alt_text = _(
-        "Three plots against frequency, each with the link's natural frequency of {resonance:.1f} Hz marked. "
-        "When the sweep is the motor's voltage, the spectrum of alpha peaks at {peaks:.1f} Hz; when the servo "
-        "follows the sweep, at {peaks_2:.1f} Hz; the ratio of alpha to theta peaks at {peaks_3:.1f} Hz."
-    ).format(resonance=resonance, peaks=peaks[0], peaks_2=peaks[1], peaks_3=peaks[2])
+        panels[-1].set_xlabel("frequency (Hz)")
+    figure.alt_text = (
+        f"Three plots against frequency, each with the link's natural frequency of {resonance:.1f} Hz marked. "
+        f"When the sweep is the motor's voltage, the spectrum of alpha peaks at {peaks[0]:.1f} Hz; when the "
+        f"servo follows the sweep, at {peaks[1]:.1f} Hz; the ratio of alpha to theta peaks at {peaks[2]:.1f} Hz."
+    )
     return figure
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import BLACK, BLUE, PURPLE, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
 from rotflex.specifications import LIMITS, SETTLING_BAND
 from rotflex.units import DEG
@@ -30,17 +29,18 @@ def sweep_response(recording: Recording) -> Picture:
     with style():
         figure, (upper, lower) = _stack(2)
         if "theta_ref" in recording:
-            _angle(upper, recording, "theta_ref", "reference", _("reference"))
-        _angle(upper, recording, "theta", "measured", _("measured"))
-        _angle(lower, recording, "alpha", "measured", _("measured"))
+            _angle(upper, recording, "theta_ref", "reference", "reference")
+        _angle(upper, recording, "theta", "measured", "measured")
+        _angle(lower, recording, "alpha", "measured", "measured")
         _name_axes(upper, r"$\theta$ (deg)")
         _name_axes(lower, r"$\alpha$ (deg)")
         _legend(upper)
     alpha = np.abs(recording.degrees("alpha"))
-    figure.alt_text = _(
-        "Two plots against time, 0 to {time:.2g} s. The servo angle theta swings ever faster. The deflection "
-        "alpha swings with it, and most of all near {time_2:.0f} s, by about {max:.0f} deg."
-    ).format(time=recording.time[-1], time_2=recording.time[alpha.argmax()], max=alpha.max())
+    figure.alt_text = (
+        f"Two plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta swings ever faster. The "
+        f"deflection alpha swings with it, and most of all near {recording.time[alpha.argmax()]:.0f} s, by about "
+        f"{alpha.max():.0f} deg."
+    )
     return figure
 
 
@@ -54,19 +54,17 @@ def free_decay(recording: Recording, peaks: ArrayLike | None = None) -> Picture:
     """
     with style():
         figure, (axes,) = _stack(1)
-        _angle(axes, recording, "alpha", "measured", _("measured"))
+        _angle(axes, recording, "alpha", "measured", "measured")
         if peaks is not None:
             times = np.asarray(peaks, dtype=float)
             heights = np.interp(times, recording.time, recording.degrees("alpha"))
             marks = {"color": ROLES["highlight"]["color"], "linestyle": "none", "markeredgecolor": "black"}
-            axes.plot(times, heights, marker="o", label=_("peaks"), zorder=4, **marks)
+            axes.plot(times, heights, marker="o", label="peaks", zorder=4, **marks)
             _legend(axes)
         _name_axes(axes, r"$\alpha$ (deg)")
-    figure.alt_text = _(
-        "The deflection alpha against time, 0 to {time:.2g} s: it swings back and forth and dies away."
-    ).format(time=recording.time[-1]) + (
-        "" if peaks is None else _(" Peaks marked: {times_size}.").format(times_size=times.size)
-    )
+    figure.alt_text = (
+        f"The deflection alpha against time, 0 to {recording.time[-1]:.2g} s: it swings back and forth and dies away."
+    ) + ("" if peaks is None else f" Peaks marked: {times.size}.")
     return figure
 
 
@@ -80,14 +78,14 @@ def validation(recording: Recording) -> Picture:
     with style():
         figure, panels = _stack(2)
         for axes, angle in zip(panels, ("theta", "alpha"), strict=True):
-            _angle(axes, recording, angle, "measured", _("measured"))
-            _angle(axes, recording, f"{angle}_model", "model", _("model"))
+            _angle(axes, recording, angle, "measured", "measured")
+            _angle(axes, recording, f"{angle}_model", "model", "model")
             _name_axes(axes, rf"$\{angle}$ (deg)")
         _legend(panels[0])
-    figure.alt_text = _(
-        "Two plots against time, 0 to {time:.2g} s: the servo angle theta and the deflection alpha, each as "
-        "measured (solid) and as the model has it (dash-dotted)."
-    ).format(time=recording.time[-1])
+    figure.alt_text = (
+        f"Two plots against time, 0 to {recording.time[-1]:.2g} s: the servo angle theta and the deflection "
+        "alpha, each as measured (solid) and as the model has it (dash-dotted)."
+    )
     return figure
 
 
@@ -102,7 +100,7 @@ def tracking(recording: Recording, specifications: bool = True) -> Picture:
     with style():
         figure, (upper, middle, lower) = _stack(3)
         _angle(upper, recording, "theta", "measured", r"$\theta$")
-        _angle(upper, recording, "theta_ref", "reference", _("reference"))
+        _angle(upper, recording, "theta_ref", "reference", "reference")
         _angle(middle, recording, "alpha", "measured", r"$\alpha$")
         lower.plot(recording.time, recording["vm"], label="$V_m$", **ROLES["voltage"])
         if specifications:
@@ -113,17 +111,11 @@ def tracking(recording: Recording, specifications: bool = True) -> Picture:
             _name_axes(axes, name)
             _legend(axes)
     reference, alpha, vm = recording.degrees("theta_ref"), recording.degrees("alpha"), recording["vm"]
-    figure.alt_text = _(
-        "Three plots against time, 0 to {time:.2g} s. The servo angle theta follows a reference between "
-        "{min:.0f} and {max:.0f} deg; the deflection alpha goes up to about {max_2:.0f} deg and the voltage to "
-        "about {max_3:.0f} V."
-    ).format(
-        time=recording.time[-1],
-        min=reference.min(),
-        max=reference.max(),
-        max_2=np.abs(alpha).max(),
-        max_3=np.abs(vm).max(),
-    ) + (_(" The settling band, the limits of alpha and of the voltage are drawn in.") if specifications else "")
+    figure.alt_text = (
+        f"Three plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta follows a reference "
+        f"between {reference.min():.0f} and {reference.max():.0f} deg; the deflection alpha goes up to about "
+        f"{np.abs(alpha).max():.0f} deg and the voltage to about {np.abs(vm).max():.0f} V."
+    ) + (" The settling band, the limits of alpha and of the voltage are drawn in." if specifications else "")
     return figure
 
 
@@ -134,14 +126,14 @@ def compare_tracking(full: Recording, partial: Recording) -> Picture:
     ----------
     full, partial : with channels ``theta_ref``, ``theta``, ``alpha`` and ``vm``
     """
-    runs = ((_("partial"), partial, _PARTIAL), (_("full"), full, ROLES["measured"]))
+    runs = (("partial", partial, _PARTIAL), ("full", full, ROLES["measured"]))
     with style():
         figure, (upper, middle, lower) = _stack(3)
         for label, recording, look in runs:
             upper.plot(recording.time, recording.degrees("theta"), label=label, **look)
             middle.plot(recording.time, recording.degrees("alpha"), label=label, **look)
             lower.plot(recording.time, recording["vm"], label=label, **look | {"linewidth": 1.0})
-        _angle(upper, full, "theta_ref", "reference", _("reference"))
+        _angle(upper, full, "theta_ref", "reference", "reference")
         _settling_bands(upper, full.degrees("theta_ref"))
         _limits(middle, LIMITS["max_alpha"] / DEG, "deg")
         _limits(lower, LIMITS["max_vm"], "V")
@@ -149,12 +141,12 @@ def compare_tracking(full: Recording, partial: Recording) -> Picture:
             _name_axes(axes, name)
             _legend(axes)
     rms = [float(np.sqrt(np.mean(recording.degrees("alpha") ** 2))) for recording in (full, partial)]
-    figure.alt_text = _(
-        "Three plots against time, 0 to {time:.2g} s: the servo angle theta with its reference, the deflection "
-        "alpha, and the voltage, each with full (solid) and with partial state feedback (dashed). The "
-        "deflection's root mean square is {rms:.1f} deg with full and {rms_2:.1f} deg with partial feedback. The "
-        "settling band, the limits of alpha and of the voltage are drawn in."
-    ).format(time=full.time[-1], rms=rms[0], rms_2=rms[1])
+    figure.alt_text = (
+        f"Three plots against time, 0 to {full.time[-1]:.2g} s: the servo angle theta with its reference, the "
+        "deflection alpha, and the voltage, each with full (solid) and with partial state feedback (dashed). "
+        f"The deflection's root mean square is {rms[0]:.1f} deg with full and {rms[1]:.1f} deg with partial "
+        "feedback. The settling band, the limits of alpha and of the voltage are drawn in."
+    )
     return figure
 
 
@@ -200,7 +192,7 @@ def _stack(rows: int) -> tuple[Picture, Any]:
     """A picture with ``rows`` plots above each other, which share the time axis."""
     figure = new_picture(WIDTH, 0.9 + 1.75 * rows if rows > 1 else 3.0)
     panels = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
-    panels[-1].set_xlabel(_("time (s)"))
+    panels[-1].set_xlabel("time (s)")
     return figure, panels
 
 
@@ -222,7 +214,7 @@ def _legend(axes: Axes) -> None:
 
 def _settling_bands(axes: Axes, reference_deg: Any) -> None:
     """The band that the servo must settle in, about each of the two angles that the reference goes between."""
-    label = _("settling band, ±{settling_band:g} %").format(settling_band=100 * SETTLING_BAND)
+    label = f"settling band, ±{100 * SETTLING_BAND:g} %"
     for level in sorted({float(reference_deg.min()), float(reference_deg.max())} - {0.0}):
         half = SETTLING_BAND * abs(level)
         axes.axhspan(
@@ -232,5 +224,5 @@ def _settling_bands(axes: Axes, reference_deg: Any) -> None:
 
 
 def _limits(axes: Axes, limit: float, unit: str) -> None:
-    axes.axhline(limit, label=_("limit ±{limit:g} {unit}").format(limit=limit, unit=unit), **ROLES["highlight"])
+    axes.axhline(limit, label=f"limit ±{limit:g} {unit}", **ROLES["highlight"])
     axes.axhline(-limit, **ROLES["highlight"])

@@ -40,7 +40,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rotflex.config import Joint, Servo, one_of
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import IdentificationError
 from rotflex.greybox.choice import FREE, Chosen, choose
 from rotflex.greybox.left_out import LeftOut
@@ -54,8 +53,8 @@ __all__ = ["FREE", "TYPICAL", "FitResult", "LeftOut", "Prediction", "fit", "leav
 
 #: What no recording tells both of, and what it tells.
 _ALIKE = {
-    ("J_l", "torque_per_volt"): N_("all inertias, torques and frictions in ratio only"),
-    ("B_eq", "braking"): N_("the braking as a whole only"),
+    ("J_l", "torque_per_volt"): "all inertias, torques and frictions in ratio only",
+    ("B_eq", "braking"): "the braking as a whole only",
 }
 
 
@@ -101,14 +100,12 @@ def fit(
     """
     every = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not every:
-        raise IdentificationError(_("There is no recording to fit."))
+        raise IdentificationError("There is no recording to fit.")
     for name in (*(free or ()), *per_recording):
-        one_of(_("A parameter to fit"), name, TYPICAL)
+        one_of("A parameter to fit", name, TYPICAL)
     for alike, told in _ALIKE.items():
         if set(alike) <= set(free or ()):
-            raise IdentificationError(
-                _("A recording tells {told}: fit {alike}, and not both.").format(told=_(told), alike=" or ".join(alike))
-            )
+            raise IdentificationError(f"A recording tells {told}: fit {' or '.join(alike)}, and not both.")
     start = initial or replace(
         PlantParameters.of(servo, joint, TYPICAL["K_s"]),
         B_l=TYPICAL["B_l"],
@@ -150,10 +147,8 @@ def leave_one_out(
     every = list(recordings)
     if len(every) < 2:
         raise IdentificationError(
-            _(
-                "Leaving one out needs two recordings or more; there are {count}. A long one can be cut in two: "
-                "recording.between(0, 5) and recording.between(5, 10)."
-            ).format(count=len(every))
+            f"Leaving one out needs two recordings or more; there are {len(every)}. A long one can be cut in "
+            "two: recording.between(0, 5) and recording.between(5, 10)."
         )
     fits = []
     for place in range(len(every)):

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotflex.courseware.messages import N_, _
 from rotflex.greybox.problem import Problem, changed, known
 from rotflex.greybox.solving import Found, Sureness, search, sureness, untold
 from rotflex.identification import Estimate
@@ -23,9 +22,9 @@ _MAY_BE_NONE = ("link_friction", "delay", "B_l")  # in the order in which they a
 _ON_DATA_SHEETS = ("torque_per_volt", "braking", "J_eq")
 _OPEN = 0.25  # of the value: half an interval so wide tells less than a data sheet
 
-_NONE = N_("{name}: not told from none (95 %: {low:.2g} to {high:.2g}), so it is taken as none.")
-_SHEET = N_("{name}: left open (95 %: {low:.2g} to {high:.2g}), so it stays at {value:.4g}, where the fit began.")
-_NOT_AT_ALL = N_("{name}: nothing tells it, so it is taken as {value:.4g}.")
+_NONE = "{name}: not told from none (95 %: {low:.2g} to {high:.2g}), so it is taken as none."
+_SHEET = "{name}: left open (95 %: {low:.2g} to {high:.2g}), so it stays at {value:.4g}, where the fit began."
+_NOT_AT_ALL = "{name}: nothing tells it, so it is taken as {value:.4g}."
 
 #: A problem from the plant to start from, the delay, and what is free.
 Make = Callable[[PlantParameters, float, Sequence[str]], Problem]
@@ -93,11 +92,11 @@ def _least_told(problem: Problem, found: Found, sure: Sureness) -> str | None:
 def _fix(name: str, value: float, problem: Problem, found: Found, sure: Sureness | None) -> Fixed:
     """What is kept of a parameter that is given up; without ``sure`` it is not told at all."""
     if sure is None:
-        return Fixed(Estimate(value, np.inf), (-np.inf, np.inf), _(_NOT_AT_ALL).format(name=name, value=value))
+        return Fixed(Estimate(value, np.inf), (-np.inf, np.inf), _NOT_AT_ALL.format(name=name, value=value))
     places = _places(problem, name)
     values, reaches = (found.values * problem.units)[places], sure.within[places]
     low, high = float((values - reaches).min()), float((values + reaches).max())
-    why = _(_NONE if name in _MAY_BE_NONE else _SHEET).format(name=name, low=low, high=high, value=value)
+    why = (_NONE if name in _MAY_BE_NONE else _SHEET).format(name=name, low=low, high=high, value=value)
     return Fixed(Estimate(value, float(sure.errors[places].max())), (low, high), why)
 
 

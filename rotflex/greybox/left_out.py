@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.greybox.result import FitResult, Prediction, in_degrees, joined_rms
 
 
@@ -33,10 +32,10 @@ class LeftOut:
     def table(self, recordings: Sequence[str] = ()) -> str:
         """What is printed. Each recording is named by ``recordings``, else by its place."""
         names = recordings or [f"[{place}]" for place in range(len(self.fits))]
-        head = (_("Left out"), _("predicted (RMS, deg)"), _("the others, fitted without it"))
+        head = ("Left out", "predicted (RMS, deg)", "the others, fitted without it")
         width = max(12, len(head[0]), *(len(name) for name in names))
         lines = [f"{head[0]:{width}} {head[1]:24} {head[2]}"]
         for name, found, prediction in zip(names, self.fits, self.predictions, strict=True):
             lines.append(f"{name:{width}} {in_degrees(prediction.rms):24} {in_degrees(found.residual_rms)}")
-        lines.append(f"{_('all'):{width}} {in_degrees(self.rms)}")
+        lines.append(f"{'all':{width}} {in_degrees(self.rms)}")
         return "\n".join(lines)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import IdentificationError
 from rotflex.greybox.record import WINDOW, Record
 from rotflex.identification import Vector
@@ -106,11 +106,8 @@ class Problem:
         moving = np.unique(self.windows()).size
         if moving < _FEWEST_WINDOWS:
             raise IdentificationError(
-                _(
-                    "Something moves in {moving} of {window:g} s only; at least {fewest} are needed. Record for longer."
-                ).format(
-                    moving=plural(moving, "{count} window", "{count} windows"), window=WINDOW, fewest=_FEWEST_WINDOWS
-                )
+                f"Something moves in {plural(moving, '{count} window', '{count} windows')} of {WINDOW:g} s only; "
+                f"at least {_FEWEST_WINDOWS} are needed. Record for longer."
             )
 
     def windows(self) -> NDArray[np.intp]:

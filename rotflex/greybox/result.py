@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rotflex import hil
 from rotflex.config import Joint, Servo
-from rotflex.courseware.messages import _
 from rotflex.greybox.choice import Chosen
 from rotflex.greybox.problem import Problem, changed
 from rotflex.greybox.record import rms
@@ -150,18 +149,18 @@ class FitResult:
         """What is printed. What a recording has its own is named by ``recordings``, else by its place."""
         called = {name: _called(name, recordings) for name in self.estimates}
         width = max(24, *(len(name) + 1 for name in called.values()))
-        lines = [f"{'':{width}}{_('value'):>12}   {_('95 % interval')}"]
+        lines = [f"{'':{width}}{'value':>12}   {'95 % interval'}"]
         for name, found in self.estimates.items():
             low, high = self.intervals[name]
             unit, digits = _UNITS[name.partition("[")[0]], _digits(low, high)
-            value = _("fixed") if name in self.fixed else f"{found.value:.{digits}g}"
+            value = "fixed" if name in self.fixed else f"{found.value:.{digits}g}"
             lines.append(f"{called[name]:{width}}{value:>12}   {low:.{digits}g} … {high:.{digits}g} {unit}")
-        lines.append(_("What is left (RMS, deg): {left}.").format(left=in_degrees(self.residual_rms)))
+        lines.append(f"What is left (RMS, deg): {in_degrees(self.residual_rms)}.")
         return "\n".join([*lines, *self.fixed.values(), *self._hardly_apart([*called.values()]), self._in_ratio()])
 
     def _hardly_apart(self, names: Sequence[str]) -> list[str]:
         """What the recordings tell together better than apart."""
-        text = _(
+        text = (
             "{one} and {other} are hardly told apart (correlation {correlation:.2f}): an error of one goes with an "
             "error of the other. A recording of other motion parts them."
         )
@@ -173,11 +172,11 @@ class FitResult:
     def _in_ratio(self) -> str:
         """What the values stand on."""
         given = "torque_per_volt" if "J_l" in self.estimates else "J_l"
-        return _(
-            "Recordings tell inertias, stiffness, friction and torques in ratio only: {given} = {value:.4g} {unit} was "
-            "given, and an error of it is an error of all of them. omega_n = {omega_n} rad/s (± one standard "
-            "uncertainty) does not depend on it."
-        ).format(given=given, value=getattr(self.parameters, given), unit=_UNITS[given], omega_n=self.omega_n)
+        return (
+            f"Recordings tell inertias, stiffness, friction and torques in ratio only: {given} = "
+            f"{getattr(self.parameters, given):.4g} {_UNITS[given]} was given, and an error of it is an error of "
+            f"all of them. omega_n = {self.omega_n} rad/s (± one standard uncertainty) does not depend on it."
+        )
 
 
 def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:

@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.greybox.problem import STEP, Jacobian, Problem
 from rotflex.identification import Vector
@@ -76,7 +75,7 @@ def search(problem: Problem, progress: bool) -> Found:
         here = latest.get(unknowns.tobytes())
         return problem.jacobian(unknowns, problem.residual(unknowns) if here is None else here)
 
-    with counter(_("fit"), _("run"), progress) as problem.count:
+    with counter("fit", "run", progress) as problem.count:
         found = least_squares(
             value,
             np.maximum(problem.begin, problem.lowest + STEP),
@@ -88,10 +87,8 @@ def search(problem: Problem, progress: bool) -> Found:
         )
     if not found.success:
         raise IdentificationError(
-            _(
-                "The fit has not settled in {steps} steps. Fit fewer parameters, or give an initial plant that is "
-                "nearer to the bench."
-            ).format(steps=_MOST_STEPS)
+            f"The fit has not settled in {_MOST_STEPS} steps. Fit fewer parameters, or give an initial plant "
+            "that is nearer to the bench."
         )
     return Found(np.asarray(found.x), np.asarray(found.fun), np.asarray(found.jac))
 
@@ -120,9 +117,7 @@ def sureness(problem: Problem, found: Found) -> Sureness:
     lost = untold(problem, found)
     if lost:
         raise IdentificationError(
-            _("The recording does not tell what {lost} are. Fit fewer, or record more motion.").format(
-                lost=", ".join(lost)
-            )
+            f"The recording does not tell what {', '.join(lost)} are. Fit fewer, or record more motion."
         )
     inverse = np.linalg.inv(found.jacobian.T @ found.jacobian)
     white = _SMALLEST_INFLATION**2 * np.diag(inverse) * (found.residual @ found.residual)

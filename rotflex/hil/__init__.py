@@ -29,7 +29,6 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 from rotflex.config import Joint, Servo, joint, one_of, srv02
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import load as load_bench_file
@@ -82,31 +81,29 @@ def open(
     scheme, _colon, rest = uri.partition(":")
     given = {"plant": plant, "servo": servo, "setup": setup}
     if uri.endswith(".toml") and scheme not in ("virtual", "replay"):
-        _take(uri, given, why=_("the file says what is known of the bench."))
+        _take(uri, given, why="the file says what is known of the bench.")
         return _of_file(uri)
     if scheme == "virtual" and rest.partition("?")[0].endswith(".toml"):
-        _take(uri, given, why=_("the file has the plant and its servo."))
+        _take(uri, given, why="the file has the plant and its servo.")
         return _twin(uri, rest, run)
     if scheme == "replay":
-        _take(uri, given, why=_("a recording is in the plant's place, and says what it is of."))
+        _take(uri, given, why="a recording is in the plant's place, and says what it is of.")
         return _replay(uri, rest)
     if scheme in ("quanser", "serial"):
         _take(
             uri,
             given,
             "setup",
-            why=_("a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."),
+            why="a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…).",
         )
         return quanser_bench(uri, rest, setup) if scheme == "quanser" else _serial(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
-            _(
-                "There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with "
-                "replay, as in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as "
-                "in 'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
-            ).format(uri=uri)
+            f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with "
+            "replay, as in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as "
+            "in 'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
         )
-    _take(uri, given, "plant", "servo", why=_("a setup is of a real bench."))
+    _take(uri, given, "plant", "servo", why="a setup is of a real bench.")
     options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     identity: dict[str, Any] = {"uri": uri}
@@ -139,7 +136,7 @@ def _take(uri: str, given: Mapping[str, object], *taken: str, why: str) -> None:
     """That nothing was given that this address has no use for."""
     for name, value in given.items():
         if value is not None and name not in taken:
-            raise BenchError(_("The address {uri!r} takes no {name}=: {why}").format(uri=uri, name=name, why=why))
+            raise BenchError(f"The address {uri!r} takes no {name}=: {why}")
 
 
 def _of_file(path: str) -> Bench:
@@ -168,10 +165,8 @@ def _own(
     drawn = [name for name in ("seed", "preset", "arm_position") if name in options]
     if drawn:
         raise BenchError(
-            _(
-                "The address {uri!r} says {name}=, and a plant was given as well, which has its own parameters: "
-                "leave one of them out."
-            ).format(uri=uri, name=drawn[0])
+            f"The address {uri!r} says {drawn[0]}=, and a plant was given as well, which has its own parameters: "
+            "leave one of them out."
         )
     spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
     return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
@@ -190,11 +185,7 @@ def _replay(uri: str, rest: str) -> Bench:
     encoder = about.get("encoder", "E")
     position = about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
-        raise BenchError(
-            _("{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.").format(
-                path=path, encoder=encoder, position=position
-            )
-        )
+        raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
     servo, plant = srv02(encoder=encoder), RecordedPlant(recording, Path(path).name)
 
     def connect() -> VirtualBoard:
@@ -233,10 +224,8 @@ def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[
     unknown = [name for name in options if name not in known]
     if unknown or len(options) != len(pairs) or (rest and not rest.startswith("?")):
         raise BenchError(
-            _(
-                "The address {uri!r} is not understood. Options come after a '?', as in {example!r}, each once, joined "
-                "by &: {names}."
-            ).format(uri=uri, example=example, names=", ".join(known))
+            f"The address {uri!r} is not understood. Options come after a '?', as in {example!r}, each once, "
+            f"joined by &: {', '.join(known)}."
         )
     if "preset" in options and ("seed" in options or "arm_position" in options):
         raise _both_told(uri)
@@ -244,9 +233,7 @@ def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[
 
 
 def _both_told(uri: str) -> BenchError:
-    return BenchError(
-        _("The address {uri!r} names a preset and a draw; a preset has its own parameters.").format(uri=uri)
-    )
+    return BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
 
 
 def _integer(name: str, value: str | int) -> int:
@@ -255,7 +242,5 @@ def _integer(name: str, value: str | int) -> int:
     except ValueError:
         number = -1
     if number < 0:
-        raise BenchError(
-            _("{name} must be a whole number, not negative; it is {value!r}.").format(name=name, value=value)
-        )
+        raise BenchError(f"{name} must be a whole number, not negative; it is {value!r}.")
     return number

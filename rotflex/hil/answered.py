@@ -10,7 +10,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, Stretch, mask, stretches
@@ -30,20 +29,19 @@ def why_not(recording: Recording) -> str:
     counted = [value for name in ("late", "missed") if type(value := timing.get(name)) is int]
     declared = sum(count for _first, count in held)
     if (timing.get(HELD, []) and not held) or declared > sum(counted) + len(held):
-        return _("what it says of samples that were not answered does not go together")
+        return "what it says of samples that were not answered does not go together"
     if sum(counted) > declared and len(held) >= MOST_NOTED:
-        return _("the program paused more than {most} times in it").format(most=MOST_NOTED)
+        return f"the program paused more than {MOST_NOTED} times in it"
     pause = round(WATCHDOG_TIMEOUT / recording.sample_time) + _ROUNDING
     longest = max((count for _first, count in held), default=0)
     if longest > pause:
-        return _(
-            "{count} samples in a row are said not to have been answered, where the watchdog ends a run after {most}"
-        ).format(count=longest, most=pause)
+        return (
+            f"{longest} samples in a row are said not to have been answered, where the watchdog ends a run after "
+            f"{pause}"
+        )
     # A short run may have one whole pause.
     if declared > max(MOST * samples, pause):
-        return _("{share:.0%} of its samples were not answered in time, and {most:.0%} may be").format(
-            share=declared / samples, most=MOST
-        )
+        return f"{declared / samples:.0%} of its samples were not answered in time, and {MOST:.0%} may be"
     return ""
 
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import CHANNEL, Channels, Vector, check_buffer
 
@@ -31,21 +30,13 @@ class KnownChannels:
         if count == 0:
             return ()
         if not isinstance(channels, np.ndarray) or channels.dtype != CHANNEL or channels.ndim != 1:
-            raise HILError(
-                _("The {kind} channels must be a numpy vector of uint32; they are {channels!r}.").format(
-                    kind=kind, channels=channels
-                )
-            )
+            raise HILError(f"The {kind} channels must be a numpy vector of uint32; they are {channels!r}.")
         key = (channels.tobytes(), count, kind)
         chosen = self._known.get(key)
         if chosen is None:
             chosen = tuple(channels[:count].tolist())
             if len(chosen) != count or any(channel >= available for channel in chosen):
-                raise HILError(
-                    _("There are {available} {kind} channels, from 0; asked for: {value}.").format(
-                        available=available, kind=kind, value=channels.tolist()
-                    )
-                )
+                raise HILError(f"There are {available} {kind} channels, from 0; asked for: {channels.tolist()}.")
             self._known[key] = chosen
         return chosen
 
@@ -62,11 +53,7 @@ def finite(chosen: Sequence[int], buffer: Vector) -> list[float]:
     values: list[float] = buffer[: len(chosen)].tolist()
     for channel, voltage in zip(chosen, values, strict=True):
         if not math.isfinite(voltage):
-            raise HILError(
-                _("Analog output {channel} cannot be set to {voltage}: not a finite voltage.").format(
-                    channel=channel, voltage=voltage
-                )
-            )
+            raise HILError(f"Analog output {channel} cannot be set to {voltage}: not a finite voltage.")
     return values
 
 
@@ -98,11 +85,7 @@ def ranges(chosen: Sequence[int], minima: Vector, maxima: Vector, widest: float)
     found = dict(zip(chosen, zip(minima.tolist(), maxima.tolist(), strict=True), strict=False))
     for channel, (lowest, highest) in found.items():
         if not -widest <= lowest < highest <= widest:
-            raise HILError(
-                _("Channel {channel} has no range from {lowest} V to {highest} V: ±{widest:g} V at the most.").format(
-                    channel=channel, lowest=lowest, highest=highest, widest=widest
-                )
-            )
+            raise HILError(f"Channel {channel} has no range from {lowest} V to {highest} V: ±{widest:g} V at the most.")
     return found
 
 
@@ -115,7 +98,7 @@ def check_modes(buffer: NDArray[Any] | None, size: int) -> None:
         If they are not.
     """
     if not isinstance(buffer, np.ndarray) or buffer.dtype != CHANNEL or buffer.ndim != 1 or buffer.size < size:
-        raise HILError(_("The modes must be a one-dimensional numpy array of {size} uint32.").format(size=size))
+        raise HILError(f"The modes must be a one-dimensional numpy array of {size} uint32.")
 
 
 def same_for_all(given: NDArray[Any], count: int, only: float, refusal: str) -> None:

@@ -22,7 +22,6 @@ from typing import Any, NoReturn, Self
 import numpy as np
 
 from rotflex.config import Joint, Servo, check_mounted
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import BenchError, HILError, LimitExceeded, WatchdogExpired
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt, uninterrupted
@@ -34,11 +33,11 @@ from rotflex.recording import Recording
 from rotflex.unanswered import TIMING
 
 _FOREVER = 2**32 - 1
-_EXPIRED = N_(
+_EXPIRED = (
     "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the motor to 0 V. Close "
     "what else keeps this computer busy, and run it again."
 )
-_TOO_SLOW = N_(
+_TOO_SLOW = (
     "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow for its "
     "sample time."
 )
@@ -128,14 +127,14 @@ class Bench:
             If the bench is not open.
         """
         if self._board is None:
-            raise BenchError(_("The bench is not open. Use it as `with lab.bench() as on_the_bench:`."))
+            raise BenchError("The bench is not open. Use it as `with lab.bench() as on_the_bench:`.")
         return self._board
 
     # --- open and close -------------------------------------------------------------------------------------------
 
     def __enter__(self) -> Self:
         if self._board is not None:
-            raise BenchError(_("The bench is open already."))
+            raise BenchError("The bench is open already.")
         self._board, self._task = self._connect(), None
         try:
             self._prepare_watchdog(self._board)
@@ -197,10 +196,8 @@ class Bench:
         board = self.board
         if not 0 < sample_time < WATCHDOG_TIMEOUT:
             raise BenchError(
-                _(
-                    "The sample time is {sample_time!r} s; it must be positive, and shorter than the "
-                    "{watchdog_timeout} s after which the watchdog stops the motor."
-                ).format(sample_time=sample_time, watchdog_timeout=WATCHDOG_TIMEOUT)
+                f"The sample time is {sample_time!r} s; it must be positive, and shorter than the "
+                f"{WATCHDOG_TIMEOUT} s after which the watchdog stops the motor."
             )
         self.stop()
         if zero:
@@ -235,7 +232,7 @@ class Bench:
         """
         board = self.board
         if self._task is None:
-            raise BenchError(_("The bench is not sampling; call start() first."))
+            raise BenchError("The bench is not sampling; call start() first.")
         self._fetch(board, self._counts, 1)
         lost, waiting = (0, 0) if self._pace is None else self._waiting(board, self._pace)
         self._sample += lost
@@ -246,12 +243,12 @@ class Bench:
 
     def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
         if self._task is None or board.task_read_encoder(self._task, samples, counts) != samples:
-            raise HILError(_("The board gave no sample."))
+            raise HILError("The board gave no sample.")
 
     def _show_alive(self, board: Board) -> None:
         if not board.watchdog_reload():
             self.stop()
-            raise WatchdogExpired(_(_EXPIRED).format(timeout=WATCHDOG_TIMEOUT))
+            raise WatchdogExpired(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
 
     def _drop_stale(self, board: Board, pace: Pace) -> None:
         """A run begins with a sample of now: older ones are read, for flushing has no effect on readers."""
@@ -279,7 +276,7 @@ class Bench:
         if not (behind or pace.overdue or pace.may_have_lost):
             return 0, 0
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
-            slow = _(_TOO_SLOW).format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
+            slow = _TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
             self._end(at(slow, self.latest.time))
         lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
         self._lost += lost
@@ -314,7 +311,7 @@ class Bench:
             self._refuse_beyond(voltage)
         if applied and self._task is None:  # no watchdog runs, and nothing would stop the motor
             self.stop()
-            raise BenchError(_("The bench is not sampling, so the motor stays at 0 V; call start() first."))
+            raise BenchError("The bench is not sampling, so the motor stays at 0 V; call start() first.")
         if self.on_sample is not None:
             self.on_sample(self.latest, applied)
         try:
@@ -332,11 +329,9 @@ class Bench:
         """A voltage that cannot be set as it is: cut by the caller, unless it is none, or there is a reason not to."""
         if not np.isfinite(voltage):
             self.stop()
-            raise BenchError(
-                _("The controller asked for {voltage} V. The motor is at 0 V; check the gain.").format(voltage=voltage)
-            )
+            raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
         if self.limits.why:
-            text = _("The controller asked for {voltage:.1f} V, and the limit is ±{limit:g} V.")
+            text = "The controller asked for {voltage:.1f} V, and the limit is ±{limit:g} V."
             self._end(at(text.format(voltage=voltage, limit=self._v_max), self.latest.time, self.limits.why))
 
     def _explain_expiry(self) -> None:
@@ -346,7 +341,7 @@ class Bench:
         except HILError:
             return
         if expired:
-            raise WatchdogExpired(_(_EXPIRED).format(timeout=WATCHDOG_TIMEOUT))
+            raise WatchdogExpired(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
 
     @property
     def sample(self) -> int:
@@ -386,4 +381,4 @@ class Bench:
     def _end(self, why: str) -> NoReturn:
         """End a run for a limit: 0 V first, and then the reason."""
         self.stop()
-        raise LimitExceeded(_("{why} The motor is at 0 V.").format(why=why))
+        raise LimitExceeded(f"{why} The motor is at 0 V.")

@@ -16,7 +16,6 @@ import numpy as np
 
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.hil import commissioned
 from rotflex.hil.board import Board, Clock
@@ -155,16 +154,16 @@ def _is_number(value: Any) -> bool:
 
 
 def _number(default: float, lowest: float, highest: float) -> _Key:
-    said = _("a number above {lowest:g}, at most {highest:g}").format(lowest=lowest, highest=highest)
+    said = f"a number above {lowest:g}, at most {highest:g}"
     return _Key(default, lambda value: _is_number(value) and lowest < value <= highest, said)
 
 
 def _channel(default: int, lowest: int = 0) -> _Key:
-    said = _("the number of a channel, from 0 on") if lowest == 0 else _("the number of a channel, or -1 for none")
+    said = "the number of a channel, from 0 on" if lowest == 0 else "the number of a channel, or -1 for none"
     return _Key(default, lambda value: type(value) is int and lowest <= value < 2**31, said)
 
 
-_FILTER = _Key(0, lambda value: _is_number(value) and value >= 0, _("a frequency in Hz, or 0 for the board's own"))
+_FILTER = _Key(0, lambda value: _is_number(value) and value >= 0, "a frequency in Hz, or 0 for the board's own")
 _FEW_DEG = 5  # deg; with less nothing can be done, and it was meant in radians
 TABLES: dict[str, dict[str, _Key]] = {
     "parts": {
@@ -189,7 +188,7 @@ TABLES: dict[str, dict[str, _Key]] = {
         "link_sign": _one_of(-1, 1, -1),
     },
     "board": {
-        "options": _Key("", lambda value: isinstance(value, str), _("text, as the maker documents it")),
+        "options": _Key("", lambda value: isinstance(value, str), "text, as the maker documents it"),
         "quadrature": _one_of(4, 4),
         "filter": _FILTER,
         "output_range": _number(DAC_LIMIT, 0, DAC_LIMIT),
@@ -206,13 +205,13 @@ TABLES: dict[str, dict[str, _Key]] = {
 }
 #: Why an entry is held to one value, where that is not plain.
 _WHY = {
-    "gear": _("The flexible joint is mounted on a servo in high gear."),
-    "load": _("The flexible joint is mounted on a servo without a load."),
-    "angle": _(
+    "gear": "The flexible joint is mounted on a servo in high gear.",
+    "load": "The flexible joint is mounted on a servo without a load.",
+    "angle": (
         "The potentiometer has a gap in its track, at which its angle jumps; a loop is closed on the encoder alone. "
         "Name the potentiometer's input as potentiometer=, to have it looked at."
     ),
-    "quadrature": _("The data sheet's counts per turn are those of all four edges."),
+    "quadrature": "The data sheet's counts per turn are those of all four edges.",
 }
 
 
@@ -226,12 +225,12 @@ def _check(bench: BenchFile) -> None:
 def _misfits(bench: BenchFile) -> Iterator[str]:
     """What no bench has."""
     if not isinstance(bench.address, str) or ":" not in bench.address or bench.address.endswith(".toml"):
-        yield _misfit("address", bench.address, _("that of a board, as in 'quanser:q2_usb/0'"))
+        yield _misfit("address", bench.address, "that of a board, as in 'quanser:q2_usb/0'")
     for name, allowed in TABLES.items():
         for key, value in getattr(bench, name).items():
             if key not in allowed:
                 known = ", ".join(allowed)
-                yield _("There is no {key} in [{table}]; there are {known}.").format(key=key, table=name, known=known)
+                yield f"There is no {key} in [{name}]; there are {known}."
             elif not allowed[key].fits(value):
                 yield _misfit(f"[{name}] {key}", value, allowed[key].said, _WHY.get(key, ""))
 
@@ -240,20 +239,18 @@ def _contradictions(bench: BenchFile) -> Iterator[str]:
     """What does not go together, where each entry by itself can be."""
     wired = bench.wiring
     if wired["servo_encoder"] == wired["link_encoder"]:
-        yield _("[wiring] servo_encoder and link_encoder are both {channel}: each has a channel of its own.").format(
-            channel=wired["link_encoder"]
+        yield (
+            f"[wiring] servo_encoder and link_encoder are both {wired['link_encoder']}: each has a channel of its own."
         )
     if wired["loopback_output"] == wired["motor"]:
-        yield _("[wiring] loopback_output is the motor's, {channel}: choose another output.").format(
-            channel=wired["motor"]
-        )
+        yield f"[wiring] loopback_output is the motor's, {wired['motor']}: choose another output."
     if bench.kind is not None:
         yield from _beyond(bench, bench.kind)
     if bench.kind is SERIAL and bench.parts["cable_gain"] != 1:
-        why = _("A motor's driver has no cable with a gain.")
+        why = "A motor's driver has no cable with a gain."
         yield _misfit("[parts] cable_gain", bench.parts["cable_gain"], "1", why)
     if bench.kind is SERIAL and bench.board["clock"] != 0:
-        why = _("The serial bench has one clock, the board's own.")
+        why = "The serial bench has one clock, the board's own."
         yield _misfit("[board] clock", bench.board["clock"], "0", why)
 
 
@@ -262,17 +259,17 @@ def _beyond(bench: BenchFile, kind: BoardKind) -> Iterator[str]:
     for key, channels in _CHANNELS.items():
         many = getattr(kind, channels)
         if many is not None and bench.wiring[key] >= many:
-            said = _("on a {board} from 0 to {last}").format(board=kind.title, last=many - 1)
+            said = f"on a {kind.title} from 0 to {many - 1}"
             yield _misfit(f"[wiring] {key}", bench.wiring[key], said)
     for key, ranges in (("output_range", kind.output_ranges), ("input_range", kind.input_ranges)):
         if ranges is not None and bench.board[key] not in ranges:
             listed = ", ".join(f"{one:g}" for one in ranges)
-            said = _("on a {board} {ranges} V").format(board=kind.title, ranges=listed)
+            said = f"on a {kind.title} {listed} V"
             yield _misfit(f"[board] {key}", bench.board[key], said)
 
 
 def _misfit(where: str, value: Any, said: str, why: str = "") -> str:
-    told = _("{where} is {value!r}; it must be {said}. {why}")
+    told = "{where} is {value!r}; it must be {said}. {why}"
     return told.format(where=where, value=value, said=said, why=why).rstrip()
 
 
@@ -290,22 +287,14 @@ def load(path: str | Path) -> BenchFile:
     try:
         told = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
-        raise ConfigurationError(_("There is no {path}. `rotflex bench setup` writes one.").format(path=path)) from None
+        raise ConfigurationError(f"There is no {path}. `rotflex bench setup` writes one.") from None
     except (OSError, ValueError) as error:
-        raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
+        raise ConfigurationError(f"{path} cannot be read: {error}.") from None
     if "plant" in told:
-        raise ConfigurationError(_("{path} is a fitted plant: open it as virtual:{path}.").format(path=path))
+        raise ConfigurationError(f"{path} is a fitted plant: open it as virtual:{path}.")
     known = ("name", "address", *TABLES, "commissioned")
-    faults = [
-        _("there is no {name}; there are {known}.").format(name=name, known=", ".join(known))
-        for name in told
-        if name not in known
-    ]
-    faults += [
-        _("{name} is a table: write [{name}].").format(name=name)
-        for name in known[2:]
-        if not isinstance(told.get(name, {}), dict)
-    ]
+    faults = [f"there is no {name}; there are {', '.join(known)}." for name in told if name not in known]
+    faults += [f"{name} is a table: write [{name}]." for name in known[2:] if not isinstance(told.get(name, {}), dict)]
     if not _is_name(told.get("name")):
         faults.append(
             'the bench has no name: write name = "north" above address = …, with the name that your course\'s settings '
@@ -313,7 +302,7 @@ def load(path: str | Path) -> BenchFile:
             "it."
         )
     if faults:
-        raise ConfigurationError(_("{path}: {error}").format(path=path, error="\n  ".join(faults)))
+        raise ConfigurationError("{path}: {error}".format(path=path, error="\n  ".join(faults)))
     try:
         return BenchFile(
             told.get("address", ""),
@@ -322,7 +311,7 @@ def load(path: str | Path) -> BenchFile:
             record=told.get("commissioned", {}),
         )
     except ConfigurationError as error:
-        raise ConfigurationError(_("{path}: {error}").format(path=path, error=error)) from None
+        raise ConfigurationError(f"{path}: {error}") from None
 
 
 def _is_name(value: object) -> bool:
@@ -339,7 +328,7 @@ def save(path: str | Path, bench: BenchFile) -> None:
     OSError
         If it cannot be written.
     """
-    lines = [_("# A bench, as `rotflex bench setup` found it. What each entry means: docs/real_bench.md.")]
+    lines = ["# A bench, as `rotflex bench setup` found it. What each entry means: docs/real_bench.md."]
     lines.append(f"name = {toml_value(bench.name or Path(path).stem)}")
     lines.append(f"address = {toml_value(bench.address)}")
     for name in TABLES:

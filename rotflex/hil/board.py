@@ -15,7 +15,6 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 
 CHANNEL = np.dtype(np.uint32)
@@ -213,8 +212,4 @@ def check_buffer(buffer: NDArray[Any] | None, size: int, kind: str) -> None:
         return
     dtype = BUFFERS[kind]
     if not isinstance(buffer, np.ndarray) or buffer.dtype != dtype or buffer.ndim != 1 or buffer.size < size:
-        raise HILError(
-            _("The {kind} buffer must be a one-dimensional numpy array of {size} {dtype}.").format(
-                kind=kind, size=size, dtype=dtype.name
-            )
-        )
+        raise HILError(f"The {kind} buffer must be a one-dimensional numpy array of {size} {dtype.name}.")

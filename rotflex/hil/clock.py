@@ -8,7 +8,6 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode
 
@@ -100,11 +99,7 @@ class Sampling:
     def start(self, now: float, frequency: float, samples: int) -> None:
         """Take the first sample now."""
         if not 0 < frequency < math.inf or samples < 1:
-            raise HILError(
-                _("A task cannot take {samples} samples at {frequency} Hz.").format(
-                    samples=samples, frequency=frequency
-                )
-            )
+            raise HILError(f"A task cannot take {samples} samples at {frequency} Hz.")
         self.period, self.due, self.remaining, self.lost = 1.0 / frequency, now, samples, 0
         self._gaps.clear()
 
@@ -135,9 +130,7 @@ class Sampling:
             return
         if self.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
             self.lost = lost
-            raise HILError(
-                _("The task lost {lost} samples: they were not fetched before its buffer was full.").format(lost=lost)
-            )
+            raise HILError(f"The task lost {lost} samples: they were not fetched before its buffer was full.")
         self.lost += lost
         if self.overflow is BufferOverflowMode.OVERWRITE_ON_OVERFLOW:
             self._skip(lost)

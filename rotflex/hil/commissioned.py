@@ -9,7 +9,6 @@ import datetime
 from collections.abc import Mapping
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.hil.real import not_commissioned
 
 VERSION = 1
@@ -47,16 +46,16 @@ def why_not(kept: Mapping[str, Any], of: Mapping[str, Any]) -> str:
         return not_commissioned()
     before = kept.get("of")
     if kept.get("version") != VERSION or not isinstance(before, Mapping) or stiffness(kept) is None:
-        return _("The record of this bench's commissioning cannot be read: {again}").format(again=_again())
+        return f"The record of this bench's commissioning cannot be read: {_again()}"
     changed = [
-        _("{name} was {before!r} and is {now!r}").format(name=name, before=before.get(name), now=of.get(name))
+        f"{name} was {before.get(name)!r} and is {of.get(name)!r}"
         for name in {**of, **before}
         if before.get(name) != of.get(name) or type(before.get(name)) is not type(of.get(name))
     ]
     if not changed:
         return ""
-    return _("This bench was commissioned on {date}, and has changed since ({changed}). {again}").format(
-        date=kept.get("date"), changed="; ".join(changed), again=_again()
+    return (
+        f"This bench was commissioned on {kept.get('date')}, and has changed since ({'; '.join(changed)}). {_again()}"
     )
 
 
@@ -68,4 +67,4 @@ def stiffness(kept: Mapping[str, Any]) -> float | None:
 
 
 def _again() -> str:
-    return _("No loop is closed on it until it is commissioned again: rotflex bench setup.")
+    return "No loop is closed on it until it is commissioned again: rotflex bench setup."

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex.config import one_of
-from rotflex.courseware.messages import _
 from rotflex.errors import DesignError
 from rotflex.units import HZ
 
@@ -48,17 +47,11 @@ class BandLimitedDerivative:
 
     def __init__(self, sample_time: float, cutoff: float = DERIVATIVE_CUTOFF) -> None:
         if not 0 < sample_time < math.inf:
-            raise DesignError(
-                _("The sample time must be a positive number of seconds; it is {sample_time!r}.").format(
-                    sample_time=sample_time
-                )
-            )
+            raise DesignError(f"The sample time must be a positive number of seconds; it is {sample_time!r}.")
         if not 0 < cutoff * sample_time < 2:
             raise DesignError(
-                _(
-                    "A derivative filter with cut-off {cutoff:g} rad/s is not stable at a sample time of "
-                    "{sample_time:g} s; keep the cut-off positive and below {sample_time_2:g} rad/s."
-                ).format(cutoff=cutoff, sample_time=sample_time, sample_time_2=2 / sample_time)
+                f"A derivative filter with cut-off {cutoff:g} rad/s is not stable at a sample time of "
+                f"{sample_time:g} s; keep the cut-off positive and below {2 / sample_time:g} rad/s."
             )
         self._cutoff = cutoff
         self._gain = cutoff * sample_time
@@ -108,9 +101,7 @@ class StateFeedback:
         except (TypeError, ValueError):
             gain = np.array(math.nan)
         if gain.shape not in ((4,), (1, 4)) or not np.isfinite(gain).all():
-            raise DesignError(
-                _("K must be four finite numbers, for theta, alpha and their rates; it is {k!r}.").format(k=K)
-            )
+            raise DesignError(f"K must be four finite numbers, for theta, alpha and their rates; it is {K!r}.")
         gain = gain.ravel()
         if feedback == "partial":
             gain = gain * (1, 0, 1, 0)
@@ -151,9 +142,7 @@ class PositionServo:
 
     def __init__(self, K_p: float, K_d: float, sample_time: float = 0.002, cutoff: float = DERIVATIVE_CUTOFF) -> None:
         if not (math.isfinite(K_p) and math.isfinite(K_d)):
-            raise DesignError(
-                _("The gains must be finite; they are K_p = {k_p!r} and K_d = {k_d!r}.").format(k_p=K_p, k_d=K_d)
-            )
+            raise DesignError(f"The gains must be finite; they are K_p = {K_p!r} and K_d = {K_d!r}.")
         self._K_p, self._K_d = K_p, K_d
         self._error_dot = BandLimitedDerivative(sample_time, cutoff)
 

@@ -14,7 +14,6 @@ import math
 from dataclasses import dataclass
 
 from rotflex.config import Servo
-from rotflex.courseware.messages import _
 from rotflex.units import DEG
 
 _LIGHTEST_LINK = 1e-3  # kg·m²; no arm is lighter
@@ -85,14 +84,14 @@ class Guard:
             return ""
         reach = self._allowed.jump * samples * self._period
         for moved, quickest, name in (
-            (theta - before[0], self._quickest[0], _("servo angle")),
-            (alpha - before[1], self._quickest[1], _("deflection")),
+            (theta - before[0], self._quickest[0], "servo angle"),
+            (alpha - before[1], self._quickest[1], "deflection"),
         ):
             if abs(moved) > reach * quickest + _A_FEW_COUNTS:
-                return _(
-                    "The {name} jumped by {moved:.1f} deg from one sample to the next, quicker than it can move: look "
-                    "at the encoder's plug and cable."
-                ).format(name=name, moved=moved / DEG)
+                return (
+                    f"The {name} jumped by {moved / DEG:.1f} deg from one sample to the next, quicker than it "
+                    "can move: look at the encoder's plug and cable."
+                )
         self._stood = 0 if theta != before[0] else self._stood + samples
         for _each in range(samples):
             self._follow((theta - before[0]) / samples, before[1])
@@ -115,11 +114,12 @@ class Guard:
 
     def _reason(self) -> str:
         if self._stood * self._period > self._allowed.memory / 10:
-            return _(
-                "The servo's encoder has stood still for {time:.0f} ms while {volts:.1f} V drove the motor: look at "
-                "the encoder's cable, at the amplifier, and whether something holds the arm."
-            ).format(time=self._stood * self._period * 1e3, volts=self._volts)
-        return _(
+            return (
+                f"The servo's encoder has stood still for {self._stood * self._period * 1e3:.0f} ms while "
+                f"{self._volts:.1f} V drove the motor: look at the encoder's cable, at the amplifier, and "
+                "whether something holds the arm."
+            )
+        return (
             "The servo does not move as voltage and spring drive it: a sign of the motor or of an encoder is wrong, a "
             "cable is loose, or somebody pushes the arm."
         )

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import Board, Channels
 
@@ -49,7 +48,7 @@ class _Steps:
         """Raise what failed, and an interrupt before all else."""
         if self._interrupted is not None:
             if not self._failed:
-                self._interrupted.add_note(_("The motor is at 0 V."))
+                self._interrupted.add_note("The motor is at 0 V.")
             raise self._interrupted
         for trouble in self._failed.values():
             raise trouble

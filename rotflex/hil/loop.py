@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex import __version__
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, RotflexError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import Controller, OpenLoop
@@ -63,7 +62,7 @@ def run(
     """
     targets = np.asarray(reference, dtype=float)
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
-        raise BenchError(_("The reference must be a one-dimensional array of at least two finite numbers."))
+        raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
     if type(controller) is not OpenLoop:  # a class made of it may look at the angles
         bench.require_commissioned()
     asked = str((metadata or {}).get("experiment", type(controller).__name__))
@@ -118,7 +117,7 @@ def _sampled(
     if bench.recorded is not None:
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
-    coming = enumerate(with_progress(targets.tolist(), _("experiment"), _("sample"), progress))
+    coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
     with undisturbed(not bench.is_simulated):
         try:
             bench.start(described["sample_time"])
@@ -142,7 +141,7 @@ def _break_off(bench: Bench, error: BaseException, recorded: Unfinished) -> None
         _note_last(bench, recorded.signals)
         bench.kept = recorded.broken_off(reason(error), bench.timing)
     if not isinstance(error, RotflexError):  # ours say so themselves
-        error.add_note(_("The motor is at 0 V. What was recorded until then is in the bench's `kept`."))
+        error.add_note("The motor is at 0 V. What was recorded until then is in the bench's `kept`.")
 
 
 def _sample(

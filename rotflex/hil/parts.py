@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.hil.guard import Guard
 from rotflex.units import DEG
@@ -46,18 +45,14 @@ class Limits:
     def passed(self, measured: Measurement) -> str:
         """Which angle is past its limit, in words; empty text if none is."""
         for name, value, limit in (
-            (_("servo angle"), measured.theta, self.theta),
-            (_("deflection"), measured.alpha, self.alpha),
+            ("servo angle", measured.theta, self.theta),
+            ("deflection", measured.alpha, self.alpha),
         ):
             if abs(value) > limit:
-                return _(
-                    "The {name} reached {value:.1f} deg at t = {time:.3f} s; its limit is ±{limit:.0f} deg. {advice}"
-                ).format(
-                    name=name,
-                    value=value / DEG,
-                    time=measured.time,
-                    limit=limit / DEG,
-                    advice=self.why or _("Use a smaller amplitude or check the gain."),
+                advice = self.why or "Use a smaller amplitude or check the gain."
+                return (
+                    f"The {name} reached {value / DEG:.1f} deg at t = {measured.time:.3f} s; its limit is "
+                    f"±{limit / DEG:.0f} deg. {advice}"
                 )
         return ""
 
@@ -86,9 +81,7 @@ class Wiring:
     def __post_init__(self) -> None:
         for name in ("motor_sign", "servo_sign", "link_sign"):
             if getattr(self, name) not in (1, -1):
-                raise ConfigurationError(
-                    _("{name} must be 1 or -1; it is {value!r}.").format(name=name, value=getattr(self, name))
-                )
+                raise ConfigurationError(f"{name} must be 1 or -1; it is {getattr(self, name)!r}.")
 
 
 @dataclass(frozen=True)

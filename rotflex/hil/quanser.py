@@ -11,13 +11,12 @@ import importlib
 from collections.abc import Callable
 from typing import Any, cast
 
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import BenchError, HILError
 from rotflex.hil.board import VERBS, Board
 
 #: What the maker's layer raises for arguments that it cannot pass on.
 _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
-_WHERE = N_(
+_WHERE = (
     "It is in no package registry: it comes with the Quanser SDK, from the board's maker. Install the Quanser SDK, and "
     "then, with pip install, into the Python that runs this, the wheel files in its folder python, which is in the "
     "folder that the variable QSDK_DIR names (%QSDK_DIR%python). A bench without a Quanser board needs none of it."
@@ -84,13 +83,13 @@ def package() -> Any:
     try:
         return importlib.import_module("quanser.hardware")
     except ImportError as error:
-        found = _("The maker's Python package, quanser.hardware, is not installed here ({error}).").format(error=error)
+        found = f"The maker's Python package, quanser.hardware, is not installed here ({error})."
     except OSError as error:
-        found = _(
-            "The maker's Python package is installed, but the libraries of the Quanser SDK, on which it stands, cannot "
-            "be loaded ({error})."
-        ).format(error=error)
-    raise BenchError(f"{found} {_(_WHERE)}") from None
+        found = (
+            "The maker's Python package is installed, but the libraries of the Quanser SDK, on which it stands, "
+            f"cannot be loaded ({error})."
+        )
+    raise BenchError(f"{found} {_WHERE}") from None
 
 
 def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -> Callable[..., Any]:
@@ -101,15 +100,9 @@ def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -
         try:
             return call(*arguments)
         except failure as error:
-            raise HILError(
-                _("The board failed at {verb}: {words} (error {number}).").format(
-                    verb=verb, words=_words(error), number=error
-                )
-            ) from error
+            raise HILError(f"The board failed at {verb}: {_words(error)} (error {error}).") from error
         except _UNFIT as error:
-            raise HILError(
-                _("The board was told something unfit at {verb}: {error}").format(verb=verb, error=error)
-            ) from error
+            raise HILError(f"The board was told something unfit at {verb}: {error}") from error
 
     return translated
 

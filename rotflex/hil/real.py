@@ -11,7 +11,6 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil import quanser as adapter
 from rotflex.hil import waiting
@@ -33,11 +32,12 @@ CAREFUL = Limits(voltage=2.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration
 
 def not_commissioned() -> str:
     """Why no loop is closed on a bench that has no record."""
-    return _(
-        "This bench has not been commissioned as it is wired now, so no loop is closed on it: with one sign wrong the "
-        "arm would be half a turn away within 0.3 s. Commission it first, by rotflex bench setup; watching it, and "
-        "driving it with up to {volts:g} V by up to {angle:.0f} deg, work without."
-    ).format(volts=CAREFUL.voltage, angle=CAREFUL.theta / DEG)
+    return (
+        "This bench has not been commissioned as it is wired now, so no loop is closed on it: with one sign "
+        "wrong the arm would be half a turn away within 0.3 s. Commission it first, by rotflex bench setup; "
+        f"watching it, and driving it with up to {CAREFUL.voltage:g} V by up to {CAREFUL.theta / DEG:.0f} deg, "
+        "work without."
+    )
 
 
 def careful(limits: Limits, why: str) -> Limits:
@@ -123,10 +123,8 @@ def quanser_bench(uri: str, rest: str, setup: Setup | None) -> Bench:
     board, slash, identifier = rest.partition("/")
     if not (board.replace("_", "").isalnum() and slash and identifier):
         raise BenchError(
-            _(
-                "The address {uri!r} names no board: it is quanser:BOARD/ID, as in 'quanser:q2_usb/0', or for the "
-                "maker's simulator \"quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'\"."
-            ).format(uri=uri)
+            f"The address {uri!r} names no board: it is quanser:BOARD/ID, as in 'quanser:q2_usb/0', or for the "
+            "maker's simulator \"quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'\"."
         )
 
     chosen = setup or Setup()

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import NotRecorded
 from rotflex.hil import answered
 from rotflex.hil.controllers import Controller
@@ -104,18 +103,19 @@ class RecordedRuns(RecordedPlant):
         """That an experiment was not recorded, and what was."""
         asked = described(settings, run=self._run)
         if not self._all:
-            return _(
-                "Nothing was recorded at the bench yet, and so not this either: {asked}. Record it there: start the "
-                "notebook with the bench's address, and run it."
-            ).format(asked=asked)
-        why = _("it was recorded with other settings only") if some else _("it was not recorded")
+            return (
+                f"Nothing was recorded at the bench yet, and so not this either: {asked}. Record it there: start "
+                "the notebook with the bench's address, and run it."
+            )
+        why = "it was recorded with other settings only" if some else "it was not recorded"
         listed = list(dict.fromkeys(described(one.metadata, float(one.time[-1])) for one in self._all))
         if len(listed) > _MOST_LISTED:
-            listed = [_("{more} before").format(more=len(listed) - _MOST_LISTED), *listed[-_MOST_LISTED:]]
-        return _(
-            "This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what your "
-            "notebook has now, and hand in the folder with the new recording. Recorded are: {listed}."
-        ).format(asked=asked, why=why, listed="; ".join(listed))
+            listed = [f"{len(listed) - _MOST_LISTED} before", *listed[-_MOST_LISTED:]]
+        return (
+            f"This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what "
+            "your notebook has now, and hand in the folder with the new recording. Recorded are: "
+            f"{'; '.join(listed)}."
+        )
 
 
 def voltage_limit(recording: Recording, v_max: float) -> float:
@@ -144,16 +144,16 @@ def described(settings: Mapping[str, Any], seconds: float = 0.0, run: int = 1) -
     """An experiment in words, as "tracking, feedback = full, K = 18.2 -17.2 1.6 0.6, 10 s"."""
     about = settings.get("bench")
     run = about.get("run", run) if isinstance(about, Mapping) else run
-    words = [str(settings.get("experiment", _("an experiment without a name")))]
+    words = [str(settings.get("experiment", "an experiment without a name"))]
     for name in SETTINGS:
         value = settings.get(name)
         if value is not None:
             text = " ".join(f"{one:.4g}" for one in value) if isinstance(value, list) else f"{value}"
             words.append(f"{name} = {text}")
     if seconds:
-        words.append(_("{seconds:.3g} s").format(seconds=seconds))
+        words.append(f"{seconds:.3g} s")
     if run != 1:
-        words.append(_("run {run}").format(run=run))
+        words.append(f"run {run}")
     return ", ".join(words)
 
 

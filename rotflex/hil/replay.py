@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, RecordingError
 from rotflex.hil import answered
 from rotflex.plant import State
@@ -44,9 +43,7 @@ class RecordedPlant:
     def __init__(self, recording: Recording, name: str = "the recording") -> None:
         missing = [name for name in ("theta", "alpha") if name not in recording]
         if missing:
-            raise RecordingError(
-                _("The recording lacks {names}: there is nothing to replay.").format(names=_(" and ").join(missing))
-            )
+            raise RecordingError(f"The recording lacks {' and '.join(missing)}: there is nothing to replay.")
         self.recording, self.name = recording, name
         self._theta, self._alpha = recording["theta"].tolist(), recording["alpha"].tolist()
         self._elapsed = 0.0
@@ -114,18 +111,14 @@ class RecordedPlant:
         if abs(sample_time - held) > _SAME_PERIOD * held:
             raise self._refused(
                 asked,
-                _("it is sampled every {held:g} ms, and this every {wanted:g} ms").format(
-                    held=held * 1e3, wanted=sample_time * 1e3
-                ),
+                f"it is sampled every {held * 1e3:g} ms, and this every {sample_time * 1e3:g} ms",
             )
         if "vm" not in self.recording:
-            raise self._refused(asked, _("without vm, nothing tells whether it is this run"))
+            raise self._refused(asked, "without vm, nothing tells whether it is this run")
         if samples > len(self.recording):
             raise self._refused(
                 asked,
-                _("it is of {held:g} s, and {wanted:g} s are asked for: see duration=").format(
-                    held=self.duration, wanted=(samples - 1) * sample_time
-                ),
+                f"it is of {self.duration:g} s, and {(samples - 1) * sample_time:g} s are asked for: see duration=",
             )
 
     def require_same(self, volts: Vector, asked: str) -> Vector:
@@ -143,14 +136,13 @@ class RecordedPlant:
         worst = int(np.argmax(apart))
         raise self._refused(
             asked,
-            _("this would set {wanted:.2f} V at t = {time:.3f} s, where {held:.2f} V were recorded").format(
-                wanted=volts[worst], time=worst * self.recording.sample_time, held=recorded[worst]
-            ),
+            f"this would set {volts[worst]:.2f} V at t = {worst * self.recording.sample_time:.3f} s, where "
+            f"{recorded[worst]:.2f} V were recorded",
         )
 
     def _refused(self, asked: str, why: str) -> BenchError:
         return BenchError(
-            _(
+            (
                 "A recording cannot be steered, and {name} is not the run that is asked for ({asked}): {why}. It holds "
                 "{held}: {channels}, {duration:g} s. experiments.watch(bench, duration={duration:g}) gives it as it "
                 'is, and experiments.validation(bench, A, B, signal="recorded") a model beside it; for anything else, '
@@ -159,7 +151,7 @@ class RecordedPlant:
                 name=self.name,
                 asked=asked,
                 why=why,
-                held=self.recording.metadata.get("experiment", _("a run that does not say which")),
+                held=self.recording.metadata.get("experiment", "a run that does not say which"),
                 channels=", ".join(self.recording.channels),
                 duration=self.duration,
             )

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rotflex.config import Servo
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import EncoderQuadratureMode
 from rotflex.plant import Moving
@@ -68,11 +67,7 @@ class Sensors:
         """
         for channel, mode in zip(channels, modes, strict=False):
             if mode not in _EDGES:
-                raise HILError(
-                    _("Encoder {channel} counts one, two or four edges; it was given the mode {mode}.").format(
-                        channel=channel, mode=mode
-                    )
-                )
+                raise HILError(f"Encoder {channel} counts one, two or four edges; it was given the mode {mode}.")
             before = self.counts(channel)
             self._per_count[channel] = self._servo.K_enc * EncoderQuadratureMode.X4 / mode
             self.set_counts([channel], [before])
@@ -93,8 +88,4 @@ def check_filter(channels: Sequence[int], frequencies: Sequence[float]) -> None:
     """
     for channel, frequency in zip(channels, frequencies, strict=False):
         if not 0 < frequency < math.inf:
-            raise HILError(
-                _("Encoder {channel} cannot have a filter of {frequency} Hz.").format(
-                    channel=channel, frequency=frequency
-                )
-            )
+            raise HILError(f"Encoder {channel} cannot have a filter of {frequency} Hz.")

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotflex.config import Joint, joint, one_of, srv02
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import composed
 from rotflex.errors import ConfigurationError
 from rotflex.hil.terminals import AT_ONCE, Timing
@@ -51,9 +50,7 @@ class VirtualPlantSpec:
             If the number is not 1 or more.
         """
         if not (isinstance(number, int) and not isinstance(number, bool) and number >= FIRST_RUN):
-            raise ConfigurationError(
-                _("A run is a whole number from {first} on; it is {number!r}.").format(first=FIRST_RUN, number=number)
-            )
+            raise ConfigurationError(f"A run is a whole number from {FIRST_RUN} on; it is {number!r}.")
         if number == FIRST_RUN:
             return self
         draw = np.random.default_rng([self.timing.seed, number])
@@ -93,10 +90,8 @@ def student_bench(seed: int, arm_position: int | None = None, draw: int = DRAW) 
     """
     if draw not in DRAWS:
         raise ConfigurationError(
-            _(
-                "Benches of the draw {draw!r} are not known to this version of rotflex, which knows {known}. Install "
-                "the release of the course that your course.json names."
-            ).format(draw=draw, known=", ".join(map(str, DRAWS)))
+            f"Benches of the draw {draw!r} are not known to this version of rotflex, which knows "
+            f"{', '.join(map(str, DRAWS))}. Install the release of the course that your course.json names."
         )
     return DRAWS[draw](seed, arm_position)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-from rotflex.courseware.messages import _
 from rotflex.hil.guard import Guard
 from rotflex.hil.parts import Limits, Measurement
 
@@ -51,7 +50,7 @@ class Supervision:
         if impossible:
             return at(impossible, measured.time)
         if measured.time > limits.duration:
-            text = _("The run has taken {time:g} s, which is all that this bench allows.")
+            text = "The run has taken {time:g} s, which is all that this bench allows."
             return at(text.format(time=limits.duration), measured.time, limits.why)
         if limits.rate < math.inf and samples == 1 and before is not None:
             return self._too_quick(measured, before)
@@ -63,10 +62,10 @@ class Supervision:
         self._rate = weight * self._rate + (1 - weight) * rate
         if abs(self._rate) <= self._limits.rate:
             return ""
-        text = _("The servo turned at {rate:.1f} rad/s; its limit is ±{limit:.1f} rad/s.")
+        text = "The servo turned at {rate:.1f} rad/s; its limit is ±{limit:.1f} rad/s."
         return at(text.format(rate=self._rate, limit=self._limits.rate), measured.time, self._limits.why)
 
 
 def at(why: str, time: float, advice: str = "") -> str:
     """A reason with its moment (s)."""
-    return _("{why} (t = {time:.3f} s.) {advice}").format(why=why, time=time, advice=advice).rstrip()
+    return f"{why} (t = {time:.3f} s.) {advice}".rstrip()

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.plant import HALVINGS, SUBSTEP, Moving
 
@@ -50,10 +49,7 @@ class Timing:
     def __post_init__(self) -> None:
         if not (0 <= self.jitter <= self.delay < math.inf and 0 <= self.late <= 1 and 0 <= self.late_by < math.inf):
             raise ConfigurationError(
-                _(
-                    "A delay must be finite and not below its jitter, and the share of late outputs from 0 to 1: "
-                    "{value!r}."
-                ).format(value=self)
+                f"A delay must be finite and not below its jitter, and the share of late outputs from 0 to 1: {self!r}."
             )
 
     @property

@@ -11,7 +11,6 @@ from typing import Any
 
 from rotflex.config import Servo, joint, srv02
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError
 from rotflex.hil.bench_file import toml_table
 from rotflex.hil.student_benches import VirtualPlantSpec
@@ -47,7 +46,7 @@ def save(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
     """
     servo = twin.servo
     parts = {name: getattr(servo, name) for name in _PARTS} | {"amplifier": servo.amplifier.name}
-    lines = [_("# A plant fitted to recordings: open it as virtual:{name}.").format(name=Path(path).name)]
+    lines = [f"# A plant fitted to recordings: open it as virtual:{Path(path).name}."]
     lines += toml_table("about", about)
     lines += toml_table("parts", {**parts, "arm_position": twin.spec.joint.arm_position})
     lines += toml_table("plant", {**asdict(twin.spec.parameters), "delay": twin.spec.timing.delay})
@@ -65,14 +64,12 @@ def load(path: str | Path) -> Twin:
     try:
         told = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
-        raise ConfigurationError(_("{path} cannot be read: {error}.").format(path=path, error=error)) from None
+        raise ConfigurationError(f"{path} cannot be read: {error}.") from None
     plant, parts = told.get("plant"), told.get("parts")
     if not isinstance(plant, dict) or not isinstance(parts, dict) or {*plant} != {*_NAMES, "delay"}:
         raise ConfigurationError(
-            _(
-                "{path} is no fitted plant: it needs [parts], and [plant] with {names}, delay. `rotflex bench fit` "
-                "writes one."
-            ).format(path=path, names=", ".join(_NAMES))
+            f"{path} is no fitted plant: it needs [parts], and [plant] with {', '.join(_NAMES)}, delay. `rotflex "
+            "bench fit` writes one."
         )
     try:
         values: dict[str, Any] = {
@@ -82,5 +79,5 @@ def load(path: str | Path) -> Twin:
         servo = srv02(**{name: parts[name] for name in _PARTS if name in parts})
         spec = VirtualPlantSpec(arm, PlantParameters(**values), Timing(delay=float(plant["delay"])))
     except (TypeError, ValueError) as error:
-        raise ConfigurationError(_("{path}: {error}").format(path=path, error=error)) from None
+        raise ConfigurationError(f"{path}: {error}") from None
     return Twin(spec, servo, str(told.get("name", "")))

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware import course_place, files
-from rotflex.courseware.messages import _
 from rotflex.errors import RecordingError
 from rotflex.hil.held import Held, is_held
 from rotflex.recording import Recording
@@ -54,10 +53,9 @@ class Unfinished:
             self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=np.float64, shape=(3, samples))
         except OSError as error:
             raise RecordingError(
-                _(
-                    "Samples cannot be kept in {folder} while they come: {why}. Make that folder writable, or name "
-                    "another one for settings in the environment variable {variable}, and start again."
-                ).format(folder=folder, why=error.strerror or error, variable=course_place.SETTINGS)
+                f"Samples cannot be kept in {folder} while they come: {error.strerror or error}. Make that "
+                "folder writable, or name another one for settings in the environment variable "
+                f"{course_place.SETTINGS}, and start again."
             ) from None
         self.signals[:] = np.nan
 
@@ -112,7 +110,7 @@ def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
 def _left_behind(path: Path) -> Recording | None:
     described = dict(json.loads(_words(path).read_text(encoding="utf-8")))
     signals = np.load(path, mmap_mode="r")
-    described.setdefault(ENDED, _("The program ended without a word; the board's watchdog set the motor to 0 V."))
+    described.setdefault(ENDED, "The program ended without a word; the board's watchdog set the motor to 0 V.")
     return _recording(np.array(signals), described)
 
 
@@ -150,7 +148,7 @@ def _require_plain(described: dict[str, Any]) -> None:
     try:
         json.dumps(described)
     except (TypeError, ValueError, RecursionError) as error:
-        raise RecordingError(_("The metadata must be plain data, as JSON can hold: {why}.").format(why=error)) from None
+        raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
 
 
 def _discard(path: Path) -> None:

@@ -14,7 +14,6 @@ import math
 from dataclasses import dataclass, field
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError, WatchdogExpired
 from rotflex.hil import arguments
 from rotflex.hil.board import (
@@ -129,32 +128,32 @@ class VirtualBoard:
 
     def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the counters read now."""
-        chosen = self._channels(channels, num_channels, ENCODERS, _("encoder"))
+        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
         check_buffer(counts, num_channels, "encoder")
         self._catch_up(self.clock.now())
         self._sensors.set_counts(chosen, counts.tolist())
 
     def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: Channels) -> None:
         """Count all four edges, as the data sheet's counts per turn do, or fewer. What the counters read stays."""
-        chosen = self._channels(channels, num_channels, ENCODERS, _("encoder"))
+        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
         arguments.check_modes(modes, num_channels)
         self._catch_up(self.clock.now())
         self._sensors.set_modes(chosen, modes.tolist())
 
     def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
         """There is no noise here to be filtered; that the frequencies (Hz) can be is checked."""
-        chosen = self._channels(channels, num_channels, ENCODERS, _("encoder"))
+        chosen = self._channels(channels, num_channels, ENCODERS, "encoder")
         check_buffer(frequencies, num_channels, "analog")
         check_filter(chosen, frequencies.tolist())
 
     def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Cut what comes to ranges (V)."""
-        chosen = self._channels(channels, num_channels, ANALOG_INPUTS, _("analog input"))
+        chosen = self._channels(channels, num_channels, ANALOG_INPUTS, "analog input")
         self._sensors.set_ranges(arguments.ranges(chosen, minima, maxima, DAC_LIMIT))
 
     def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Cut what is written from now on to ranges (V)."""
-        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
+        chosen = self._channels(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
         for channel, one in arguments.ranges(chosen, minima, maxima, DAC_LIMIT).items():
             self._output_ranges[channel] = one
 
@@ -183,9 +182,9 @@ class VirtualBoard:
     ) -> None:
         """Read inputs of all kinds at one instant. This board has no other channels."""
         refuse_other(num_other_channels)
-        analog = self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, _("analog input"))
-        encoders = self._channels(encoder_channels, num_encoder_channels, ENCODERS, _("encoder"))
-        digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, _("digital"))
+        analog = self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, "analog input")
+        encoders = self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder")
+        digital = self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital")
         check_buffer(analog_buffer, len(analog), "analog")
         check_buffer(encoder_buffer, len(encoders), "encoder")
         check_buffer(digital_buffer, len(digital), "digital")
@@ -198,12 +197,12 @@ class VirtualBoard:
         voltages = self._voltages(channels, num_channels, buffer)
         self._catch_up(self.clock.now())
         if self._watchdog.expired:
-            raise WatchdogExpired(_("The watchdog has expired and holds the outputs; clear it before writing again."))
+            raise WatchdogExpired("The watchdog has expired and holds the outputs; clear it before writing again.")
         self.terminals.send(voltages)
 
     def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Set digital lines."""
-        chosen = self._channels(channels, num_channels, _DIGITAL_LINES, _("digital"))
+        chosen = self._channels(channels, num_channels, _DIGITAL_LINES, "digital")
         check_buffer(buffer, num_channels, "digital")
         self._catch_up(self.clock.now())
         for channel, level in zip(chosen, buffer.tolist(), strict=False):
@@ -213,7 +212,7 @@ class VirtualBoard:
         """This board has no options of its own: any but the empty string is refused."""
         self._check_open()
         if options:
-            raise HILError(_("The virtual board has no options; it was given {options!r}.").format(options=options))
+            raise HILError(f"The virtual board has no options; it was given {options!r}.")
 
     # --- hardware-timed input -------------------------------------------------------------------------------------
 
@@ -236,15 +235,11 @@ class VirtualBoard:
         """Create a task that samples inputs of all kinds."""
         refuse_other(num_other_channels)
         if samples_in_buffer < 1:
-            raise HILError(
-                _("A task needs a buffer of at least one sample; it was given {samples_in_buffer}.").format(
-                    samples_in_buffer=samples_in_buffer
-                )
-            )
+            raise HILError(f"A task needs a buffer of at least one sample; it was given {samples_in_buffer}.")
         task = Task(
-            analog=self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, _("analog input")),
-            encoders=self._channels(encoder_channels, num_encoder_channels, ENCODERS, _("encoder")),
-            digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, _("digital")),
+            analog=self._channels(analog_channels, num_analog_channels, ANALOG_INPUTS, "analog input"),
+            encoders=self._channels(encoder_channels, num_encoder_channels, ENCODERS, "encoder"),
+            digital=self._channels(digital_channels, num_digital_channels, _DIGITAL_LINES, "digital"),
             sampling=Sampling(capacity=samples_in_buffer),
         )
         handle = self._next_task
@@ -259,19 +254,13 @@ class VirtualBoard:
             chosen.sampling.overflow = BufferOverflowMode(mode)
         except ValueError:
             listed = ", ".join(f"{mode.value} ({mode.name})" for mode in BufferOverflowMode)
-            raise HILError(
-                _("There is no buffer overflow mode {mode}; there are {names}.").format(mode=mode, names=listed)
-            ) from None
+            raise HILError(f"There is no buffer overflow mode {mode}; there are {listed}.") from None
 
     def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
         """Start sampling; the first sample is taken now."""
         chosen = self._task(task)
         if clock != Clock.HARDWARE_CLOCK_0:
-            raise HILError(
-                _("The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.").format(
-                    clock=clock
-                )
-            )
+            raise HILError(f"The virtual board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
         chosen.start(self.clock.now(), frequency, num_samples)
         self.terminals.begin()
 
@@ -292,13 +281,9 @@ class VirtualBoard:
         chosen = self._task(task)
         sampling = chosen.sampling
         if not sampling.started:
-            raise HILError(_("Task {task} has not been started.").format(task=task))
+            raise HILError(f"Task {task} has not been started.")
         if num_samples < 1:
-            raise HILError(
-                _("A task gives one sample or more at a time; it was asked for {num_samples}.").format(
-                    num_samples=num_samples
-                )
-            )
+            raise HILError(f"A task gives one sample or more at a time; it was asked for {num_samples}.")
         analog, encoders, digital = chosen.analog, chosen.encoders, chosen.digital
         check_buffer(analog_buffer, num_samples * len(analog), "analog")
         check_buffer(encoder_buffer, num_samples * len(encoders), "encoder")
@@ -345,7 +330,7 @@ class VirtualBoard:
         """Start the watchdog."""
         self._attend()
         if not timeout > 0:
-            raise HILError(_("A watchdog needs a positive time-out; it was given {timeout} s.").format(timeout=timeout))
+            raise HILError(f"A watchdog needs a positive time-out; it was given {timeout} s.")
         self._watchdog.timeout = timeout
         self._watchdog.deadline = self.clock.now() + timeout
 
@@ -380,12 +365,12 @@ class VirtualBoard:
 
     def _check_open(self) -> None:
         if not self._open:
-            raise HILError(_("The board is closed."))
+            raise HILError("The board is closed.")
 
     def _task(self, handle: int) -> Task:
         self._check_open()
         if handle not in self._tasks:
-            raise HILError(_("There is no task {handle}.").format(handle=handle))
+            raise HILError(f"There is no task {handle}.")
         return self._tasks[handle]
 
     def _channels(self, channels: Channels | None, count: int, available: int, kind: str) -> tuple[int, ...]:
@@ -395,5 +380,5 @@ class VirtualBoard:
 
     def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
         """Voltages by analog output, checked, and cut to what the converter can give."""
-        chosen = self._channels(channels, count, _ANALOG_OUTPUTS, _("analog output"))
+        chosen = self._channels(channels, count, _ANALOG_OUTPUTS, "analog output")
         return arguments.within(chosen, buffer, self._output_ranges)

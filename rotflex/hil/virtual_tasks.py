@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import Counts, Levels, Vector
 from rotflex.hil.clock import Sampling
@@ -70,4 +69,4 @@ def put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | No
 def refuse_other(count: int) -> None:
     """Raise HILError where channels of another kind are asked for."""
     if count:
-        raise HILError(_("The virtual board has no other channels."))
+        raise HILError("The virtual board has no other channels.")

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from rotflex.courseware import course_place
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import RecordingError
 from rotflex.hil.unfinished import ENDED, beside, unfinished
 from rotflex.recording import Recording
@@ -52,7 +52,7 @@ class Waiting:
     @property
     def experiment(self) -> str:
         """What was run."""
-        return str(self.recording.metadata.get("experiment", _("run")))
+        return str(self.recording.metadata.get("experiment", "run"))
 
     @property
     def reason(self) -> str:
@@ -61,9 +61,7 @@ class Waiting:
 
     def __str__(self) -> str:
         seconds = len(self.recording) * self.recording.sample_time
-        return _("{when:%Y-%m-%d %H:%M}  {experiment}, {seconds:.1f} s, {bench}\n    {reason}").format(
-            when=self.begun, experiment=self.experiment, seconds=seconds, bench=self.bench, reason=self.reason
-        )
+        return f"{self.begun:%Y-%m-%d %H:%M}  {self.experiment}, {seconds:.1f} s, {self.bench}\n    {self.reason}"
 
 
 def place() -> Path:
@@ -95,7 +93,7 @@ def tell(folder: Path | None = None) -> None:
                 new.append(one)
                 beside(one.path, _TOLD).touch()
     if new:
-        said = _("Note      {recordings} of runs that did not end as they should: see rotflex bench unfinished.")
+        said = "Note      {recordings} of runs that did not end as they should: see rotflex bench unfinished."
         print(said.format(recordings=plural(len(new), "{count} recording", "{count} recordings")))
 
 
@@ -112,8 +110,8 @@ def put_by(recording: Recording, folder: Path | None) -> str:
         with contextlib.suppress(OSError, RecordingError):
             folder.mkdir(parents=True, exist_ok=True)
             path = recording.save(folder / name)
-            return _("The recording is whole: it is in {path}, and in the bench's `kept`.").format(path=path)
-    return _("The recording is whole: it is in the bench's `kept`, until the program ends.")
+            return f"The recording is whole: it is in {path}, and in the bench's `kept`."
+    return "The recording is whole: it is in the bench's `kept`, until the program ends."
 
 
 def _named(recording: Recording) -> str:
@@ -137,17 +135,11 @@ def write_out(one: Waiting, folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RecordingError(
-            _("{folder} cannot be made: {why}.").format(folder=folder, why=error.strerror or error)
-        ) from None
+        raise RecordingError(f"{folder} cannot be made: {error.strerror or error}.") from None
     path = one.recording.save(folder / f"{_named(one.recording)}-{one.begun:%Y%m%d-%H%M%S}-{one.path.stem[:8]}.mat")
     written = Recording.load(path)
     if not _same(written, one.recording):
-        raise RecordingError(
-            _("{path} does not read as it was written. The recording is in {kept} still.").format(
-                path=path, kept=one.path
-            )
-        )
+        raise RecordingError(f"{path} does not read as it was written. The recording is in {one.path} still.")
     remove(one)
     return path
 

@@ -21,7 +21,6 @@ from typing import Any
 import rotflex
 from rotflex.courseware import report_files
 from rotflex.courseware.benches import REAL
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
 from rotflex.courseware.run.cell_reports import Reports
 from rotflex.courseware.run.reasons import explain
@@ -226,9 +225,7 @@ class Batch:
         student = submission.bench_of or submission.student
         supplied = self._supplied(submission.student)
         prepared = prepare(hand_in, chosen.bundle, self._course.catalogue, student, self._settings.every_cell, supplied)
-        said += [
-            _("Your instructor supplied {name} = {value}.").format(name=one.name, value=one.value) for one in supplied
-        ]
+        said += [f"Your instructor supplied {one.name} = {one.value}." for one in supplied]
         return _Taken(
             submission,
             prepared,
@@ -276,13 +273,12 @@ class Batch:
             files=taken.prepared.files,
             limits=self._settings.limits,
             isolated=self._settings.isolated,
-            language=self._course.settings.language,
             evidence=self._course.evidence if taken.bundle.policy.which == REAL else "",
         )
         running = pool.executor.submit(runner.work, runner.job_bytes(job), taken.bundle.packed)
         run = runner.run_from(running.result())
         if not run.complete:
-            raise GradingError(_("the run was called off"))
+            raise GradingError("the run was called off")
         ours = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
         return _Ran(run.answers, run.problems, cell_reports.read(run.reports).of(ours), run.evidence)
 
@@ -341,9 +337,7 @@ class Batch:
 
         It has nobody's key, so that it is tried again.
         """
-        fault = _("Grading failed, which is not the student's fault: {error_type}: {error}").format(
-            error_type=type(error).__name__, error=error
-        )
+        fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
         supplied = {one.name: one.value for one in self._supplied(student)}  # is not lost
         current = self._gradebook.current(student)
         if current is not None:

@@ -19,9 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware import messages
 from rotflex.courseware.benches import FIRST_DRAW, REAL, BenchPolicy
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor import settings
 from rotflex.instructor.settings import CourseSettings
@@ -175,16 +173,14 @@ def find(given: str | Path | None = None) -> Course:
         place = place / USUAL
     if not place.is_dir():
         raise GradingError(
-            _(
-                "There is no course at {place}. Name the course's folder, the one that holds course.py, by --course "
-                "FOLDER or by the environment variable {setting}."
-            ).format(place=place.resolve(), setting=SETTING)
+            f"There is no course at {place.resolve()}. Name the course's folder, the one that holds course.py, "
+            f"by --course FOLDER or by the environment variable {SETTING}."
         )
     return load(place, entry or ENTRY)
 
 
 def load(folder: Path, entry: str = ENTRY) -> Course:
-    """Load a course: its code is run, for it is ours. From here on, students are spoken to in its language.
+    """Load a course: its code is run, for it is ours.
 
     Parameters
     ----------
@@ -200,10 +196,8 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     module_name, _sign, name = entry.partition(":")
     if not (folder / f"{module_name}.py").is_file():
         raise GradingError(
-            _(
-                "{folder} is not a course's folder: it holds no {module}.py. Name one by --course FOLDER, or by the "
-                "environment variable {setting}."
-            ).format(folder=folder, module=module_name, setting=SETTING)
+            f"{folder} is not a course's folder: it holds no {module_name}.py. Name one by --course FOLDER, or "
+            f"by the environment variable {SETTING}."
         )
     package = _package(folder)
     if str(folder.parent) not in sys.path:
@@ -212,21 +206,13 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
         module = importlib.import_module(f"{package}.{module_name}")
     except Exception as error:
         raise GradingError(
-            _("The course in {folder} cannot be loaded: {kind}: {error}{where}").format(
-                folder=folder, kind=type(error).__name__, error=error, where=_where(error, folder)
-            )
+            f"The course in {folder} cannot be loaded: {type(error).__name__}: {error}{_where(error, folder)}"
         ) from error
     course = getattr(module, name, None)
     if not isinstance(course, Course):
-        raise GradingError(
-            _("{folder} should define {name}, a rotflex.instructor.course.Course, in {module}.py.").format(
-                folder=folder, name=name, module=module_name
-            )
-        )
+        raise GradingError(f"{folder} should define {name}, a rotflex.instructor.course.Course, in {module_name}.py.")
     _check_key(course)
     decided = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
-    messages.add(folder / messages.FOLDER)
-    messages.speak(decided.language)
     title = decided.title or course.title or course.name
     return replace(course, folder=folder, entry=entry, settings=decided, title=title)
 
@@ -237,7 +223,7 @@ def _where(error: Exception, folder: Path) -> str:
     ours = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
     if isinstance(error, SyntaxError) or not ours:
         return ""
-    return _(" ({file}, line {line})").format(file=Path(ours[-1].filename).name, line=ours[-1].lineno)
+    return f" ({Path(ours[-1].filename).name}, line {ours[-1].lineno})"
 
 
 def package_folder(name: str) -> Path:
@@ -250,7 +236,7 @@ def package_folder(name: str) -> Path:
     """
     found = importlib.util.find_spec(name)
     if found is None or found.origin is None:
-        raise GradingError(_("The course needs the package {name}, which is not to be found.").format(name=name))
+        raise GradingError(f"The course needs the package {name}, which is not to be found.")
     return Path(found.origin).parent
 
 
@@ -270,17 +256,12 @@ def _check_key(course: Course) -> None:
         try:
             question = course.catalogue.find_marked(number)
         except AnswerError as error:
-            raise GradingError(_("The key: {error}").format(error=error)) from None
+            raise GradingError(f"The key: {error}") from None
         if set(checks) != set(question.names):
             raise GradingError(
-                _("The key: question {number} has the parts {names}, not {given}.").format(
-                    number=number, names=", ".join(question.names), given=", ".join(map(repr, checks)) or _("none")
-                )
+                f"The key: question {number} has the parts {', '.join(question.names)}, not "
+                f"{', '.join(map(repr, checks)) or 'none'}."
             )
         for part in question.parts:
             if part.kind not in checks[part.name].kinds:
-                raise GradingError(
-                    _("The key: {number}, {part} is a {kind}; its check is for another kind.").format(
-                        number=number, part=part.name, kind=part.kind
-                    )
-                )
+                raise GradingError(f"The key: {number}, {part.name} is a {part.kind}; its check is for another kind.")

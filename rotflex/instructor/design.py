@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import hankel
 
-from rotflex.courseware.messages import _
 from rotflex.errors import DesignError
 from rotflex.instructor.model import Array, controllability, finite, natural_units, poles, system_pair
 
@@ -40,14 +39,12 @@ def desired_poles(zeta: float, omega_n: float, p_3: float, p_4: float) -> NDArra
     """
     zeta, omega_n, p_3, p_4 = finite("The list [zeta, omega_n, p_3, p_4]", [zeta, omega_n, p_3, p_4])
     if not 0 < zeta <= 1:
-        raise DesignError(_("The damping ratio must be above 0 and at most 1; it is {zeta:g}.").format(zeta=zeta))
+        raise DesignError(f"The damping ratio must be above 0 and at most 1; it is {zeta:g}.")
     if not omega_n > 0:
-        raise DesignError(
-            _("The natural frequency must be a positive number of rad/s; it is {omega_n:g}.").format(omega_n=omega_n)
-        )
+        raise DesignError(f"The natural frequency must be a positive number of rad/s; it is {omega_n:g}.")
     for name, pole in (("p_3", p_3), ("p_4", p_4)):
         if not pole < 0:
-            raise DesignError(_("{name} must be a negative real number; it is {pole:g}.").format(name=name, pole=pole))
+            raise DesignError(f"{name} must be a negative real number; it is {pole:g}.")
     sigma, omega_d = zeta * omega_n, omega_n * math.sqrt(1 - zeta**2)
     return np.array([-sigma + 1j * omega_d, -sigma - 1j * omega_d, p_3, p_4])
 
@@ -63,21 +60,13 @@ def paired(desired: ArrayLike, count: int | None = None) -> NDArray[np.complex12
     """
     array = finite("The list of poles", desired, complex)
     if array.ndim != 1:
-        raise DesignError(_("The poles must be a list; the shape is {shape}.").format(shape=array.shape))
+        raise DesignError(f"The poles must be a list; the shape is {array.shape}.")
     if count is not None and len(array) != count:
-        raise DesignError(
-            _("There are {count} states, so {count} poles must be given; there are {given}.").format(
-                count=count, given=len(array)
-            )
-        )
+        raise DesignError(f"There are {count} states, so {count} poles must be given; there are {len(array)}.")
     close = PAIR_TOLERANCE * np.abs(array).max()
     for pole in array:
         if np.sum(abs(array - pole) <= close) != np.sum(abs(array - pole.conjugate()) <= close):
-            raise DesignError(
-                _("Complex poles must come in conjugate pairs; the pole {pole:.6g} lacks its partner.").format(
-                    pole=pole
-                )
-            )
+            raise DesignError(f"Complex poles must come in conjugate pairs; the pole {pole:.6g} lacks its partner.")
     return array
 
 
@@ -98,10 +87,8 @@ def _monic(polynomial: ArrayLike) -> Array:
     coefficients = finite("The polynomial", polynomial)
     if coefficients.ndim != 1 or len(coefficients) < 2 or coefficients[0] == 0:
         raise DesignError(
-            _(
-                "A polynomial must be a list of at least two coefficients, highest power first and not zero; it is "
-                "{polynomial!r}."
-            ).format(polynomial=polynomial)
+            "A polynomial must be a list of at least two coefficients, highest power first and not zero; it is "
+            f"{polynomial!r}."
         )
     monic: Array = coefficients / coefficients[0]
     return monic
@@ -162,9 +149,7 @@ def companion_gain(polynomial: ArrayLike, desired: ArrayLike) -> Array:
     before, after = _monic(polynomial), _monic(desired)
     if len(before) != len(after):
         raise DesignError(
-            _("The polynomials must be of the same degree; they are of degree {before} and {after}.").format(
-                before=len(before) - 1, after=len(after) - 1
-            )
+            f"The polynomials must be of the same degree; they are of degree {len(before) - 1} and {len(after) - 1}."
         )
     return (after - before)[np.newaxis, :0:-1]
 
@@ -211,7 +196,7 @@ def gain_by_place(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
     try:
         K = control.acker(A, B, wanted / rate)
     except ValueError as error:
-        raise DesignError(_("python-control cannot place these poles: {error}").format(error=error)) from error
+        raise DesignError(f"python-control cannot place these poles: {error}") from error
     return np.reshape(K, (1, -1)) * rate / units
 
 
@@ -238,13 +223,9 @@ def check_placement(A: ArrayLike, B: ArrayLike, K: ArrayLike, desired: ArrayLike
     A, B = system_pair(A, B)
     gain = finite("K", K)
     if gain.shape not in ((1, len(A)), (len(A),)):
-        raise DesignError(
-            _("K must be one row with a gain for each state, {wanted}; it is {shape}.").format(
-                wanted=(1, len(A)), shape=gain.shape
-            )
-        )
+        raise DesignError(f"K must be one row with a gain for each state, {(1, len(A))}; it is {gain.shape}.")
     if not rtol > 0:
-        raise DesignError(_("The tolerance must be above zero; it is {rtol!r}.").format(rtol=rtol))
+        raise DesignError(f"The tolerance must be above zero; it is {rtol!r}.")
     wanted = paired(desired, len(A))
     sizes = np.abs(wanted)
     scale = np.poly(-np.maximum(sizes, SMALL_POLE * sizes.max()))
@@ -258,9 +239,7 @@ def _controllable(A: ArrayLike, B: ArrayLike) -> tuple[Array, Array, Array]:
     T, rank, verdict = controllability(A, B)
     if not verdict:
         raise DesignError(
-            _(
-                "The pair (A, B) is not controllable: its controllability matrix has rank {rank}, not {states}, so "
-                "that some poles cannot be moved. Check A and B."
-            ).format(rank=rank, states=len(A))
+            f"The pair (A, B) is not controllable: its controllability matrix has rank {rank}, not {len(A)}, so "
+            "that some poles cannot be moved. Check A and B."
         )
     return A, B, T

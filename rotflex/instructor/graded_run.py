@@ -13,7 +13,6 @@ from typing import Any
 
 from rotflex.courseware import answers
 from rotflex.courseware.benches import BenchPolicy
-from rotflex.courseware.messages import _
 from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.cell_reports import CellError, CellReport, Refusal, Reports
 from rotflex.courseware.words import Where, Words
@@ -84,7 +83,7 @@ def _plain(report: CellReport) -> dict[str, Any]:
 def facts_of(record: RunRecord) -> Facts:
     """What the gradebook has of a run. Of those of earlier versions it has only what was said of them."""
     if not record.cells:
-        notes = tuple(note for note in record.notes if not note.endswith((UNMARKED, _(UNMARKED))))
+        notes = tuple(note for note in record.notes if not note.endswith((UNMARKED, UNMARKED)))
         return Facts(problems=record.problems, notes=notes, bench_of=record.student)
     about, *cells = record.cells
     reports = Reports(
@@ -174,5 +173,5 @@ def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
 def key_faults(graded: Graded) -> list[str]:
     """What marking said of parts that it could not mark, for a fault of the key; with file and line."""
     parts = [one for one in graded.marks if one.status == Status.NOT_MARKED]
-    told = [_(KEY_FAILED).format(number=one.question, part=one.part, fault="") for one in parts]
+    told = [KEY_FAILED.format(number=one.question, part=one.part, fault="") for one in parts]
     return [line for line in graded.run.problems if line.startswith(tuple(told))]

@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, matrix_balance
 
 from rotflex.config import Joint, Servo, one_of
-from rotflex.courseware.messages import _
 from rotflex.errors import ConfigurationError, DesignError
 from rotflex.simulation import with_actuator
 
@@ -53,17 +52,11 @@ def finite(name: str, value: ArrayLike, dtype: type = float) -> NDArray[Any]:
     try:
         array = np.asarray(value)
     except ValueError:
-        raise DesignError(_("{name} has rows of different lengths.").format(name=name)) from None
+        raise DesignError(f"{name} has rows of different lengths.") from None
     if array.dtype.kind not in ("iufc" if dtype is complex else "iuf"):
-        raise DesignError(
-            _("{name} must hold {which}numbers; it is {value!r}.").format(
-                name=name, which="" if dtype is complex else _("real "), value=value
-            )
-        )
+        raise DesignError(f"{name} must hold {'' if dtype is complex else 'real '}numbers; it is {value!r}.")
     if array.size == 0 or not np.isfinite(array).all():
-        raise DesignError(
-            _("{name} must hold finite numbers, at least one; it is {value!r}.").format(name=name, value=value)
-        )
+        raise DesignError(f"{name} must hold finite numbers, at least one; it is {value!r}.")
     return array.astype(dtype)
 
 
@@ -77,7 +70,7 @@ def system_matrix(A: ArrayLike) -> Array:
     """
     matrix = finite("A", A)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
-        raise DesignError(_("A must be a square matrix; its shape is {shape}.").format(shape=matrix.shape))
+        raise DesignError(f"A must be a square matrix; its shape is {matrix.shape}.")
     return matrix
 
 
@@ -92,11 +85,7 @@ def system_pair(A: ArrayLike, B: ArrayLike) -> tuple[Array, Array]:
     A, B = system_matrix(A), finite("B", B)
     column = B[:, np.newaxis] if B.ndim == 1 else B
     if column.shape != (A.shape[0], 1):
-        raise DesignError(
-            _("B must be one column with a row for each row of A, {wanted}; it is {shape}.").format(
-                wanted=(A.shape[0], 1), shape=B.shape
-            )
-        )
+        raise DesignError(f"B must be one column with a row for each row of A, {(A.shape[0], 1)}; it is {B.shape}.")
     return A, column
 
 
@@ -131,11 +120,9 @@ def state_space(
     one_of("input", input, INPUTS)
     K_s, B_l = stiffness, joint.B_l if link_damping is None else link_damping
     if not (isinstance(K_s, Real) and 0 < K_s < math.inf):
-        raise ConfigurationError(_("stiffness must be a positive number of N·m/rad; it is {K_s!r}.").format(K_s=K_s))
+        raise ConfigurationError(f"stiffness must be a positive number of N·m/rad; it is {K_s!r}.")
     if not (isinstance(B_l, Real) and 0 <= B_l < math.inf):
-        raise ConfigurationError(
-            _("link_damping must be a number of N·m/(rad/s), not negative; it is {B_l!r}.").format(B_l=B_l)
-        )
+        raise ConfigurationError(f"link_damping must be a number of N·m/(rad/s), not negative; it is {B_l!r}.")
     J_eq, B_eq, J_l = servo.J_eq, servo.B_eq, joint.J_l
     both = 1 / J_eq + 1 / J_l
     A = np.array(
@@ -205,9 +192,7 @@ def stability(poles_or_A: ArrayLike) -> str:
         balanced = None
         values = given
         if values.ndim != 1:
-            raise DesignError(
-                _("Poles must be a list, (n,), and A a matrix, (n, n); this is {shape}.").format(shape=values.shape)
-            )
+            raise DesignError(f"Poles must be a list, (n,), and A a matrix, (n, n); this is {values.shape}.")
         uncertainty = np.full(values.shape, POLE_TOLERANCE * np.abs(values).max())
     if (values.real > uncertainty).any():
         return "unstable"

@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError, RotflexError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded
@@ -45,14 +44,14 @@ def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (
     with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as graders:
         everybody = list(gradebook.all_current())
         if not everybody:
-            raise GradingError(_("There is nothing in the gradebook to mark again."))
+            raise GradingError("There is nothing in the gradebook to mark again.")
         digest = marking_digest(course)
         for done in graders.map(lambda one: _marked(one, marker, questions, digest), everybody):
             yield done if done.problem else _recorded(gradebook, done, questions)
 
 
 def _recorded(gradebook: Gradebook, done: Regraded, questions: Collection[str]) -> Regraded:
-    reason = _("marked again: {questions}").format(questions=", ".join(questions) or _("all questions"))
+    reason = f"marked again: {', '.join(questions) or 'all questions'}"
     gradebook.record(done.after, actor=ACTOR, reason=reason)
     # As it is in the gradebook: there, a mark that a person gave has stayed.
     return replace(done, after=gradebook.current(done.after.run.student) or done.after)
@@ -65,7 +64,7 @@ def _check(questions: Collection[str], course: Course) -> None:
         except AnswerError as error:
             raise GradingError(str(error)) from None
         if number not in course.key:
-            raise GradingError(_("The key has no question {number}.").format(number=number))
+            raise GradingError(f"The key has no question {number}.")
 
 
 def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:

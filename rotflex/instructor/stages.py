@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Callable, Sequence
 
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Delivery, Gradebook
 from rotflex.instructor.running import intake
@@ -67,18 +66,19 @@ def without_erased(
     wanted = set(map(caseless, again))
     gone = {one: when for one, when in theirs.items() if caseless(one) not in wanted}
     told = [
-        _(
-            "{student} was erased on {when:%Y-%m-%d}, and what they handed in is here still. It is not taken in: take "
-            "it away. If they begin anew, say --again {student}."
-        ).format(student=one, when=when)
+        (
+            f"{one} was erased on {when:%Y-%m-%d}, and what they handed in is here still. It is not taken in: take "
+            f"it away. If they begin anew, say --again {one}."
+        )
         for one, when in gone.items()
     ]
     benches = gradebook.persons.erased(list({one.bench_of for one in found if one.bench_of}))
     told += [
-        _(
-            "{student} handed in work that names {other}, who was erased on {when:%Y-%m-%d}: take {other} out of its "
-            "course.json and its name, or the gradebook names them again."
-        ).format(student=one.student, other=one.bench_of, when=benches[one.bench_of])
+        (
+            f"{one.student} handed in work that names {one.bench_of}, who was erased on "
+            f"{benches[one.bench_of]:%Y-%m-%d}: take {one.bench_of} out of its course.json and its name, or the "
+            "gradebook names them again."
+        )
         for one in found
         if one.student not in gone and one.bench_of in benches and caseless(one.bench_of) not in wanted
     ]

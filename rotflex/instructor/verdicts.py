@@ -7,22 +7,21 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import Part
 
 
 class Status(StrEnum):
     """What became of an answer."""
 
-    RIGHT = N_("right")
-    FOLLOW_THROUGH = N_("right, given your own earlier answers")
-    PARTLY = N_("partly right")
-    WRONG = N_("wrong")
-    MISSING = N_("missing")
-    FOR_A_PERSON = N_("for a person")
-    BY_A_PERSON = N_("given by a person")
-    SUPPLIED = N_("supplied by your instructor")
-    NOT_MARKED = N_("not marked: key fault")
+    RIGHT = "right"
+    FOLLOW_THROUGH = "right, given your own earlier answers"
+    PARTLY = "partly right"
+    WRONG = "wrong"
+    MISSING = "missing"
+    FOR_A_PERSON = "for a person"
+    BY_A_PERSON = "given by a person"
+    SUPPLIED = "supplied by your instructor"
+    NOT_MARKED = "not marked: key fault"
 
 
 #: Nothing is decided yet; not to be taken for no points.
@@ -42,7 +41,7 @@ class NothingFollows(LookupError):
     """
 
     def __str__(self) -> str:
-        return " ".join(map(_, self.args))
+        return " ".join(map(str, self.args))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from rotflex.courseware.messages import _
 from rotflex.errors import DesignError
 from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import HZ
@@ -53,7 +52,7 @@ def spread_of(a: Vector) -> float:
     """
     squared = -a[3, 1] - a[2, 1]  # K_s / J_l
     if not squared > 0:
-        raise DesignError(_("The model has no spring between servo and link: look at the second column of A."))
+        raise DesignError("The model has no spring between servo and link: look at the second column of A.")
     half_a_bin = BIN / 2 * HZ / np.sqrt(squared)
     return float(np.hypot(INERTIA, 2 * np.hypot(half_a_bin, LOOP)) / np.sqrt(3))
 

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 
 from rotflex import experiments
 from rotflex.config import one_of
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
@@ -36,22 +35,22 @@ from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, repor
 if TYPE_CHECKING:
     from rotflex.lab import Lab
 
-SAFETY = N_(
+SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
     "while computer and page do. Interrupting the kernel does not stop a run."
 )
 _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
-VALIDATION = N_("validation")
-_FEEDBACK = {N_("tracking, full state"): "full", N_("tracking, partial state"): "partial"}
+VALIDATION = "validation"
+_FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
 #: By their names; a recording has them as they stand here.
 _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
-    N_("free decay"): experiments.free_decay,
-    N_("sweep"): experiments.sweep,
+    "free decay": experiments.free_decay,
+    "sweep": experiments.sweep,
     VALIDATION: experiments.validation,
     **dict.fromkeys(_FEEDBACK, experiments.tracking),
-    N_("watch"): experiments.watch,
+    "watch": experiments.watch,
 }
 
 
@@ -87,7 +86,7 @@ class BenchConsole(Explorer):
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
         self._settled = True  # whether what came of it has been taken in
-        self._state, self._message = _("not connected"), ""
+        self._state, self._message = "not connected", ""
         self.recording: Recording | None = None
         self._last_message = 0.0
         self._page = False  # whether a page has ever spoken
@@ -112,15 +111,13 @@ class BenchConsole(Explorer):
             late = behind - self._least_behind
             if event.get("name") == "start" and late > _SILENCE:
                 event = {**event, "kind": "late"}
-                self._message = _("Start was pressed {late:.0f} s ago, while Python was busy. Press it again.").format(
-                    late=late
-                )
+                self._message = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
         super().receive(event)
 
     def set(self, name: str, value: float | str) -> None:
         """Another bench, or another experiment."""
         if self.running:
-            raise BenchError(_("An experiment is running. Stop it first."))
+            raise BenchError("An experiment is running. Stop it first.")
         if name == "address" and value in self._addresses:
             replayed = replayed_at(str(value))  # first: with no such file, nothing changes
             self.disconnect()
@@ -156,21 +153,21 @@ class BenchConsole(Explorer):
             If there is no such bench, or it cannot be opened.
         """
         if self._bench is None:
-            self._state = _("not connected")
+            self._state = "not connected"
             bench = self._lab.bench(self.address)
             self._bench = bench.__enter__()
-            self._state, self._message = _("connected"), _("The motor is at 0 V.")
+            self._state, self._message = "connected", "The motor is at 0 V."
 
     def disconnect(self) -> None:
         """Stop what runs, and let go of the bench, at 0 V."""
-        self.stop(_("The bench was disconnected."))
+        self.stop("The bench was disconnected.")
         if self._run is not None:
             self._run.wait(_LONGEST_STOP)
             self._settle()
         bench, self._bench = self._bench, None
         if bench is not None:
             bench.__exit__(None, None, None)
-            self._state, self._message = _("not connected"), ""
+            self._state, self._message = "not connected", ""
 
     def start(self) -> None:
         """Run the chosen experiment. A bench that is only computed is connected for it; a real one, on purpose, before.
@@ -181,19 +178,19 @@ class BenchConsole(Explorer):
             If the bench is not connected, or runs already.
         """
         if self.running:
-            raise BenchError(_("An experiment is running already."))
+            raise BenchError("An experiment is running already.")
         experiment = self._experiment()
         if self._connects_itself():
             self.connect()
         if self._bench is None:
-            raise BenchError(_("Connect the bench first."))
+            raise BenchError("Connect the bench first.")
         if self._replayed is not None:  # from its beginning
             self._bench.__exit__(None, None, None)
             self._bench.__enter__()
         self.recording, self._settled = None, False
         self._last_message = time.monotonic()
         self._run = Running(self._bench, experiment, self._alive)
-        self._state, self._message = _("running"), _("Most experiments first wait until the arm stands still.")
+        self._state, self._message = "running", "Most experiments first wait until the arm stands still."
         self._run.start()
         if self._loop is not None and self._loop.is_running():
             self._task = self._loop.create_task(self._show(self._run))
@@ -201,7 +198,7 @@ class BenchConsole(Explorer):
         try:
             self._run.wait()
         finally:  # an interrupt, too
-            self._run.stop(_("It was interrupted."))
+            self._run.stop("It was interrupted.")
             self._run.wait(_LONGEST_STOP)
             self._settle()
 
@@ -219,9 +216,7 @@ class BenchConsole(Explorer):
 
     def _alive(self) -> str:
         if self._page and time.monotonic() - self._last_message > _SILENCE:
-            return _(
-                "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
-            )
+            return "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
         return ""
 
     async def _show(self, run: Running) -> None:
@@ -265,7 +260,7 @@ class BenchConsole(Explorer):
             return lambda bench: run(bench, progress=False)
         gain = self._gain if self._gain is not None else self._answered_gain()
         if gain is None:
-            raise BenchError(_("Tracking needs your gain K: answer question 3.8 first, or make the console with K=..."))
+            raise BenchError("Tracking needs your gain K: answer question 3.8 first, or make the console with K=...")
         return lambda bench: experiments.tracking(bench, gain, feedback, progress=False)
 
     def _answered_gain(self) -> Any:
@@ -274,20 +269,18 @@ class BenchConsole(Explorer):
     def _answered_model(self) -> tuple[ArrayLike, ArrayLike]:
         if not (self._lab.has("2.14", "A") and self._lab.has("2.14", "B")):
             raise BenchError(
-                _("A validation needs your model: answer question 2.14 first, or make the console with model=(A, B).")
+                "A validation needs your model: answer question 2.14 first, or make the console with model=(A, B)."
             )
         return with_actuator(self._lab.value("2.14", "A"), self._lab.value("2.14", "B"), self._lab.servo)
 
     def _save(self) -> None:
         if self.recording is None:
-            raise BenchError(_("There is nothing recorded yet."))
+            raise BenchError("There is nothing recorded yet.")
         about = self.recording.metadata
         words = [about.get("experiment", "recording"), about.get("feedback", "")]
         name = "_".join(["console", *(str(word).replace(" ", "_") for word in words if word)]) + ".mat"
         path = self.recording.save(Path.cwd() / name)
-        self.notice = _('Saved as {path}: rotflex.recording.Recording.load("{path}") reads it again.').format(
-            path=path.name
-        )
+        self.notice = f'Saved as {path.name}: rotflex.recording.Recording.load("{path.name}") reads it again.'
 
     # --- what there is to see ---------------------------------------------------------------------------------------
 
@@ -315,7 +308,7 @@ class BenchConsole(Explorer):
         """The last run as a static figure."""
         samples = self._samples()
         if not samples.size:
-            raise BenchError(_("Nothing has been run yet."))
+            raise BenchError("Nothing has been run yet.")
         return picture(samples, alt_text_of(samples, self._state, self._message))
 
     def _samples(self) -> Any:
@@ -336,37 +329,35 @@ class BenchConsole(Explorer):
         ready = (connected or self._connects_itself()) and not running
         return [
             [
-                Choice("address", _("bench"), {one: one for one in self._addresses}, self.address, running),
-                Button("connect", _("Connect"), disabled=connected, look="" if connected or ready else "main"),
-                Button("disconnect", _("Disconnect"), disabled=not connected or running),
+                Choice("address", "bench", {one: one for one in self._addresses}, self.address, running),
+                Button("connect", "Connect", disabled=connected, look="" if connected or ready else "main"),
+                Button("disconnect", "Disconnect", disabled=not connected or running),
             ],
             [
                 Choice(
                     "experiment",
-                    _("experiment"),
-                    {one: _(one) for one in self._names()},
+                    "experiment",
+                    {one: one for one in self._names()},
                     self.choice,
                     running,
                 ),
-                Button("start", _("Start"), "main" if ready or connected else "", not ready),
-                Button("stop", _("STOP"), "stop", title=_("0 V at once; also by the Escape key, while it runs")),
-                Button("save", _("Save the recording"), disabled=self.recording is None),
+                Button("start", "Start", "main" if ready or connected else "", not ready),
+                Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key, while it runs"),
+                Button("save", "Save the recording", disabled=self.recording is None),
             ],
         ]
 
     def _status(self) -> Readout:
         run = self._run
-        late = (
-            "–" if run is None else _("{late} of {shape} samples").format(late=run.late, shape=run.samples().shape[1])
-        )
+        late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
         rows = [
-            Row(_("state"), (self._state,)),
-            Row("", (self._message or _(SAFETY),)),
-            Row(_("missed deadlines"), (late,)),
+            Row("state", (self._state,)),
+            Row("", (self._message or SAFETY,)),
+            Row("missed deadlines", (late,)),
         ]
         if self._message:
-            rows.append(Row(_("mind"), (_(SAFETY),)))
-        return Readout(_("State"), rows)
+            rows.append(Row("mind", (SAFETY,)))
+        return Readout("State", rows)
 
 
 def open_console(

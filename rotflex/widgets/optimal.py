@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
-from rotflex.courseware.messages import _
 from rotflex.errors import DesignError
 from rotflex.specifications import LIMITS
 from rotflex.units import DEG
@@ -36,12 +35,10 @@ def lqr(a: Vector, b: Vector, error: float = ERROR, deflection: float = DEFLECTI
     try:
         S = solve_continuous_are(a, b, Q, R)
     except (ValueError, np.linalg.LinAlgError) as error_:
-        raise DesignError(
-            _("There is no optimal gain for this model: {error}. Look at A and B.").format(error=error_)
-        ) from None
+        raise DesignError(f"There is no optimal gain for this model: {error_}. Look at A and B.") from None
     found: Vector = np.linalg.solve(R, b.T @ S)
     if np.linalg.eigvals(a - b @ found).real.max() > -BORDER:
         raise DesignError(
-            _("There is no optimal gain for this model: a motion of it cannot be controlled. Look at A and B.")
+            "There is no optimal gain for this model: a motion of it cannot be controlled. Look at A and B."
         )
     return found

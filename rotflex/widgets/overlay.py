@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.channels import channel
-from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Channel, Recording
@@ -54,14 +53,15 @@ def fit_percent(measured: Vector, model: Vector) -> float:
     """
     motion = float(np.linalg.norm(measured - measured.mean()))
     if motion == 0:
-        raise IdentificationError(_("The measured signal does not move: there is nothing to explain."))
+        raise IdentificationError("The measured signal does not move: there is nothing to explain.")
     return 100 * (1 - float(np.linalg.norm(measured - model)) / motion)
 
 
 def alt_text_of(compared: Recording) -> str:
     """A comparison in words, for somebody who cannot see it."""
     fits = {name: fit_percent(compared[name], compared[f"{name}_model"]) for name in ("theta", "alpha")}
-    return _(
-        "Measured and modelled servo angle and deflection over {time:.3g} s. The model explains {fits:.0f} % of "
-        "the servo angle's motion and {fits_2:.0f} % of the deflection's."
-    ).format(time=compared.time[-1] - compared.time[0], fits=fits["theta"], fits_2=fits["alpha"])
+    return (
+        f"Measured and modelled servo angle and deflection over {compared.time[-1] - compared.time[0]:.3g} s. "
+        f"The model explains {fits['theta']:.0f} % of the servo angle's motion and {fits['alpha']:.0f} % of the "
+        "deflection's."
+    )

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex import response, simulation
-from rotflex.courseware.messages import _
 from rotflex.errors import DesignError
 from rotflex.recording import Recording
 from rotflex.signals import rate_limit, step, time_axis
@@ -140,13 +139,11 @@ def design(A: ArrayLike, B: ArrayLike, poles: ArrayLike, feedback: str = "full")
     wanted = np.asarray(poles, dtype=complex).ravel()
     polynomial = np.poly(wanted)
     if wanted.size != 4 or not np.isfinite(wanted).all() or np.abs(np.imag(polynomial)).max() > 1e-6:
-        raise DesignError(_("Four poles are needed, complex ones in conjugate pairs."))
+        raise DesignError("Four poles are needed, complex ones in conjugate pairs.")
     try:
         gain = np.real(np.asarray(control.acker(a, b, wanted))).reshape(1, 4)
     except (ValueError, np.linalg.LinAlgError) as error:
-        raise DesignError(
-            _("The poles of this model cannot be placed: {error}. Look at A and B.").format(error=error)
-        ) from None
+        raise DesignError(f"The poles of this model cannot be placed: {error}. Look at A and B.") from None
     return with_gain(a, b, gain, feedback, wanted)
 
 
@@ -163,7 +160,7 @@ def with_gain(
     a, b = matrices(A, B)
     gain = np.asarray(K, dtype=float).reshape(1, -1)
     if gain.shape != (1, 4) or not np.isfinite(gain).all():
-        raise DesignError(_("K must be four finite numbers; it is {k!r}.").format(k=K))
+        raise DesignError(f"K must be four finite numbers; it is {K!r}.")
     applied = gain * _PARTIAL if feedback == "partial" else gain
     found = np.linalg.eigvals(a - b @ applied)
     asked = np.linalg.eigvals(a - b @ gain) if wanted is None else np.asarray(wanted, dtype=complex)
@@ -196,12 +193,11 @@ def matrices(A: ArrayLike, B: ArrayLike) -> tuple[Vector, Vector]:
     try:
         a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float).reshape(-1, 1)
     except (TypeError, ValueError):
-        raise DesignError(_("A and B must be arrays of numbers.")) from None
+        raise DesignError("A and B must be arrays of numbers.") from None
     if a.shape != (4, 4) or b.shape != (4, 1) or not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise DesignError(
-            _(
-                "A must be 4 by 4 and B 4 by 1, all finite, with the voltage as input; they are {shape} and {shape_2}."
-            ).format(shape=np.shape(A), shape_2=np.shape(B))
+            f"A must be 4 by 4 and B 4 by 1, all finite, with the voltage as input; they are {np.shape(A)} and "
+            f"{np.shape(B)}."
         )
     return a, b
 

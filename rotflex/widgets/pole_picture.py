@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.specifications import LIMITS
 from rotflex.units import DEG
@@ -39,15 +38,15 @@ def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
             plane.plot([x, 0, x], [y, 0, -y], **grid)
         plane.axvline(0.0, color="black", linewidth=1.0)
         for points, marker, color, label in (
-            (found.wanted, "x", ROLES["measured"]["color"], _("desired")),
-            (found.poles, "s", ROLES["model"]["color"], _("closed loop")),
+            (found.wanted, "x", ROLES["measured"]["color"], "desired"),
+            (found.poles, "s", ROLES["model"]["color"], "closed loop"),
         ):
             look: dict[str, Any] = {"linestyle": "none", "markersize": 9, "markeredgewidth": 2, "fillstyle": "none"}
             plane.plot(points.real, points.imag, marker=marker, color=color, label=label, **look)
         lowest = min(float(found.wanted.real.min()), -46.0)
         highest = 1.3 * max(float(found.wanted.real.max()), float(found.poles.real.max()))
         plane.set(xlim=(1.12 * lowest, max(6, highest)), ylim=(-42, 42))
-        plane.set(xlabel=_("real part (rad/s)"), ylabel=_("imaginary part (rad/s)"))
+        plane.set(xlabel="real part (rad/s)", ylabel="imaginary part (rad/s)")
         plane.grid(False)
         plane.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         shown = (("theta", "θ (deg)"), ("alpha", "α (deg)"), ("vm", "$V_m$ (V)"))
@@ -65,6 +64,6 @@ def picture(found: Design, ghosts: Sequence[Design] = ()) -> Picture:
         for axes, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
             axes.axhline(limit, **ROLES["highlight"])
             axes.axhline(-limit, **ROLES["highlight"])
-        volts.set_xlabel(_("time after the step (s)"))
+        volts.set_xlabel("time after the step (s)")
     figure.alt_text = alt_text_of(found)
     return figure

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.scene.scene import Panel, Play
 from rotflex.hil.bench import Limits
 from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
@@ -36,12 +35,12 @@ _PLAYED = 60  # samples a second
 
 def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> Panel:
     """The s-plane with its grid, where the specifications are met, and the poles of the open loop."""
-    panel = Panel(_("imaginary (rad/s)"), *PLANE, _("real (rad/s)"), equal=True, bare=True)
+    panel = Panel("imaginary (rad/s)", *PLANE, "real (rad/s)", equal=True, bare=True)
     turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
     for index, (x, y) in enumerate(met):
-        panel.area(x, y, "voltage", "" if index else _("specifications met"), opacity=0.25)
+        panel.area(x, y, "voltage", "" if index else "specifications met", opacity=0.25)
         panel.area(x, -y, "voltage", opacity=0.25)
-    panel.band(0.0, 500.0, "ghost", _("unstable"), axis="x")
+    panel.band(0.0, 500.0, "ghost", "unstable", axis="x")
     for omega_n in GRID_OMEGA:
         panel.line(omega_n * np.cos(turn), omega_n * np.sin(turn), "grid")
         panel.text(0.6, omega_n, f"{omega_n}", "left")
@@ -52,7 +51,7 @@ def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> 
         if zeta in _NAMED_ZETA:
             panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"ζ {zeta:g}")
     panel.level(0.0, "axis", axis="x")
-    marks(panel, np.asarray(np.linalg.eigvals(a), dtype=complex), "ghost", "circle", _("open loop"))
+    marks(panel, np.asarray(np.linalg.eigvals(a), dtype=complex), "ghost", "circle", "open loop")
     _handles(panel, wanted)
     return panel
 
@@ -70,21 +69,21 @@ def scattered(panel: Panel, found: Cloud) -> None:
         poles.real,
         poles.imag,
         "highlight",
-        _("K_s uncertain by {spread:.2g} %").format(spread=100 * found.spread),
+        f"K_s uncertain by {100 * found.spread:.2g} %",
         size=1.5,
     )
 
 
 def _handles(panel: Panel, wanted: Dominant) -> None:
     pair, partner = wanted.pair, wanted.partner
-    legend = _("desired poles: drag them")
+    legend = "desired poles: drag them"
     if wanted.zeta < 1:
         panel.mark(partner.real, partner.imag, "measured", "cross", size=7)
-        _handle(panel, PAIR, pair, _("dominant pair of poles"), (_STEP, _STEP), legend=legend)
+        _handle(panel, PAIR, pair, "dominant pair of poles", (_STEP, _STEP), legend=legend)
     else:
-        _handle(panel, PAIR, pair, _("slower pole of the pair"), (_STEP, _OFF_AXIS), legend=legend)
-        _handle(panel, PARTNER, partner, _("faster pole of the pair"), (_STEP, _OFF_AXIS))
-    for name, value, label in ((P3, wanted.p3, _("third pole")), (P4, wanted.p4, _("fourth pole"))):
+        _handle(panel, PAIR, pair, "slower pole of the pair", (_STEP, _OFF_AXIS), legend=legend)
+        _handle(panel, PARTNER, partner, "faster pole of the pair", (_STEP, _OFF_AXIS))
+    for name, value, label in ((P3, wanted.p3, "third pole"), (P4, wanted.p4, "fourth pole")):
         _handle(panel, name, complex(value), label, (_STEP, 0.0), axis="x")
 
 
@@ -98,18 +97,18 @@ def _handle(panel: Panel, name: str, pole: complex, label: str, step: tuple[floa
 def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> list[Panel]:
     """Servo angle, deflection and voltage after the step; ``other`` is a design to compare with."""
     theta, alpha, volts = servo_angle(found), Panel("α (deg)", (0, 1), (-16.0, 16.0)), Panel("", (0, 1), (-14.0, 14.0))
-    volts.ylabel, volts.xlabel, volts.height = "Vₘ (V)", _("time after the step (s)"), 1.25
+    volts.ylabel, volts.xlabel, volts.height = "Vₘ (V)", "time after the step (s)", 1.25
     alpha.x = volts.x = theta.x
     for panel, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
         if found.runaway is None or panel is volts:
-            panel.level(limit, "highlight", _("limit"))
+            panel.level(limit, "highlight", "limit")
             panel.level(-limit, "highlight")
     panels = (theta, alpha, volts)
     for index, ghost in enumerate(ghosts):
-        _draw(ghost, panels, "ghost", "" if index else _("ghost"))
+        _draw(ghost, panels, "ghost", "" if index else "ghost")
     if other is not None:
         _draw(other, panels, "model", "LQR")
-    _draw(found, panels, "measured", _("this design"))
+    _draw(found, panels, "measured", "this design")
     if found.runaway is not None:
         _limited(alpha, found.runaway.recording.degrees("alpha"), Limits().alpha / DEG)
     elif found.motion is not None:
@@ -117,7 +116,7 @@ def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> lis
             reach = max(panel.y[1], 1.1 * float(np.abs(values).max()))
             panel.y = (-reach, reach)
     for panel in panels:
-        panel.level(0.0, "text", _("now") if panel is theta else "", axis="x", clock=True)
+        panel.level(0.0, "text", "now" if panel is theta else "", axis="x", clock=True)
     return [theta, alpha, volts]
 
 
@@ -125,16 +124,16 @@ def servo_angle(found: Design) -> Panel:
     """The plot of the servo angle with its command, band and limits, and no response yet."""
     theta = Panel("θ (deg)", (-LEAD, SHOWN), (-26.0, 30.0), height=1.3)
     if found.runaway is None:
-        theta.band(BAND[0], BAND[1], "highlight", _("settling band"))
-        theta.level(LIMITS["settling_time"], "highlight", _("time limit"), axis="x")
+        theta.band(BAND[0], BAND[1], "highlight", "settling band")
+        theta.level(LIMITS["settling_time"], "highlight", "time limit", axis="x")
     else:
         recording, stopped = found.runaway.recording, found.runaway.stopped
         theta.x = (-LEAD, max(SHOWN, float(recording.time[-1])))
         _limited(theta, recording.degrees("theta"), Limits().theta / DEG)
         if stopped is not None:
-            theta.level(stopped, "reference", _("stopped by the safety"), axis="x", dash=[], width=2)
+            theta.level(stopped, "reference", "stopped by the safety", axis="x", dash=[], width=2)
     if found.motion is not None:
-        theta.line(found.motion.time, found.motion.degrees("theta_ref"), "reference", _("command"))
+        theta.line(found.motion.time, found.motion.degrees("theta_ref"), "reference", "command")
     return theta
 
 
@@ -143,7 +142,7 @@ def _limited(panel: Panel, values: Vector, limit: float) -> None:
     reach = 1.15 * float(np.abs(values).max())
     panel.y = (-reach, reach)
     if reach > limit:
-        panel.level(limit, "highlight", _("limit of the bench"))
+        panel.level(limit, "highlight", "limit of the bench")
         panel.level(-limit, "highlight")
 
 
@@ -173,16 +172,16 @@ def played(found: Design) -> Play | None:
 def loop_gain(a: Vector, b: Vector, found: Design, margin: Margins | None) -> list[Panel]:
     """The servo angle's response, and the loop gain in magnitude and phase."""
     theta = servo_angle(found)
-    theta.xlabel, theta.height = _("time after the step (s)"), 1.25
+    theta.xlabel, theta.height = "time after the step (s)", 1.25
     if found.motion is not None:
-        theta.line(found.motion.time, found.motion.degrees("theta"), "measured", _("this design"))
+        theta.line(found.motion.time, found.motion.degrees("theta"), "measured", "this design")
     powers = np.linspace(*_FREQUENCIES, 400)
     magnitude, phase = bode(a, b, found.applied, 10**powers)
     ticks = {float(power): f"{10**power:g}" for power in range(0, 3)}
     size = Panel("|L| (dB)", _FREQUENCIES, (-40.0, 60.0), xticks=ticks)
     low, high = float(phase.min()), float(phase.max())
-    turned = Panel(_("phase (deg)"), _FREQUENCIES, (low - 30, high + 30), _("frequency (rad/s)"), 1.25, xticks=ticks)
-    size.line(powers, magnitude, "model", _("loop gain"))
+    turned = Panel("phase (deg)", _FREQUENCIES, (low - 30, high + 30), "frequency (rad/s)", 1.25, xticks=ticks)
+    size.line(powers, magnitude, "model", "loop gain")
     size.level(0.0, "reference")
     turned.line(powers, phase, "model")
     for angle in range(-540, 541, 360):
@@ -195,11 +194,11 @@ def loop_gain(a: Vector, b: Vector, found: Design, margin: Margins | None) -> li
 
 def _crossings(size: Panel, turned: Panel, powers: Vector, curves: tuple[Vector, Vector], margin: Margins) -> None:
     magnitude, phase = curves
-    rise, fall = (margin.gain_up_at, "circle", _("gain may rise")), (margin.gain_down_at, "cross", _("gain may fall"))
+    rise, fall = (margin.gain_up_at, "circle", "gain may rise"), (margin.gain_down_at, "cross", "gain may fall")
     for omega, shape, label in (rise, fall):
         if math.isfinite(omega):
             at = math.log10(omega)
             size.mark(at, float(np.interp(at, powers, magnitude)), "highlight", shape, label)
     if math.isfinite(margin.phase_at):
         at = math.log10(margin.phase_at)
-        turned.mark(at, float(np.interp(at, powers, phase)), "highlight", "square", _("phase margin"))
+        turned.mark(at, float(np.interp(at, powers, phase)), "highlight", "square", "phase margin")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.pictures import Picture
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import save
@@ -30,12 +29,12 @@ from rotflex.widgets.region import Region
 if TYPE_CHECKING:
     from rotflex.lab import Lab
 
-_FEEDBACK = {"full": N_("full state"), "partial": N_("partial (servo only)")}
+_FEEDBACK = {"full": "full state", "partial": "partial (servo only)"}
 _BESIDE = {
-    "step": N_("nothing"),
-    "margins": N_("margins (Bode)"),
-    "cloud": N_("uncertain K_s (cloud)"),
-    "lqr": N_("LQR, to compare"),
+    "step": "nothing",
+    "margins": "margins (Bode)",
+    "cloud": "uncertain K_s (cloud)",
+    "lqr": "LQR, to compare",
 }
 _WEIGHTS = {"error": (5.0, 90.0, 1.0), "deflection": (5.0, 60.0, 1.0)}  # deg
 _MOST_GHOSTS = 3
@@ -89,16 +88,12 @@ class PoleExplorer(Explorer):
         """A slider or the switch."""
         if name == "feedback":
             if value not in _FEEDBACK:
-                raise DesignError(_('The feedback is "full" or "partial", not {value!r}.').format(value=value))
+                raise DesignError(f'The feedback is "full" or "partial", not {value!r}.')
             self._redesign(self.wanted, str(value))
             return
         if name == "beside":
             if value not in _BESIDE:
-                raise DesignError(
-                    _("There is no {value!r} to be shown; there are {names}.").format(
-                        value=value, names=", ".join(_BESIDE)
-                    )
-                )
+                raise DesignError(f"There is no {value!r} to be shown; there are {', '.join(_BESIDE)}.")
             self.beside = str(value)
         elif name in _WEIGHTS:
             low, high, _step = _WEIGHTS[name]
@@ -122,9 +117,7 @@ class PoleExplorer(Explorer):
             self.keep()
         elif name == "figure":
             files = save(self.picture(), Path.cwd(), "pole_design")
-            self.notice = _("Saved for your report: {names}.").format(
-                names=_(" and ").join(path.name for path in files)
-            )
+            self.notice = f"Saved for your report: {' and '.join(path.name for path in files)}."
 
     def keep(self) -> None:
         """Store the gain as the student's answer.
@@ -135,23 +128,19 @@ class PoleExplorer(Explorer):
             If there is no session to store it in.
         """
         if self._lab is None:
-            raise DesignError(_("There is no session to keep the design in: make the explorer with lab=lab."))
+            raise DesignError("There is no session to keep the design in: make the explorer with lab=lab.")
         replies = self._lab.record(self._question, **{self._part: self.design.K})
         messages = [
             *replies,
-            _(
-                "The notebooks that follow use it from now on. Marks come from the code in your cell of question "
-                "{question}, which this button does not change: running that cell stores its own gain again."
-            ).format(question=self._question),
+            "The notebooks that follow use it from now on. Marks come from the code in your cell of question "
+            f"{self._question}, which this button does not change: running that cell stores its own gain again.",
         ]
         if self.design.runaway is not None:
-            messages.append(_("This design is unstable: nothing can be recorded with it on a bench."))
+            messages.append("This design is unstable: nothing can be recorded with it on a bench.")
         if not np.allclose(self.design.wanted, self._start.poles):
             messages.append(
-                _(
-                    "Question {question} asks for the workbook's poles, and these are others: for the report, set "
-                    "them back, or explain your choice."
-                ).format(question=self._question)
+                f"Question {self._question} asks for the workbook's poles, and these are others: for the report, "
+                "set them back, or explain your choice."
             )
         self.notice = "\n".join(messages)
 
@@ -171,9 +160,9 @@ class PoleExplorer(Explorer):
         margin, scattered = self._margins(), self._cloud()
         start = -AMPLITUDE if found.motion is None else float(found.motion["theta"][0])
         if self._own is not None:
-            pole_plots.marks(plane, self._own.poles, "highlight", "square", _("your K"))
+            pole_plots.marks(plane, self._own.poles, "highlight", "square", "your K")
         if self.feedback == "partial":
-            pole_plots.marks(plane, found.poles, "model", "square", _("closed loop, partial"))
+            pole_plots.marks(plane, found.poles, "model", "square", "closed loop, partial")
         if other is not None:
             pole_plots.marks(plane, other.poles, "model", "circle", "LQR", 8)
         if scattered is not None:
@@ -203,34 +192,30 @@ class PoleExplorer(Explorer):
                 Slider("omega_n", "ωₙ", "rad/s", *OMEGA, 0.1, wanted.omega_n),
             ],
             [
-                Slider(P3, _("third pole"), "rad/s", *REAL, 0.5, wanted.p3),
-                Slider(P4, _("fourth pole"), "rad/s", *REAL, 0.5, wanted.p4),
+                Slider(P3, "third pole", "rad/s", *REAL, 0.5, wanted.p3),
+                Slider(P4, "fourth pole", "rad/s", *REAL, 0.5, wanted.p4),
             ],
         ]
         if self.beside == "lqr":
             rows.append(
                 [
-                    Slider("error", _("LQR: θ + α of"), "deg", *_WEIGHTS["error"], self.weights["error"]),
-                    Slider("deflection", _("LQR: α of"), "deg", *_WEIGHTS["deflection"], self.weights["deflection"]),
+                    Slider("error", "LQR: θ + α of", "deg", *_WEIGHTS["error"], self.weights["error"]),
+                    Slider("deflection", "LQR: α of", "deg", *_WEIGHTS["deflection"], self.weights["deflection"]),
                 ]
             )
-        keep = _("Store K as answer {question}; marks come from the code in that question's cell").format(
-            question=self._question
-        )
+        keep = f"Store K as answer {self._question}; marks come from the code in that question's cell"
         return [
             *rows,
             [
-                Choice("feedback", _("feedback"), _FEEDBACK, self.feedback),
-                Choice("beside", _("show as well"), _BESIDE, self.beside),
+                Choice("feedback", "feedback", _FEEDBACK, self.feedback),
+                Choice("beside", "show as well", _BESIDE, self.beside),
             ],
             [
-                Button("reset", _("Workbook's poles")),
-                Button(
-                    "ghost", _("Leave a ghost"), title=_("Keep this response in the plots, to compare others with it")
-                ),
-                Button("forget", _("Clear ghosts"), disabled=not self.ghosts),
-                Button("figure", _("Figure for the report"), title=_("Save it as PNG and SVG beside the notebook")),
-                Button("keep", _("Keep this design"), "main", self._lab is None, keep),
+                Button("reset", "Workbook's poles"),
+                Button("ghost", "Leave a ghost", title="Keep this response in the plots, to compare others with it"),
+                Button("forget", "Clear ghosts", disabled=not self.ghosts),
+                Button("figure", "Figure for the report", title="Save it as PNG and SVG beside the notebook"),
+                Button("keep", "Keep this design", "main", self._lab is None, keep),
             ],
         ]
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from rotflex.courseware.messages import _
 from rotflex.hil.bench import Limits
 from rotflex.recording import Recording
 from rotflex.specifications import RATE, SAMPLE_TIME
@@ -53,28 +52,24 @@ class Runaway:
         """Where it lies, what it means, what comes of it."""
         if self.growth <= BORDER:
             return (
-                _("The closed loop is at the border of stability: a pole lies on the imaginary axis."),
-                _("What swings there does not die away."),
+                "The closed loop is at the border of stability: a pole lies on the imaginary axis.",
+                "What swings there does not die away.",
                 self._end,
             )
         return (
-            _("The closed loop is unstable: a pole lies right of the imaginary axis, at +{growth:.2g} rad/s.").format(
-                growth=self.growth
-            ),
-            _("What swings grows: twice as large every {doubled:.2g} s.").format(doubled=self.doubled),
+            f"The closed loop is unstable: a pole lies right of the imaginary axis, at +{self.growth:.2g} rad/s.",
+            f"What swings grows: twice as large every {self.doubled:.2g} s.",
             self._end,
         )
 
     @property
     def _end(self) -> str:
         if self.stopped is None:
-            return _("A step of {step_deg:.0f} deg: no limit of the bench is reached within {longest:g} s.").format(
-                step_deg=STEP / DEG, longest=LONGEST
-            )
-        return _(
-            "A step of {step_deg:.0f} deg: after {stopped:.2f} s the {what} is at its limit of {limit_deg:.0f} deg, "
-            "and the safety stops it at 0 V."
-        ).format(step_deg=STEP / DEG, stopped=self.stopped, what=self.what, limit_deg=self.limit / DEG)
+            return f"A step of {STEP / DEG:.0f} deg: no limit of the bench is reached within {LONGEST:g} s."
+        return (
+            f"A step of {STEP / DEG:.0f} deg: after {self.stopped:.2f} s the {self.what} is at its limit of "
+            f"{self.limit / DEG:.0f} deg, and the safety stops it at 0 V."
+        )
 
 
 def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
@@ -122,5 +117,5 @@ def _reached(theta: float, alpha: float) -> tuple[str, float]:
     """What is beyond its limit on a bench, and that limit (rad)."""
     limits = Limits()
     if abs(theta) > limits.theta:
-        return _("servo angle"), limits.theta
-    return (_("deflection"), limits.alpha) if abs(alpha) > limits.alpha else ("", 0.0)
+        return "servo angle", limits.theta
+    return ("deflection", limits.alpha) if abs(alpha) > limits.alpha else ("", 0.0)

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError, RotflexError, RunStopped, WatchdogExpired
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.recording import Recording
@@ -61,7 +60,7 @@ class Running:
 
     def stop(self, reason: str = "") -> None:
         """Ask it to stop: at the next sample, within milliseconds, the motor is at 0 V."""
-        self._asked = self._asked or reason or _("You stopped it.")
+        self._asked = self._asked or reason or "You stopped it."
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until it has ended, and whether it has."""
@@ -105,7 +104,7 @@ class Running:
     def _note(self, measured: Measurement, voltage: float) -> None:
         reason = self._asked or self._alive()  # read once: stop() is called from other threads
         if reason:
-            raise RunStopped(_("{reason} The motor is at 0 V.").format(reason=reason))
+            raise RunStopped(f"{reason} The motor is at 0 V.")
         if measured.time == 0.0:  # an experiment begins: the wait for rest before it has times of its own
             self._count, self.late = 0, 0
         if not self._bench.is_simulated:
@@ -129,20 +128,16 @@ def outcome(run: Running) -> tuple[str, str]:
     """How a run ended: a word for it, and a sentence for its user."""
     error: Any = run.error
     if run.not_zero is not None or not run.done:
-        why = f"{type(run.not_zero).__name__}: {run.not_zero}" if run.not_zero else _("it does not answer")
-        return _("NOT AT 0 V"), _(
-            "The bench could not be set to 0 V ({why}). Use the bench's own emergency stop."
-        ).format(why=why)
+        why = f"{type(run.not_zero).__name__}: {run.not_zero}" if run.not_zero else "it does not answer"
+        return "NOT AT 0 V", f"The bench could not be set to 0 V ({why}). Use the bench's own emergency stop."
     if error is None:
-        return _("finished"), _("The experiment is finished. The motor is at 0 V.")
+        return "finished", "The experiment is finished. The motor is at 0 V."
     if isinstance(error, RunStopped):
-        return _("stopped"), str(error)
+        return "stopped", str(error)
     if isinstance(error, WatchdogExpired) or (
         isinstance(error, HILError) and "watchdog" in str(error)
     ):  # a maker's words
-        return _("ended"), _("The computer was too busy to control the bench, so its watchdog set the motor to 0 V.")
+        return "ended", "The computer was too busy to control the bench, so its watchdog set the motor to 0 V."
     if isinstance(error, RotflexError):
-        return _("ended"), str(error)
-    return _("ended"), _("The experiment ended ({kind}: {error}). The motor is at 0 V.").format(
-        kind=type(error).__name__, error=error
-    )
+        return "ended", str(error)
+    return "ended", f"The experiment ended ({type(error).__name__}: {error}). The motor is at 0 V."

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.courseware.scene.scene import Panel, Play, Readout, Row
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
@@ -38,11 +37,11 @@ def scope(samples: Any, live: bool, model: Mapping[str, Any] | None = None) -> l
     ):
         values = samples[index] / scale
         reach = max(least, 1.1 * float(np.abs(values).max())) if values.size else least
-        panel = Panel(label, span, (-reach, reach), _("time (s)") if index == 3 else "", 1.25 if index == 3 else 1.0)
+        panel = Panel(label, span, (-reach, reach), "time (s)" if index == 3 else "", 1.25 if index == 3 else 1.0)
         if values.size:
             panel.line(time_, values, role)
             if model and index in _ANGLES:
-                panel.line(time_, np.clip(model[_ANGLES[index]] / scale, -reach, reach), "model", _("your model"))
+                panel.line(time_, np.clip(model[_ANGLES[index]] / scale, -reach, reach), "model", "your model")
             if not live:
                 panel.level(float(time_[0]), "highlight", axis="x", clock=True)
         panels.append(panel)
@@ -52,22 +51,22 @@ def scope(samples: Any, live: bool, model: Mapping[str, Any] | None = None) -> l
 def reported(bench: Bench | None) -> Readout:
     """What a bench says of itself."""
     if bench is None:
-        return Readout(_("The bench"), [Row(_("not connected"), ())])
+        return Readout("The bench", [Row("not connected", ())])
     limits = bench.limits
     rows = [Row(str(name), (str(value),)) for name, value in bench.identity.items() if name != "uri"]
     rows += [  # a replay has none
-        Row(name, (_("within ±{limit_deg:.0f} deg").format(limit_deg=limit / DEG),))
-        for name, limit in ((_("servo angle"), limits.theta), (_("deflection"), limits.alpha))
+        Row(name, (f"within ±{limit / DEG:.0f} deg",))
+        for name, limit in (("servo angle", limits.theta), ("deflection", limits.alpha))
         if np.isfinite(limit)
     ]
     rows += [
-        Row(_("motor"), (_("within ±{voltage:g} V").format(voltage=min(limits.voltage, bench.servo.V_max)),)),
+        Row("motor", (f"within ±{min(limits.voltage, bench.servo.V_max):g} V",)),
         Row(
-            _("watchdog"),
-            (_("0 V after {watchdog_timeout:g} s without the program").format(watchdog_timeout=WATCHDOG_TIMEOUT),),
+            "watchdog",
+            (f"0 V after {WATCHDOG_TIMEOUT:g} s without the program",),
         ),
     ]
-    return Readout(_("The bench reports"), rows, folded=True)
+    return Readout("The bench reports", rows, folded=True)
 
 
 def playable(recording: Recording) -> Play:
@@ -80,15 +79,11 @@ def playable(recording: Recording) -> Play:
 
 def alt_text_of(samples: Any, state: str, message: str) -> str:
     """The console in words, for somebody who cannot see it."""
-    begun = _("The bench console: {state}. {message}").format(state=state, message=message)
+    begun = f"The bench console: {state}. {message}"
     if not samples.size:
         return begun.strip()
     theta, alpha = samples[1, -1] / DEG, samples[2, -1] / DEG
-    return (
-        _("{begun} The servo stands at {theta:.0f} deg, the arm is deflected by {alpha:.1f} deg.")
-        .format(begun=begun, theta=theta, alpha=alpha)
-        .strip()
-    )
+    return f"{begun} The servo stands at {theta:.0f} deg, the arm is deflected by {alpha:.1f} deg.".strip()
 
 
 def picture(samples: Any, words: str) -> Picture:
@@ -112,6 +107,6 @@ def picture(samples: Any, words: str) -> Picture:
         ):
             axes.plot(samples[0], values / scale, **ROLES[role])
             axes.set(ylabel=label)
-        panels[-1].set_xlabel(_("time (s)"))
+        panels[-1].set_xlabel("time (s)")
     figure.alt_text = words
     return figure

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import IdentificationError
 from rotflex.identification import Estimate, frequency_response
 from rotflex.recording import Recording
@@ -63,7 +62,7 @@ def spectra(recording: Recording) -> Spectra:
     f = np.asarray(np.fft.rfftfreq(alpha.size, recording.sample_time), dtype=np.float64)
     shown = (f >= SHOWN[0]) & (f <= SHOWN[1])
     if not inside.any() or shown.sum() < 3:
-        raise IdentificationError(_("The recording has too little between 0.5 and 8 Hz. Sweep for longer."))
+        raise IdentificationError("The recording has too little between 0.5 and 8 Hz. Sweep for longer.")
     amplitude: Vector = 2 * np.abs(np.fft.rfft(alpha - alpha.mean())) / alpha.size
     ratio: Vector = np.abs(found.ratio)
     return Spectra(f[shown], amplitude[shown], found.f_hz[inside], ratio[inside], float(f[1]))
@@ -85,13 +84,8 @@ def stiffness_at(f: float, J_l: float, spacing: float) -> Estimate:
 def alt_text_of(found: Spectra, recording: Recording) -> str:
     """A sweep in words, for somebody who cannot see it."""
     largest = np.abs(recording.degrees("alpha")).max()
-    return _(
-        "A sweep of {time:.3g} s: the deflection reaches {largest:.2g} deg. Its spectrum peaks at {peak:.2f} Hz, "
-        "at {height_deg:.2g} deg; the ratio of deflection to servo angle peaks at {peak_2:.2f} Hz."
-    ).format(
-        time=recording.time[-1],
-        largest=largest,
-        peak=found.peak(),
-        height_deg=found.height(found.peak()) / DEG,
-        peak_2=found.peak("ratio"),
+    return (
+        f"A sweep of {recording.time[-1]:.3g} s: the deflection reaches {largest:.2g} deg. Its spectrum peaks at "
+        f"{found.peak():.2f} Hz, at {found.height(found.peak()) / DEG:.2g} deg; the ratio of deflection to servo "
+        f"angle peaks at {found.peak('ratio'):.2f} Hz."
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rotflex import experiments
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
@@ -17,10 +16,10 @@ from rotflex.widgets.spectra import SHOWN, Spectra, alt_text_of, spectra, stiffn
 if TYPE_CHECKING:
     from rotflex.lab import Lab
 
-_DRIVE = {"position": N_("position loop"), "voltage": N_("motor voltage")}
+_DRIVE = {"position": "position loop", "voltage": "motor voltage"}
 _AMPLITUDE = {"position": (4.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}
 _RANGES = {"f_start": (0.5, 3.0, 0.1), "f_stop": (2.0, 8.0, 0.1), "duration": (5.0, 30.0, 1.0)}  # Hz, Hz, s
-_LOOK = {"spectrum": N_("spectrum of α"), "ratio": N_("ratio |α/θ|")}
+_LOOK = {"spectrum": "spectrum of α", "ratio": "ratio |α/θ|"}
 _STEP = 0.01  # Hz, of the cursor
 
 
@@ -41,15 +40,13 @@ class SweepExplorer(Explorer):
 
     def __init__(self, lab: Lab | None = None, recording: Recording | None = None, J_l: float | None = None) -> None:
         if J_l is None and lab is None:
-            raise BenchError(_("The sweep explorer needs the link's inertia: give lab=lab, or J_l in kg·m²."))
+            raise BenchError("The sweep explorer needs the link's inertia: give lab=lab, or J_l in kg·m².")
         self.J_l = lab.joint.J_l if J_l is None and lab is not None else float(J_l or 0.0)
         self._lab = lab if lab is not None and lab.bench().is_simulated else None
         if self._lab is None and recording is None:
             raise BenchError(
-                _(
-                    "The sweep explorer runs sweeps on a virtual bench in simulated time only. On another bench, "
-                    "record one with experiments.sweep, or in the bench console, and give it here: recording=..."
-                )
+                "The sweep explorer runs sweeps on a virtual bench in simulated time only. On another bench, "
+                "record one with experiments.sweep, or in the bench console, and give it here: recording=..."
             )
         self.settings = _settings_of(recording)
         self.look = "spectrum"
@@ -94,7 +91,7 @@ class SweepExplorer(Explorer):
 
     def _sweep(self, settings: dict[str, Any]) -> Recording:
         if self._lab is None:
-            raise BenchError(_("This is a recording: what was recorded cannot be changed."))
+            raise BenchError("This is a recording: what was recorded cannot be changed.")
         amplitude = float(settings["amplitude"]) * _AMPLITUDE[settings["drive"]][4]
         with self._lab.bench() as bench:
             return experiments.sweep(bench, **{**settings, "amplitude": amplitude}, progress=False)
@@ -106,28 +103,26 @@ class SweepExplorer(Explorer):
         recording, found = self.recording, self.found
         span = (float(recording.time[0]), float(recording.time[-1]))
         theta = Panel("θ (deg)", span, around(recording.degrees("theta")))
-        alpha = Panel("α (deg)", span, around(recording.degrees("alpha")), _("time (s)"), height=1.15)
+        alpha = Panel("α (deg)", span, around(recording.degrees("alpha")), "time (s)", height=1.15)
         if "theta_ref" in recording:
-            theta.line(recording.time, recording.degrees("theta"), "measured", _("servo angle"))
-            theta.line(recording.time, recording.degrees("theta_ref"), "reference", _("command"))
+            theta.line(recording.time, recording.degrees("theta"), "measured", "servo angle")
+            theta.line(recording.time, recording.degrees("theta_ref"), "reference", "command")
         else:
-            theta.line(recording.time, recording.degrees("theta"), "measured", _("servo angle"))
-        alpha.line(recording.time, recording.degrees("alpha"), "measured", _("deflection"))
+            theta.line(recording.time, recording.degrees("theta"), "measured", "servo angle")
+        alpha.line(recording.time, recording.degrees("alpha"), "measured", "deflection")
         top = 1.25 * found.amplitude.max() / DEG
-        spectrum = Panel(_("amplitude of α (deg)"), SHOWN, (0.0, float(top)))
-        spectrum.line(found.f_hz, found.amplitude / DEG, "measured", _("spectrum"))
-        ratio = Panel("|α/θ|", SHOWN, (0.0, 1.25 * float(found.ratio.max())), _("frequency (Hz)"), height=1.15)
-        ratio.line(found.f_ratio, found.ratio, "model", _("ratio"))
+        spectrum = Panel("amplitude of α (deg)", SHOWN, (0.0, float(top)))
+        spectrum.line(found.f_hz, found.amplitude / DEG, "measured", "spectrum")
+        ratio = Panel("|α/θ|", SHOWN, (0.0, 1.25 * float(found.ratio.max())), "frequency (Hz)", height=1.15)
+        ratio.line(found.f_ratio, found.ratio, "model", "ratio")
         text = f"{self.cursor:.2f} Hz"
         for panel, of in ((spectrum, "spectrum"), (ratio, "ratio")):
-            panel.level(self.cursor, "highlight", axis="x", label=_("cursor") if of == "spectrum" else "")
+            panel.level(self.cursor, "highlight", axis="x", label="cursor" if of == "spectrum" else "")
             if of == self.look:
                 height = found.height(self.cursor, of) / (DEG if of == "spectrum" else 1.0)
-                panel.handle(
-                    "cursor", self.cursor, height, _("cursor"), text, (_STEP, 0.0), "highlight", _("cursor"), "x"
-                )
+                panel.handle("cursor", self.cursor, height, "cursor", text, (_STEP, 0.0), "highlight", "cursor", "x")
         return Scene(
-            alt=_("{spectrum} The cursor is at {text}.").format(spectrum=alt_text_of(found, recording), text=text),
+            alt=f"{alt_text_of(found, recording)} The cursor is at {text}.",
             columns=[Column([theta, alpha]), Column([spectrum, ratio])],
             controls=self._controls(),
             readouts=[self._stiffness(), self._peaks()],
@@ -143,34 +138,34 @@ class SweepExplorer(Explorer):
         _start, unit, low, high, _scale = _AMPLITUDE[settings["drive"]]
         sweep: list[list[Slider | Choice | Button]] = [
             [
-                Slider("f_start", _("from"), "Hz", *_RANGES["f_start"], settings["f_start"]),
-                Slider("f_stop", _("to"), "Hz", *_RANGES["f_stop"], settings["f_stop"]),
+                Slider("f_start", "from", "Hz", *_RANGES["f_start"], settings["f_start"]),
+                Slider("f_stop", "to", "Hz", *_RANGES["f_stop"], settings["f_stop"]),
             ],
             [
-                Slider("duration", _("duration"), "s", *_RANGES["duration"], settings["duration"]),
-                Slider("amplitude", _("amplitude"), unit, low, high, 0.1, settings["amplitude"]),
+                Slider("duration", "duration", "s", *_RANGES["duration"], settings["duration"]),
+                Slider("amplitude", "amplitude", unit, low, high, 0.1, settings["amplitude"]),
             ],
         ]
         below: list[Slider | Choice | Button] = [
-            Choice("look", _("cursor on the"), _LOOK, self.look),
-            Button("peak", _("Cursor to the peak")),
+            Choice("look", "cursor on the", _LOOK, self.look),
+            Button("peak", "Cursor to the peak"),
         ]
-        drive = Choice("drive", _("the sweep drives"), _DRIVE, settings["drive"])
+        drive = Choice("drive", "the sweep drives", _DRIVE, settings["drive"])
         return [below] if fixed else [*sweep, [drive, *below]]
 
     def _stiffness(self) -> Readout:
         found = stiffness_at(self.cursor, self.J_l, self.found.spacing)
         rows = [
-            Row(_("cursor"), (f"{self.cursor:.2f} Hz", f"{self.cursor * 6.283185:.2f} rad/s")),
-            Row(_("spacing of the spectrum"), (f"{self.found.spacing:.3f} Hz", "")),
+            Row("cursor", (f"{self.cursor:.2f} Hz", f"{self.cursor * 6.283185:.2f} rad/s")),
+            Row("spacing of the spectrum", (f"{self.found.spacing:.3f} Hz", "")),
             Row("J_l", (f"{self.J_l:.4g} kg·m²", "")),
-            Row(_("K_s, were it the link's ω_n"), (f"{found.value:.3f} ± {found.uncertainty:.3f} N·m/rad", "")),
+            Row("K_s, were it the link's ω_n", (f"{found.value:.3f} ± {found.uncertainty:.3f} N·m/rad", "")),
         ]
-        return Readout(_("Stiffness by the cursor"), rows)
+        return Readout("Stiffness by the cursor", rows)
 
     def _peaks(self) -> Readout:
-        rows = [Row(_(text), (f"{self.found.peak(of):.2f} Hz",)) for of, text in _LOOK.items()]
-        return Readout(_("Peaks"), rows)
+        rows = [Row(text, (f"{self.found.peak(of):.2f} Hz",)) for of, text in _LOOK.items()]
+        return Readout("Peaks", rows)
 
 
 def _settings_of(recording: Recording | None) -> dict[str, Any]:
@@ -208,11 +203,9 @@ def picture(recording: Recording, found: Spectra, cursor: float) -> Picture:
         for axes in (spectrum, ratio):
             axes.axvline(cursor, **ROLES["highlight"])
             axes.set(xlim=SHOWN)
-        theta.set(ylabel=_("θ (deg)"))
-        alpha.set(ylabel=_("α (deg)"), xlabel=_("time (s)"))
-        spectrum.set(ylabel=_("amplitude of α (deg)"))
-        ratio.set(ylabel=_("|α/θ| (rad/rad)"), xlabel=_("frequency (Hz)"))
-    figure.alt_text = _("{spectrum} The cursor is at {cursor:.2f} Hz.").format(
-        spectrum=alt_text_of(found, recording), cursor=cursor
-    )
+        theta.set(ylabel="θ (deg)")
+        alpha.set(ylabel="α (deg)", xlabel="time (s)")
+        spectrum.set(ylabel="amplitude of α (deg)")
+        ratio.set(ylabel="|α/θ| (rad/rad)", xlabel="frequency (Hz)")
+    figure.alt_text = f"{alt_text_of(found, recording)} The cursor is at {cursor:.2f} Hz."
     return figure

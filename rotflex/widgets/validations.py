@@ -9,7 +9,6 @@ import numpy as np
 
 from rotflex import greybox
 from rotflex.config import Joint, Servo
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
@@ -23,7 +22,7 @@ _RANGES = {"K_s": (0.5, 4.0, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0
 _ANGLES = ("theta", "alpha")
 _UNITS = {"K_s": "N·m/rad", "B_eq": "N·m·s/rad", "B_l": "N·m·s/rad"}
 _TOLD = {"K_s": "N·m/rad", "B_l": "N·m·s/rad", "torque_per_volt": "N·m/V", "braking": "N·m·s/rad"}
-_FRICTION = {"none": N_("left out (linear model)"), "typical": N_("typical"), "fitted": N_("as fitted")}
+_FRICTION = {"none": "left out (linear model)", "typical": "typical", "fitted": "as fitted"}
 _TYPICAL: dict[str, Any] = {name: (greybox.TYPICAL[name],) * 2 for name in ("servo_friction", "link_friction")}
 _NONE: dict[str, Any] = {"servo_friction": (0.0, 0.0), "link_friction": (0.0, 0.0)}
 
@@ -74,7 +73,7 @@ class ValidationExplorer(Explorer):
             self.friction = "none"
         elif not self.busy:
             self.busy = True
-            self.notice = _("Fitting: the plant is simulated about seventy times, which takes some seconds.")
+            self.notice = "Fitting: the plant is simulated about seventy times, which takes some seconds."
             self.in_background(self.fit, self._fitted)
 
     def fit(self) -> FitResult:
@@ -98,15 +97,15 @@ class ValidationExplorer(Explorer):
         finally:
             self.busy = False
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
-        self.notice = _(
-            "Fitted, with dry friction in both joints: {values}. The braking is that of B_eq and of the back-EMF "
-            "together: which part is whose, nothing tells."
-        ).format(values=values)
+        self.notice = (
+            f"Fitted, with dry friction in both joints: {values}. The braking is that of B_eq and of the "
+            "back-EMF together: which part is whose, nothing tells."
+        )
 
     def _with_friction(self, parameters: PlantParameters, choice: str) -> PlantParameters:
         if choice == "fitted":
             if self.fitted is None:
-                raise RotflexError(_("Nothing has been fitted yet: press Fit first."))
+                raise RotflexError("Nothing has been fitted yet: press Fit first.")
             found = self.fitted.parameters
             return replace(parameters, servo_friction=found.servo_friction, link_friction=found.link_friction)
         return replace(parameters, **(_TYPICAL if choice == "typical" else _NONE))
@@ -125,11 +124,11 @@ class ValidationExplorer(Explorer):
         for name, label in (("theta", "θ (deg)"), ("alpha", "α (deg)")):
             measured, model = compared.degrees(name), compared.degrees(f"{name}_model")
             panel = Panel(label, span, around(measured, model), height=1.3)
-            panel.line(compared.time, measured, "measured", _("measured"))
-            panel.line(compared.time, model, "model", _("model"))
+            panel.line(compared.time, measured, "measured", "measured")
+            panel.line(compared.time, model, "model", "model")
             panels.append(panel)
         left_theta, left_alpha = self._residuals()
-        residual = Panel(_("measured − model (deg)"), span, around(left_theta, left_alpha), _("time (s)"), height=1.15)
+        residual = Panel("measured − model (deg)", span, around(left_theta, left_alpha), "time (s)", height=1.15)
         residual.line(compared.time, left_theta, "ghost", "θ")
         residual.line(compared.time, left_alpha, "voltage", "α")
         sliders: list[Slider | Choice | Button] = [
@@ -143,9 +142,9 @@ class ValidationExplorer(Explorer):
             controls=[
                 sliders,
                 [
-                    Choice("friction", _("dry friction"), options, self.friction, self.busy),
-                    Button("fit", _("Fit"), "main", self.busy, _("Fit the model, from where the sliders are")),
-                    Button("reset", _("Back to the beginning"), disabled=self.busy),
+                    Choice("friction", "dry friction", options, self.friction, self.busy),
+                    Button("fit", "Fit", "main", self.busy, "Fit the model, from where the sliders are"),
+                    Button("reset", "Back to the beginning", disabled=self.busy),
                 ],
             ],
             readouts=[self._figures()],
@@ -166,7 +165,7 @@ class ValidationExplorer(Explorer):
             explained = fit_percent(self.compared[name], self.compared[f"{name}_model"])
             rms = float(np.sqrt(np.mean(left**2)))
             rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms:.3f} deg")))
-        return Readout(_("Model against measurement"), rows, ("", _("model fit"), _("residual, RMS")))
+        return Readout("Model against measurement", rows, ("", "model fit", "residual, RMS"))
 
 
 def explore_validation(recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4) -> ValidationExplorer:
@@ -186,11 +185,11 @@ def picture(compared: Recording) -> Picture:
         theta, alpha, residual = figure.subplots(3, 1, sharex=True)
         for axes, name, label in ((theta, "theta", "θ (deg)"), (alpha, "alpha", "α (deg)")):
             measured, model = compared.degrees(name), compared.degrees(f"{name}_model")
-            axes.plot(compared.time, measured, label=_("measured"), **ROLES["measured"])
-            axes.plot(compared.time, model, label=_("model"), **ROLES["model"])
+            axes.plot(compared.time, measured, label="measured", **ROLES["measured"])
+            axes.plot(compared.time, model, label="model", **ROLES["model"])
             axes.set(ylabel=label)
             residual.plot(compared.time, measured - model, label=label[0], linewidth=1.2)
-        residual.set(ylabel=_("left over (deg)"), xlabel=_("time (s)"))
+        residual.set(ylabel="left over (deg)", xlabel="time (s)")
         residual.axhline(0.0, color="black", linewidth=0.8)
         for axes in (theta, residual):
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderaxespad=0.0)

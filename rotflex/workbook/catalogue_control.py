@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import YES_NO, Part, Question, Usual, choice, figure, matrix, number, poles, prose
 from rotflex.specifications import SETTLING_BAND
 from rotflex.workbook.recordings import recording
@@ -33,15 +32,13 @@ def _specifications(whose: str) -> tuple[Part, ...]:
             "s",
             SETTLING_TIME,
             "K-1",
-            N_("Settling time of {whose} (to {band} of the final angle).", whose=whose, band=band),
+            f"Settling time of {whose} (to {band} of the final angle).",
         ),
-        number("PO", "%", OVERSHOOT, "K-1", N_("Overshoot of {whose}, in per cent of the step.", whose=whose)),
-        number("alpha_max_deg", "deg", DEFLECTION, "K-1", N_("The largest deflection of the link.")),
-        number("V_max", "V", VOLTAGE, "K-1", N_("The largest motor voltage.")),
-        choice("satisfied", YES_NO, "B-9", N_("Are all four specifications of Section 3.1 met?")),
-        prose(
-            "conclusion", "B-9", N_("Which specification is met or missed by how much, and is that what you expected?")
-        ),
+        number("PO", "%", OVERSHOOT, "K-1", f"Overshoot of {whose}, in per cent of the step."),
+        number("alpha_max_deg", "deg", DEFLECTION, "K-1", "The largest deflection of the link."),
+        number("V_max", "V", VOLTAGE, "K-1", "The largest motor voltage."),
+        choice("satisfied", YES_NO, "B-9", "Are all four specifications of Section 3.1 met?"),
+        prose("conclusion", "B-9", "Which specification is met or missed by how much, and is that what you expected?"),
     )
 
 
@@ -50,31 +47,31 @@ CONTROL = (
         "3.1",
         "3.3",
         PRELAB,
-        N_("Stability"),
+        "Stability",
         ("A-1", "A-3"),
         (
             choice(
                 "stability",
                 ("stable", "marginally stable", "unstable"),
                 "A-1",
-                N_("What do the open-loop poles make of the system?"),
+                "What do the open-loop poles make of the system?",
             ),
-            prose("explanation", "A-3", N_("Does that agree with how the bench behaved?")),
+            prose("explanation", "A-3", "Does that agree with how the bench behaved?"),
         ),
     ),
     Question(
         "3.2",
         "3.3",
         PRELAB,
-        N_("Characteristic polynomial"),
+        "Characteristic polynomial",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("How do poles and characteristic equation belong together?")),
+            prose("strategy", "A-1", "How do poles and characteristic equation belong together?"),
             matrix(
                 "polynomial",
                 (5,),
                 "A-2",
-                N_("The open-loop characteristic polynomial: its coefficients, highest power of s first."),
+                "The open-loop characteristic polynomial: its coefficients, highest power of s first.",
                 points=2,
             ),
         ),
@@ -83,27 +80,27 @@ CONTROL = (
         "3.3",
         "3.3",
         PRELAB,
-        N_("Companion form"),
+        "Companion form",
         ("A-2",),
         (
-            matrix("A_c", (4, 4), "A-2", N_("The companion matrix of A.")),
-            matrix("B_c", (4, 1), "A-2", N_("The companion matrix of B.")),
+            matrix("A_c", (4, 4), "A-2", "The companion matrix of A."),
+            matrix("B_c", (4, 1), "A-2", "The companion matrix of B."),
         ),
     ),
     Question(
         "3.4",
         "3.3",
         PRELAB,
-        N_("Desired poles"),
+        "Desired poles",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("How do damping ratio and natural frequency fix the dominant poles?")),
-            poles("desired_poles", 4, "A-2", N_("All four desired closed-loop poles.")),
+            prose("strategy", "A-1", "How do damping ratio and natural frequency fix the dominant poles?"),
+            poles("desired_poles", 4, "A-2", "All four desired closed-loop poles."),
             matrix(
                 "polynomial",
                 (5,),
                 "A-2",
-                N_("The desired characteristic polynomial: its coefficients, highest power of s first."),
+                "The desired characteristic polynomial: its coefficients, highest power of s first.",
             ),
         ),
     ),
@@ -111,24 +108,22 @@ CONTROL = (
         "3.5",
         "3.3",
         PRELAB,
-        N_("Gain in companion form"),
+        "Gain in companion form",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("What does the feedback do to the last row, and how does that give the gain?")),
-            matrix(
-                "K_c", (1, 4), "A-2", N_("The gain that places the poles of the companion form."), 2, Usual(digits=3)
-            ),
+            prose("strategy", "A-1", "What does the feedback do to the last row, and how does that give the gain?"),
+            matrix("K_c", (1, 4), "A-2", "The gain that places the poles of the companion form.", 2, Usual(digits=3)),
         ),
     ),
     Question(
         "3.6",
         "3.4.1",
         DESIGN,
-        N_("Controllability"),
+        "Controllability",
         ("B-7", "K-1"),
         (
-            number("rank", "", None, "K-1", N_("The rank of the controllability matrix.")),
-            choice("controllable", YES_NO, "B-7", N_("Is the system controllable?")),
+            number("rank", "", None, "K-1", "The rank of the controllability matrix."),
+            choice("controllable", YES_NO, "B-7", "Is the system controllable?"),
             prose("explanation", "B-7", "Why?"),
         ),
     ),
@@ -136,46 +131,46 @@ CONTROL = (
         "3.7",
         "3.4.1",
         DESIGN,
-        N_("Transformation to companion form"),
+        "Transformation to companion form",
         ("B-5", "K-3"),
         (
-            matrix("T", (4, 4), "B-5", N_("The controllability matrix of the model with the motor voltage as input.")),
-            matrix("T_c", (4, 4), "B-5", N_("The controllability matrix of the companion form.")),
-            matrix("W", (4, 4), "K-3", N_("The transformation matrix."), points=2),
+            matrix("T", (4, 4), "B-5", "The controllability matrix of the model with the motor voltage as input."),
+            matrix("T_c", (4, 4), "B-5", "The controllability matrix of the companion form."),
+            matrix("W", (4, 4), "K-3", "The transformation matrix.", points=2),
         ),
     ),
     Question(
         "3.8",
         "3.4.1",
         DESIGN,
-        N_("Control gain"),
+        "Control gain",
         (),
-        (matrix("K", (1, 4), "", N_("The gain for the original states, by way of the companion form."), 2, GAIN),),
+        (matrix("K", (1, 4), "", "The gain for the original states, by way of the companion form.", 2, GAIN),),
     ),
     Question(
         "3.9",
         "3.4.1",
         DESIGN,
-        N_("Closed-loop poles"),
+        "Closed-loop poles",
         ("K-1", "B-9"),
         (
-            poles("poles", 4, "K-1", N_("The poles of the closed loop with your gain.")),
-            prose("conclusion", "B-9", N_("Are they where you wanted them? If not, where did the design go astray?")),
+            poles("poles", 4, "K-1", "The poles of the closed loop with your gain."),
+            prose("conclusion", "B-9", "Are they where you wanted them? If not, where did the design go astray?"),
         ),
     ),
     Question(
         "3.10",
         "3.4.1",
         DESIGN,
-        N_("Control gain, by a library"),
+        "Control gain, by a library",
         ("K-1",),
-        (matrix("K", (1, 4), "K-1", N_("The gain that a library's pole placement gives."), 2, GAIN),),
+        (matrix("K", (1, 4), "K-1", "The gain that a library's pole placement gives.", 2, GAIN),),
     ),
     Question(
         "3.11",
         "3.4.2",
         SIMULATION,
-        N_("Simulated response"),
+        "Simulated response",
         ("B-5", "K-3"),
         (
             recording(
@@ -183,24 +178,24 @@ CONTROL = (
                 {"experiment": "closed_loop", "feedback": "full"},
                 _TRACKING_CHANNELS,
                 "B-5",
-                N_("The simulated closed-loop response."),
+                "The simulated closed-loop response.",
             ),
-            figure("figure", "K-3", N_("Servo angle with its reference, deflection and voltage over time.")),
+            figure("figure", "K-3", "Servo angle with its reference, deflection and voltage over time."),
         ),
     ),
     Question(
         "3.12",
         "3.4.2",
         SIMULATION,
-        N_("Specifications, simulated"),
+        "Specifications, simulated",
         ("K-1", "B-9"),
-        _specifications(N_("the simulated servo angle")),
+        _specifications("the simulated servo angle"),
     ),
     Question(
         "3.13",
         "3.4.3",
         FULL,
-        N_("Response with full state feedback"),
+        "Response with full state feedback",
         ("B-5", "K-3"),
         (
             recording(
@@ -208,24 +203,24 @@ CONTROL = (
                 {"experiment": "tracking", "feedback": "full"},
                 _TRACKING_CHANNELS,
                 "B-5",
-                N_("A recording with full state feedback."),
+                "A recording with full state feedback.",
             ),
-            figure("figure", "K-3", N_("Servo angle with its reference, deflection and voltage over time.")),
+            figure("figure", "K-3", "Servo angle with its reference, deflection and voltage over time."),
         ),
     ),
     Question(
         "3.14",
         "3.4.3",
         FULL,
-        N_("Specifications with full state feedback"),
+        "Specifications with full state feedback",
         ("K-1", "B-9"),
-        _specifications(N_("the measured servo angle")),
+        _specifications("the measured servo angle"),
     ),
     Question(
         "3.15",
         "3.4.4",
         PARTIAL,
-        N_("Response with partial state feedback"),
+        "Response with partial state feedback",
         ("B-5", "K-3"),
         (
             recording(
@@ -233,30 +228,26 @@ CONTROL = (
                 {"experiment": "tracking", "feedback": "partial"},
                 _TRACKING_CHANNELS,
                 "B-5",
-                N_("A recording with partial state feedback."),
+                "A recording with partial state feedback.",
             ),
-            figure("figure", "K-3", N_("Servo angle with its reference, deflection and voltage over time.")),
+            figure("figure", "K-3", "Servo angle with its reference, deflection and voltage over time."),
         ),
     ),
     Question(
         "3.16",
         "3.4.4",
         PARTIAL,
-        N_("Specifications with partial state feedback"),
+        "Specifications with partial state feedback",
         ("K-1", "B-9"),
-        _specifications(N_("the measured servo angle")),
+        _specifications("the measured servo angle"),
     ),
     Question(
         "3.17",
         "3.4.4",
         PARTIAL,
-        N_("Full against partial state feedback"),
+        "Full against partial state feedback",
         ("B-7",),
-        (
-            prose(
-                "explanation", "B-7", N_("How do the two responses differ, and what in the loop makes it so?"), points=2
-            ),
-        ),
+        (prose("explanation", "B-7", "How do the two responses differ, and what in the loop makes it so?", points=2),),
     ),
 )
 
@@ -282,30 +273,27 @@ def _entry(source: tuple[str, str], name: str, prompt: str = "") -> Part:
 
 
 def _measured(question: str, suffix: str, where: str) -> tuple[Part, ...]:
-    said = {"t_s": N_("Settling time"), "PO": N_("Overshoot"), "alpha_max_deg": N_("Largest deflection")}
-    return tuple(
-        _entry((question, name), f"{name}_{suffix}", N_("{what}, {where}.", what=what, where=where))
-        for name, what in said.items()
-    )
+    said = {"t_s": "Settling time", "PO": "Overshoot", "alpha_max_deg": "Largest deflection"}
+    return tuple(_entry((question, name), f"{name}_{suffix}", f"{what}, {where}.") for name, what in said.items())
 
 
 TABLE_3 = Question(
     "Table 3",
     "3.5",
     RESULTS,
-    N_("Results of the control laboratory"),
+    "Results of the control laboratory",
     ("B-6",),
     (
         _entry(("3.4", "desired_poles"), "desired_poles"),
         _entry(("3.5", "K_c"), "K_c"),
         _entry(("3.7", "W"), "W"),
         _entry(("3.8", "K"), "K"),
-        _entry(("3.9", "poles"), "poles", N_("The poles of the closed loop.")),
-        *_measured("3.12", "sim", N_("simulated")),
-        _entry(("3.8", "K"), "K_fsf", N_("The gain used with full state feedback.")),
-        *_measured("3.14", "fsf", N_("bench with full state feedback")),
+        _entry(("3.9", "poles"), "poles", "The poles of the closed loop."),
+        *_measured("3.12", "sim", "simulated"),
+        _entry(("3.8", "K"), "K_fsf", "The gain used with full state feedback."),
+        *_measured("3.14", "fsf", "bench with full state feedback"),
         # Not what 3.8 asks for, but made of it: the gain that partial state feedback leaves.
-        _entry(("3.8", "K"), "K_psf", N_("The gain that partial state feedback leaves, on all four states.")),
-        *_measured("3.16", "psf", N_("bench with partial state feedback")),
+        _entry(("3.8", "K"), "K_psf", "The gain that partial state feedback leaves, on all four states."),
+        *_measured("3.16", "psf", "bench with partial state feedback"),
     ),
 )

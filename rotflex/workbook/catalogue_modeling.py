@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import Part, Question, Usual, expression, figure, function, matrix, number, poles, prose
 from rotflex.workbook.probes import COMPOUND_SINES, PLANT_PARAMETERS
 from rotflex.workbook.recordings import recording
@@ -25,7 +24,7 @@ WARM_UP_QUESTION = Question(
     "0.1",
     "4",
     "00_start",
-    N_("Resolution of the encoder"),
+    "Resolution of the encoder",
     (),
     (
         number(
@@ -33,7 +32,7 @@ WARM_UP_QUESTION = Question(
             "rad",
             (2e-4, 1e-2),
             "",
-            N_("By what angle of the load shaft do two neighbouring encoder counts differ?"),
+            "By what angle of the load shaft do two neighbouring encoder counts differ?",
             points=0,
         ),
     ),
@@ -44,39 +43,39 @@ MODELING = (
         "2.1",
         "2.2",
         PRELAB,
-        N_("Potential energy"),
+        "Potential energy",
         ("A-2",),
-        (expression("V", _ENERGY, "A-2", N_("The energy stored in the flexible joint when the link is deflected.")),),
+        (expression("V", _ENERGY, "A-2", "The energy stored in the flexible joint when the link is deflected."),),
     ),
     Question(
         "2.2",
         "2.2",
         PRELAB,
-        N_("Kinetic energy"),
+        "Kinetic energy",
         ("A-2",),
-        (expression("T", _ENERGY, "A-2", N_("The kinetic energy of servo and link together.")),),
+        (expression("T", _ENERGY, "A-2", "The kinetic energy of servo and link together."),),
     ),
     Question(
         "2.3",
         "2.2",
         PRELAB,
-        N_("Lagrangian"),
+        "Lagrangian",
         ("A-2",),
-        (expression("L", _ENERGY, "A-2", N_("The Lagrangian of the system."), points=1),),
+        (expression("L", _ENERGY, "A-2", "The Lagrangian of the system.", points=1),),
     ),
     Question(
         "2.4",
         "2.2",
         PRELAB,
-        N_("Equation of motion of the servo"),
+        "Equation of motion of the servo",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("How do you get from the Lagrangian to this equation of motion?")),
+            prose("strategy", "A-1", "How do you get from the Lagrangian to this equation of motion?"),
             Part(
                 "equation",
                 "equation",
                 2,
-                N_("The Euler-Lagrange equation of theta, with the torque tau (not the motor voltage) as its input."),
+                "The Euler-Lagrange equation of theta, with the torque tau (not the motor voltage) as its input.",
                 "A-2",
                 symbols=_MOTION,
             ),
@@ -86,33 +85,33 @@ MODELING = (
         "2.5",
         "2.2",
         PRELAB,
-        N_("Equation of motion of the link"),
+        "Equation of motion of the link",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("What differs from the derivation for the servo, and what stays the same?")),
-            Part("equation", "equation", 2, N_("The Euler-Lagrange equation of alpha."), "A-2", symbols=_MOTION),
+            prose("strategy", "A-1", "What differs from the derivation for the servo, and what stays the same?"),
+            Part("equation", "equation", 2, "The Euler-Lagrange equation of alpha.", "A-2", symbols=_MOTION),
         ),
     ),
     Question(
         "2.6",
         "2.2",
         PRELAB,
-        N_("Angular accelerations"),
+        "Angular accelerations",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("How do you separate the two accelerations?")),
+            prose("strategy", "A-1", "How do you separate the two accelerations?"),
             expression(
                 "theta_ddot",
                 (*_STATE, "tau", *_UNDAMPED_LINK),
                 "A-2",
-                N_("The acceleration of the servo angle, from angles, rates and torque; without damping of the link."),
+                "The acceleration of the servo angle, from angles, rates and torque; without damping of the link.",
                 points=1,
             ),
             expression(
                 "alpha_ddot",
                 (*_STATE, "tau", *_UNDAMPED_LINK),
                 "A-2",
-                N_("The acceleration of the deflection, from angles, rates and torque; without damping of the link."),
+                "The acceleration of the deflection, from angles, rates and torque; without damping of the link.",
                 points=1,
             ),
         ),
@@ -121,15 +120,15 @@ MODELING = (
         "2.7",
         "2.2",
         PRELAB,
-        N_("State-space matrices"),
+        "State-space matrices",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("How do the accelerations become rows of A and B?")),
+            prose("strategy", "A-1", "How do the accelerations become rows of A and B?"),
             Part(
                 "A",
                 "symbolic_matrix",
                 2,
-                N_("A, for the state [theta, alpha, theta_dot, alpha_dot]."),
+                "A, for the state [theta, alpha, theta_dot, alpha_dot].",
                 "A-2",
                 shape=(4, 4),
                 symbols=_UNDAMPED_LINK,
@@ -138,7 +137,7 @@ MODELING = (
                 "B",
                 "symbolic_matrix",
                 1,
-                N_("B, for the torque as input."),
+                "B, for the torque as input.",
                 "A-2",
                 shape=(4, 1),
                 symbols=_UNDAMPED_LINK,
@@ -149,15 +148,15 @@ MODELING = (
         "2.8",
         "2.2",
         PRELAB,
-        N_("Inertia of the link"),
+        "Inertia of the link",
         ("A-1", "A-2"),
         (
-            prose("strategy", "A-1", N_("Which theorems give the inertia of two arms about one pivot?")),
+            prose("strategy", "A-1", "Which theorems give the inertia of two arms about one pivot?"),
             expression(
                 "J_l",
                 ("m_1", "L_1", "m_2", "L_2", "d_12"),
                 "A-2",
-                N_("The inertia of the whole link about the pivot, from masses, lengths and the place of the top arm."),
+                "The inertia of the whole link about the pivot, from masses, lengths and the place of the top arm.",
             ),
         ),
     ),
@@ -165,7 +164,7 @@ MODELING = (
         "2.9",
         "2.3.1",
         STIFFNESS,
-        N_("Response to the sweep"),
+        "Response to the sweep",
         ("B-5", "K-2"),
         (
             recording(
@@ -173,46 +172,42 @@ MODELING = (
                 {"experiment": "sweep"},
                 ("alpha",),
                 "B-5",
-                N_("A recording of the sweep from 1 Hz to 5 Hz."),
+                "A recording of the sweep from 1 Hz to 5 Hz.",
                 usual=Usual(settings=(("drive", "position"),)),
             ),
-            figure("figure", "K-2", N_("The deflection of the link over time.")),
+            figure("figure", "K-2", "The deflection of the link over time."),
         ),
     ),
     Question(
         "2.10",
         "2.3.1",
         STIFFNESS,
-        N_("Amplitude spectrum"),
+        "Amplitude spectrum",
         ("K-3",),
         (
             function(
                 "spectrum",
                 COMPOUND_SINES,
                 "K-3",
-                N_(
-                    "spectrum(x, dt) -> (f_hz, amplitude): the single-sided amplitude spectrum of samples x taken "
-                    "every dt seconds. A sine of amplitude 1 on a bin shows as 1."
-                ),
+                "spectrum(x, dt) -> (f_hz, amplitude): the single-sided amplitude spectrum of samples x taken "
+                "every dt seconds. A sine of amplitude 1 on a bin shows as 1.",
             ),
-            figure("figure", "K-3", N_("The spectrum of the deflection, up to 10 Hz.")),
+            figure("figure", "K-3", "The spectrum of the deflection, up to 10 Hz."),
         ),
     ),
     Question(
         "2.11",
         "2.3.1",
         STIFFNESS,
-        N_("Natural frequency"),
+        "Natural frequency",
         ("B-7",),
         (
-            number("omega_n", "rad/s", OMEGA_N, "B-7", N_("The natural frequency of the link."), points=2),
+            number("omega_n", "rad/s", OMEGA_N, "B-7", "The natural frequency of the link.", points=2),
             prose(
                 "explanation",
                 "B-7",
-                N_(
-                    "Drive the motor with the sweep as a voltage instead, and the peak of alpha is somewhere else. "
-                    "Why does it mislead?"
-                ),
+                "Drive the motor with the sweep as a voltage instead, and the peak of alpha is somewhere else. "
+                "Why does it mislead?",
             ),
         ),
     ),
@@ -220,7 +215,7 @@ MODELING = (
         "2.12",
         "2.3.1",
         STIFFNESS,
-        N_("Stiffness of the joint"),
+        "Stiffness of the joint",
         ("B-7",),
         (
             number(
@@ -228,26 +223,24 @@ MODELING = (
                 "kg·m²",
                 (5e-4, 2e-2),
                 "B-7",
-                N_("The inertia of the link with the top arm as it is on your bench."),
+                "The inertia of the link with the top arm as it is on your bench.",
             ),
-            number("K_s", "N·m/rad", K_S, "B-7", N_("The stiffness of the joint."), points=2),
+            number("K_s", "N·m/rad", K_S, "B-7", "The stiffness of the joint.", points=2),
         ),
     ),
     Question(
         "2.13",
         "2.3.2",
         VALIDATION,
-        N_("The model in code"),
+        "The model in code",
         ("K-3",),
         (
             function(
                 "state_space",
                 PLANT_PARAMETERS,
                 "K-3",
-                N_(
-                    "state_space(K_s, J_l, J_eq, B_eq) -> (A, B, C, D): your model with the torque as input and "
-                    "the two angles as outputs."
-                ),
+                "state_space(K_s, J_l, J_eq, B_eq) -> (A, B, C, D): your model with the torque as input and "
+                "the two angles as outputs.",
             ),
         ),
     ),
@@ -255,12 +248,12 @@ MODELING = (
         "2.14",
         "2.3.2",
         VALIDATION,
-        N_("The model in numbers"),
+        "The model in numbers",
         ("B-5",),
         (
-            matrix("A", (4, 4), "B-5", N_("A with your stiffness and inertia, torque as input.")),
-            matrix("B", (4, 1), "B-5", N_("B, torque as input."), points=0.5),
-            matrix("C", (2, 4), "B-5", N_("C, for the outputs theta and alpha."), points=0.25),
+            matrix("A", (4, 4), "B-5", "A with your stiffness and inertia, torque as input."),
+            matrix("B", (4, 1), "B-5", "B, torque as input.", points=0.5),
+            matrix("C", (2, 4), "B-5", "C, for the outputs theta and alpha.", points=0.25),
             matrix("D", (2, 1), "B-5", "D.", points=0.25),
         ),
     ),
@@ -268,7 +261,7 @@ MODELING = (
         "2.15",
         "2.3.2",
         VALIDATION,
-        N_("Model and bench side by side"),
+        "Model and bench side by side",
         ("B-5", "K-2"),
         (
             recording(
@@ -276,44 +269,44 @@ MODELING = (
                 {"experiment": "validation"},
                 ("theta", "alpha", "theta_model", "alpha_model"),
                 "B-5",
-                N_("A recording of the bench and your model under the same input."),
+                "A recording of the bench and your model under the same input.",
             ),
-            figure("figure", "K-2", N_("Both angles over time, measured and modeled.")),
+            figure("figure", "K-2", "Both angles over time, measured and modeled."),
         ),
     ),
     Question(
         "2.16",
         "2.3.2",
         VALIDATION,
-        N_("How good is the model?"),
+        "How good is the model?",
         ("B-9",),
-        (prose("comparison", "B-9", N_("Where does the model follow the bench, and where does it not?"), points=2),),
+        (prose("comparison", "B-9", "Where does the model follow the bench, and where does it not?", points=2),),
     ),
     Question(
         "2.17",
         "2.3.2",
         VALIDATION,
-        N_("Why is it not perfect?"),
+        "Why is it not perfect?",
         ("B-8",),
-        (prose("reason", "B-8", N_("At least one thing that the bench does and the model leaves out."), points=2),),
+        (prose("reason", "B-8", "At least one thing that the bench does and the model leaves out.", points=2),),
     ),
     Question(
         "2.18",
         "2.3.2",
         VALIDATION,
-        N_("Open-loop poles"),
+        "Open-loop poles",
         ("K-1",),
-        (poles("poles", 4, "K-1", N_("The poles of the model with the motor voltage as input."), points=2),),
+        (poles("poles", 4, "K-1", "The poles of the model with the motor voltage as input.", points=2),),
     ),
 )
 
 
 #: What stands in the table beside matrices: they are the model's, whoever found them.
 _DESCRIPTIONS = {
-    "A": N_("System matrix, torque as input."),
-    "B": N_("Input matrix, torque as input."),
-    "C": N_("Output matrix: servo angle, deflection."),
-    "D": N_("Feedthrough matrix."),
+    "A": "System matrix, torque as input.",
+    "B": "Input matrix, torque as input.",
+    "C": "Output matrix: servo angle, deflection.",
+    "D": "Feedthrough matrix.",
 }
 
 
@@ -339,7 +332,7 @@ TABLE_2 = Question(
     "Table 2",
     "2.4",
     RESULTS,
-    N_("Results of the modeling laboratory"),
+    "Results of the modeling laboratory",
     ("B-6",),
     tuple(
         _entry(_ASKED[source], source[0])

@@ -6,7 +6,6 @@ modeling has no column for K-1 and K-3, and its report leaves out the spectrum; 
 
 from __future__ import annotations
 
-from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import ReportItem
 
 MODELING_REPORT = "Modeling report"
@@ -22,8 +21,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "I.1",
-        N_("Procedure: finding the stiffness"),
-        N_("In a few sentences: the aim, and what was done to record the sweep."),
+        "Procedure: finding the stiffness",
+        "In a few sentences: the aim, and what was done to record the sweep.",
         ("B-5",),
         (("2.9", "sweep"),),
         "stiffness_procedure",
@@ -31,8 +30,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "I.2",
-        N_("Procedure: loading the model"),
-        N_("In a few sentences: the aim, and what was done to put numbers into the model."),
+        "Procedure: loading the model",
+        "In a few sentences: the aim, and what was done to put numbers into the model.",
         ("B-5",),
         (("2.14", ""),),
         "model_procedure",
@@ -40,8 +39,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "I.3",
-        N_("Procedure: model validation"),
-        N_("In a few sentences: the aim, and what was done to compare the model with the bench."),
+        "Procedure: model validation",
+        "In a few sentences: the aim, and what was done to compare the model with the bench.",
         ("B-5",),
         (("2.15", "validation"),),
         "validation_procedure",
@@ -49,22 +48,18 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "II.1",
-        N_("Results: the sweep and its spectrum"),
-        N_("The figures of both."),
+        "Results: the sweep and its spectrum",
+        "The figures of both.",
         ("K-2", "K-3"),
         (("2.9", "figure"), ("2.10", "figure")),
     ),
-    ReportItem(
-        MODELING_REPORT, "II.2", N_("Results: model validation"), N_("The figure."), ("K-2",), (("2.15", "figure"),)
-    ),
-    ReportItem(
-        MODELING_REPORT, "II.3", N_("Results: Table 2"), N_("The table, filled in."), ("B-6",), (("Table 2", ""),)
-    ),
+    ReportItem(MODELING_REPORT, "II.2", "Results: model validation", "The figure.", ("K-2",), (("2.15", "figure"),)),
+    ReportItem(MODELING_REPORT, "II.3", "Results: Table 2", "The table, filled in.", ("B-6",), (("Table 2", ""),)),
     ReportItem(
         MODELING_REPORT,
         "III.1",
-        N_("Analysis: stiffness"),
-        N_("How the stiffness follows from what was measured."),
+        "Analysis: stiffness",
+        "How the stiffness follows from what was measured.",
         ("B-7",),
         (("2.11", ""), ("2.12", "")),
         "stiffness_analysis",
@@ -72,8 +67,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "III.2",
-        N_("Analysis: what the model leaves out"),
-        N_("Where the differences between model and bench come from."),
+        "Analysis: what the model leaves out",
+        "Where the differences between model and bench come from.",
         ("B-8",),
         (("2.17", "reason"),),
         "discrepancy_analysis",
@@ -81,8 +76,8 @@ MODELING_ITEMS = (
     ReportItem(
         MODELING_REPORT,
         "IV.1",
-        N_("Conclusion: the model"),
-        N_("How well the model stands for the bench, and what it may be used for."),
+        "Conclusion: the model",
+        "How well the model stands for the bench, and what it may be used for.",
         ("B-9",),
         (("2.16", "comparison"),),
         "model_conclusion",
@@ -93,8 +88,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.1",
-        N_("Procedure: control design"),
-        N_("In a few sentences: the aim, and what was done to find the transformation to companion form."),
+        "Procedure: control design",
+        "In a few sentences: the aim, and what was done to find the transformation to companion form.",
         ("B-5",),
         (("3.7", ""),),
         "design_procedure",
@@ -102,8 +97,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.2",
-        N_("Procedure: simulation"),
-        N_("In a few sentences: the aim, and what was done to simulate the closed loop."),
+        "Procedure: simulation",
+        "In a few sentences: the aim, and what was done to simulate the closed loop.",
         ("B-5",),
         (("3.11", "response"),),
         "simulation_procedure",
@@ -111,8 +106,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.3",
-        N_("Procedure: full state feedback"),
-        N_("In a few sentences: the aim, and what was done to run it on the bench."),
+        "Procedure: full state feedback",
+        "In a few sentences: the aim, and what was done to run it on the bench.",
         ("B-5",),
         (("3.13", "response"),),
         "full_procedure",
@@ -120,33 +115,29 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "I.4",
-        N_("Procedure: partial state feedback"),
-        N_("In a few sentences: the aim, and what was done to run it on the bench."),
+        "Procedure: partial state feedback",
+        "In a few sentences: the aim, and what was done to run it on the bench.",
         ("B-5",),
         (("3.15", "response"),),
         "partial_procedure",
     ),
-    ReportItem(CONTROL_REPORT, "II.1", N_("Results: transformation"), N_("The matrices."), ("K-3",), (("3.7", ""),)),
-    ReportItem(CONTROL_REPORT, "II.2", N_("Results: simulation"), N_("The figure."), ("K-3",), (("3.11", "figure"),)),
-    ReportItem(
-        CONTROL_REPORT, "II.3", N_("Results: full state feedback"), N_("The figure."), ("K-3",), (("3.13", "figure"),)
-    ),
+    ReportItem(CONTROL_REPORT, "II.1", "Results: transformation", "The matrices.", ("K-3",), (("3.7", ""),)),
+    ReportItem(CONTROL_REPORT, "II.2", "Results: simulation", "The figure.", ("K-3",), (("3.11", "figure"),)),
+    ReportItem(CONTROL_REPORT, "II.3", "Results: full state feedback", "The figure.", ("K-3",), (("3.13", "figure"),)),
     ReportItem(
         CONTROL_REPORT,
         "II.4",
-        N_("Results: partial state feedback"),
-        N_("The figure."),
+        "Results: partial state feedback",
+        "The figure.",
         ("K-3",),
         (("3.15", "figure"),),
     ),
-    ReportItem(
-        CONTROL_REPORT, "II.5", N_("Results: Table 3"), N_("The table, filled in."), ("B-6",), (("Table 3", ""),)
-    ),
+    ReportItem(CONTROL_REPORT, "II.5", "Results: Table 3", "The table, filled in.", ("B-6",), (("Table 3", ""),)),
     ReportItem(
         CONTROL_REPORT,
         "III.1",
-        N_("Analysis: controllability"),
-        N_("How it was found, and why the test works."),
+        "Analysis: controllability",
+        "How it was found, and why the test works.",
         ("K-1", "B-7"),
         (("3.6", ""),),
         "controllability_analysis",
@@ -154,8 +145,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.2",
-        N_("Analysis: closed-loop poles"),
-        N_("How they were computed."),
+        "Analysis: closed-loop poles",
+        "How they were computed.",
         ("K-1",),
         (("3.9", "poles"),),
         "poles_analysis",
@@ -163,8 +154,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.3",
-        N_("Analysis: control gain"),
-        N_("The commands that give the gain."),
+        "Analysis: control gain",
+        "The commands that give the gain.",
         ("K-1",),
         (("3.10", "K"),),
         "gain_analysis",
@@ -172,8 +163,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.4",
-        N_("Analysis: simulated response"),
-        N_("How settling time, overshoot, deflection and voltage were measured."),
+        "Analysis: simulated response",
+        "How settling time, overshoot, deflection and voltage were measured.",
         ("K-1",),
         _all("3.12", _MEASURED),
         "simulation_analysis",
@@ -181,8 +172,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.5",
-        N_("Analysis: full state feedback"),
-        N_("How settling time, overshoot, deflection and voltage were measured."),
+        "Analysis: full state feedback",
+        "How settling time, overshoot, deflection and voltage were measured.",
         ("K-1",),
         _all("3.14", _MEASURED),
         "full_analysis",
@@ -190,8 +181,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.6",
-        N_("Analysis: partial state feedback"),
-        N_("How settling time, overshoot, deflection and voltage were measured."),
+        "Analysis: partial state feedback",
+        "How settling time, overshoot, deflection and voltage were measured.",
         ("K-1",),
         _all("3.16", _MEASURED),
         "partial_analysis",
@@ -199,8 +190,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "III.7",
-        N_("Analysis: full against partial"),
-        N_("What the missing feedback does to the response."),
+        "Analysis: full against partial",
+        "What the missing feedback does to the response.",
         ("B-7",),
         (("3.17", "explanation"),),
         "comparison_analysis",
@@ -208,8 +199,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.1",
-        N_("Conclusion: closed-loop poles"),
-        N_("Whether they are where they should be."),
+        "Conclusion: closed-loop poles",
+        "Whether they are where they should be.",
         ("B-9",),
         (("3.9", "conclusion"),),
         "poles_conclusion",
@@ -217,8 +208,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.2",
-        N_("Conclusion: simulation"),
-        N_("Whether the specifications are met."),
+        "Conclusion: simulation",
+        "Whether the specifications are met.",
         ("B-9",),
         _all("3.12", ("satisfied", "conclusion")),
         "simulation_conclusion",
@@ -226,8 +217,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.3",
-        N_("Conclusion: full state feedback"),
-        N_("Whether the specifications are met."),
+        "Conclusion: full state feedback",
+        "Whether the specifications are met.",
         ("B-9",),
         _all("3.14", ("satisfied", "conclusion")),
         "full_conclusion",
@@ -235,8 +226,8 @@ CONTROL_ITEMS = (
     ReportItem(
         CONTROL_REPORT,
         "IV.4",
-        N_("Conclusion: partial state feedback"),
-        N_("Whether the specifications are met."),
+        "Conclusion: partial state feedback",
+        "Whether the specifications are met.",
         ("B-9",),
         _all("3.16", ("satisfied", "conclusion")),
         "partial_conclusion",

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import choice, number
 from rotflex.courseware.predictions import Foretold
 from rotflex.units import DEG
@@ -57,12 +56,12 @@ PREDICTIONS = {
                 "s",
                 (0.0, 15.0),
                 "",
-                N_("The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?"),
+                "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?",
                 points=0,
             ),
             (("2.9", "sweep"),),
             _time_of_largest_swing,
-            N_("Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?"),
+            "Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?",
         ),
     ),
     "2.15": (
@@ -71,16 +70,13 @@ PREDICTIONS = {
                 "turns_farther",
                 ("bench", "model", "about the same"),
                 "",
-                N_(
-                    "The same voltage goes to your bench and to your model. Whose servo turns farther (by more than "
-                    "{as_far:.0%}; otherwise it is about the same)?",
-                    as_far=_AS_FAR,
-                ),
+                "The same voltage goes to your bench and to your model. Whose servo turns farther (by more "
+                f"than {_AS_FAR:.0%}; otherwise it is about the same)?",
                 points=0,
             ),
             (("2.15", "validation"),),
             _turns_farther,
-            N_("What does the bench have that the model lacks, and does it show, in one sentence?"),
+            "What does the bench have that the model lacks, and does it show, in one sentence?",
         ),
     ),
     "3.13": (
@@ -90,12 +86,12 @@ PREDICTIONS = {
                 "deg",
                 (2.0, 60.0),
                 "",
-                N_("Your simulation gave a largest deflection of the arm. What will it be on your bench?"),
+                "Your simulation gave a largest deflection of the arm. What will it be on your bench?",
                 points=0,
             ),
             (("3.13", "response"),),
             _largest_deflection,
-            N_("Why is it larger or smaller than you expected, in one sentence?"),
+            "Why is it larger or smaller than you expected, in one sentence?",
         ),
     ),
     "3.15": (
@@ -104,12 +100,12 @@ PREDICTIONS = {
                 "arm_swings",
                 ("longer", "about as long", "less long"),
                 "",
-                N_("Without feedback of the arm: how long will it swing after each turn, compared with full feedback?"),
+                "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?",
                 points=0,
             ),
             (("3.15", "response"), ("3.13", "response")),
             _arm_swings,
-            N_("What took the energy out of the arm before, and what does it now, in one sentence?"),
+            "What took the energy out of the arm before, and what does it now, in one sentence?",
         ),
     ),
 }

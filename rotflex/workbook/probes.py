@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import FormError, read_list, read_matrix, read_vector, rounded, thin
-from rotflex.courseware.messages import _
 from rotflex.courseware.probes import Probe, pieces
 
 HIGHEST_FREQUENCY = 10.0  #: Hz
@@ -49,20 +48,18 @@ def _keep_spectrum(output: Any) -> list[Any]:
     f, amplitude = f.ravel(), amplitude.ravel()
     if f.size != amplitude.size:
         raise FormError(
-            _(
-                "f_hz has {f_size} values and amplitude has {amplitude_size}: keep one half of the spectrum, with a "
-                "frequency for each value"
-            ).format(f_size=f.size, amplitude_size=amplitude.size)
+            f"f_hz has {f.size} values and amplitude has {amplitude.size}: keep one half of the spectrum, with a "
+            "frequency for each value"
         )
     inside = (f >= 0) & (f <= HIGHEST_FREQUENCY)
     if inside.sum() < 2:
-        raise FormError(_("there is nothing between 0 and 10 Hz in it: is f_hz in hertz?"))
+        raise FormError("there is nothing between 0 and 10 Hz in it: is f_hz in hertz?")
     kept = thin(int(inside.sum()), MOST_POINTS)
     return [rounded(f[inside][kept]), rounded(amplitude[inside][kept])]
 
 
 def _read_spectrum(data: Any) -> tuple[NDArray[np.float64], ...]:
-    pair = read_list(_("A spectrum"), data, 2, 2)
+    pair = read_list("A spectrum", data, 2, 2)
     f = read_vector("Frequencies", pair[0], 2, MOST_POINTS)
     return f, read_vector("Amplitudes", pair[1], f.size, f.size)
 
@@ -83,9 +80,9 @@ def _keep_state_space(output: Any) -> list[Any]:
         vector = 1 in shape
         if piece.shape != shape and not (vector and piece.size == max(shape) and piece.ndim <= 2):
             raise FormError(
-                _("{name} is {given}, not {rows} × {columns}").format(
+                "{name} is {given}, not {rows} × {columns}".format(
                     name=name,
-                    given=" × ".join(map(str, piece.shape)) or _("a single number"),
+                    given=" × ".join(map(str, piece.shape)) or "a single number",
                     rows=shape[0],
                     columns=shape[1],
                 )
@@ -95,7 +92,7 @@ def _keep_state_space(output: Any) -> list[Any]:
 
 
 def _read_state_space(data: Any) -> tuple[NDArray[np.float64], ...]:
-    blocks = read_list(_("A state-space model"), data, len(_SHAPES), len(_SHAPES))
+    blocks = read_list("A state-space model", data, len(_SHAPES), len(_SHAPES))
     return tuple(read_matrix(name, piece, shape) for (name, shape), piece in zip(_SHAPES.items(), blocks, strict=True))
 
 

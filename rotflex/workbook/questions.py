@@ -7,7 +7,6 @@ and so none here.
 from __future__ import annotations
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import N_
 from rotflex.courseware.parts import ReportItem
 from rotflex.workbook.catalogue_control import CONTROL, TABLE_3
 from rotflex.workbook.catalogue_modeling import MODELING, TABLE_2, WARM_UP_QUESTION
@@ -34,15 +33,15 @@ OUTCOMES = {
 _FORMAT_ROWS = (
     (
         "Format.1",
-        N_("Content and organisation"),
-        N_("The report as a whole: each part does its own work, and all of it agrees."),
+        "Content and organisation",
+        "The report as a whole: each part does its own work, and all of it agrees.",
         "GS-1",
         "organisation",
     ),
     (
         "Format.2",
-        N_("Professional appearance"),
-        N_("The report as a whole: the lists at the end of `04_modeling_results` have what to look for."),
+        "Professional appearance",
+        "The report as a whole: the lists at the end of `04_modeling_results` have what to look for.",
         "GS-2",
         "appearance",
     ),
@@ -63,8 +62,8 @@ CATALOGUE = Catalogue(
     tables=(TABLE_2, TABLE_3),
     report_items=_with_format(MODELING_ITEMS) + _with_format(CONTROL_ITEMS),
     reports={
-        MODELING_REPORT: ("5.1", TABLE_2.notebook, N_("Report on the modeling laboratory")),
-        CONTROL_REPORT: ("5.2", TABLE_3.notebook, N_("Report on the control laboratory")),
+        MODELING_REPORT: ("5.1", TABLE_2.notebook, "Report on the modeling laboratory"),
+        CONTROL_REPORT: ("5.2", TABLE_3.notebook, "Report on the control laboratory"),
     },
     outcomes=OUTCOMES,
     predictions=PREDICTIONS,

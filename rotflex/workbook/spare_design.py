@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex import experiments, response
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import DesignError, LimitExceeded, NotRecorded, RotflexError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
@@ -34,11 +33,11 @@ _SMALL, _SHORT = 2 * DEG, 3.1  # amplitude (rad) and duration (s) of the first t
 _VIRTUAL = frozenset(("seed", "preset"))  # one of these is in the identity of each virtual bench
 _ON_THE_AXIS = 1e-6  # of the fastest pole: what is nearer to the imaginary axis is on it, but for rounding
 
-_WHERE = N_(
+_WHERE = (
     "Look at question 2.14 (the signs in A and B), 3.5 (the desired coefficients minus the open-loop ones, the "
     "constant term first) and 3.8 (K from K_c and the inverse of W)."
 )
-_COST = N_(
+_COST = (
     "You need not be stuck: correct it now, or go on; from here on this notebook uses {what}. What you record and "
     "measure with it counts in full; only the answer that is wrong costs its points."
 )
@@ -95,18 +94,18 @@ def for_model(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Gain | None:
     if holds(A, B, own):
         return own
     if runs_away(A, B, own):
-        print(_("A pole has a positive real part: with your gain, your model runs away."), _(_WHERE))
+        print("A pole has a positive real part: with your gain, your model runs away.", _WHERE)
     else:
-        print(_("With your gain, the servo of your model does not get to where it is sent."), _(_WHERE))
+        print("With your gain, the servo of your model does not get to where it is sent.", _WHERE)
     spare = stand_in(A, B)
     if spare is None:
-        print(_("No gain that is tried here holds this model either, so the cells below wait for another model."))
+        print("No gain that is tried here holds this model either, so the cells below wait for another model.")
     elif np.array_equal(spare, [SPARE_GAIN]):
-        print(_(_COST).format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare))))
+        print(_COST.format(what=f"the workbook's printed gain, K = {_listed(spare)}"))
     else:
         print(
-            _("The workbook's printed gain does not hold your model either, so the model itself is not right."),
-            _(_COST).format(what=_("another gain, which only keeps your model from running away")),
+            "The workbook's printed gain does not hold your model either, so the model itself is not right.",
+            _COST.format(what="another gain, which only keeps your model from running away"),
         )
     return spare
 
@@ -123,15 +122,15 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
     feedback : with which it is to be run
     """
     spare = np.array([SPARE_GAIN])
-    cost = _(_COST).format(what=_("the workbook's printed gain, K = {gain}").format(gain=_listed(spare)))
+    cost = _COST.format(what=f"the workbook's printed gain, K = {_listed(spare)}")
     if K is None:
-        print(_("There is no gain of yours to run: question 3.8 is not answered."), cost)
+        print("There is no gain of yours to run: question 3.8 is not answered.", cost)
         return spare
     own = np.reshape(np.asarray(K, dtype=float), (1, 4))
     why = next(filter(None, (_what_happens(bench, own, way) for way in feedback)), "")
     if not why:
         return own
-    print(_("Tried on your bench, your gain does not do: {why}").format(why=why), _(_WHERE), cost)
+    print(f"Tried on your bench, your gain does not do: {why}", _WHERE, cost)
     return spare
 
 
@@ -146,7 +145,7 @@ def _what_happens(bench: Callable[[], Bench], K: Gain, feedback: str) -> str:
             run = experiments.tracking(opened, K, feedback, progress=False)
     except (LimitExceeded, DesignError, NotRecorded) as error:  # what passed a limit at the bench was not recorded
         return str(error)
-    return "" if can_be_measured(run) else _("the servo does not get to where it is sent.")
+    return "" if can_be_measured(run) else "the servo does not get to where it is sent."
 
 
 def _listed(gain: Gain) -> str:

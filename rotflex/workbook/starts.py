@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from rotflex.courseware.messages import N_
 from rotflex.courseware.starts import Start, Values
 from rotflex.hil.student_benches import student_bench
 
@@ -33,7 +32,7 @@ STARTS = (
         "stiffness",
         (("2.12", "J_l"), ("2.12", "K_s")),
         _MODELING,
-        N_("the stiffness of your joint, and the inertia of your link"),
+        "the stiffness of your joint, and the inertia of your link",
         _of_own_bench,
     ),
     Start(
@@ -44,6 +43,6 @@ STARTS = (
             ("3.8", "K"),
         ),
         (*_MODELING, *_DESIGN),
-        N_("the model of your bench, driven by the torque, and the gain"),
+        "the model of your bench, driven by the torque, and the gain",
     ),
 )

@@ -395,11 +395,3 @@ def test_words_are_read_from_a_cell_that_was_released_in_another_language(source
     released = [master("why", f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", where=WHY)]
     read = words.words_of(released, [cell(source, "why")]).get(WHY)
     assert (read and read.text) == found
-
-
-def test_the_line_to_be_written_over_is_known_in_the_readers_language_without_the_course(monkeypatch):
-    """A folder's own notebooks are all that there is to go by: they do not say what a cell held."""
-    monkeypatch.setattr(words, "_", {STUB: GERMAN}.__getitem__)
-    released = {"id": "why", "cell_type": "markdown", "metadata": {words.KEY: {}}, "source": ""}
-    assert words.without_stub(f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", released) == ""
-    assert words.without_stub(STUB, released) == ""

@@ -10,12 +10,12 @@ import browser
 import numpy as np
 from checkout import ROOT
 
-from rotflex.courseware.scene.explorer import Explorer, page_words
+from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.scene import Scene
 
-_SHOW = """async ([module, style, scene, data, width, words]) => {
+_SHOW = """async ([module, style, scene, data, width]) => {
     const { render } = await import(URL.createObjectURL(new Blob([module], { type: 'text/javascript' })));
-    window.values = { words, scene, data: new DataView(Float32Array.from(data).buffer) };
+    window.values = { scene, data: new DataView(Float32Array.from(data).buffer) };
     window.told = [];
     window.heard = {};
     const sheet = document.createElement('style');
@@ -46,7 +46,7 @@ def opened() -> Iterator[Any]:
 def show(page: Any, scene: Scene, width: int = 836) -> None:
     """Show a scene, so many px wide. What the page tells Python is then in ``window.told``."""
     style = (ROOT / "rotflex" / "courseware" / "scene" / "explorer.css").read_text(encoding="utf-8")
-    page.evaluate(_SHOW, [Explorer._esm, style, *_sent(scene, {}), width, page_words()])
+    page.evaluate(_SHOW, [Explorer._esm, style, *_sent(scene, {}), width])
 
 
 def update(page: Any, scene: Scene, **more: Any) -> None:

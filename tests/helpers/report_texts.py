@@ -54,7 +54,6 @@ def of_text(text: str, pictures: Mapping[str, bytes] | None = None) -> Document:
             Section("II.1", "Analysis: what follows", (prose, *counted(prose)), HERE),
         ),
         references=(Reference("1", "A. Author, *A title*.", FRONT),),
-        language="en",
         front=FRONT,
     )
 

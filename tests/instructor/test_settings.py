@@ -89,6 +89,10 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
         ("bench = 3\n", "bench: it should be a section, a line [bench] with its entries below."),
         ("[feedback]\npoint = true\n", "feedback.point: there is no such entry; there are points, reasons, from."),
         (
+            '[course]\nlanguage = "de"\n',
+            "course.language: messages and notebooks are in English only; delete this line.",
+        ),
+        (
             "[course]\ntitle = 3\n",
             "course.title: it is 3, and should be a line of text of at most 120 characters, as in: ",
         ),

@@ -19,7 +19,6 @@ from rotflex.courseware.json_values import (
     show_number,
 )
 from rotflex.courseware.kinds.values import complex_number, of_slip, real_number
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 
 
@@ -30,11 +29,7 @@ def _rows_and_columns(shape: tuple[int, ...]) -> tuple[int, int]:
 
 def _wanted(shape: tuple[int, ...]) -> str:
     rows, columns = _rows_and_columns(shape)
-    return (
-        _("{count} numbers").format(count=max(rows, columns))
-        if 1 in (rows, columns)
-        else _("a {rows} × {columns} matrix").format(rows=rows, columns=columns)
-    )
+    return f"{max(rows, columns)} numbers" if 1 in (rows, columns) else f"a {rows} × {columns} matrix"
 
 
 def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
@@ -49,26 +44,24 @@ def entries(value: Any, shape: tuple[int, ...]) -> list[list[Any]]:
     """
     rows, columns = _rows_and_columns(shape)
     if value is None or value is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     value = _coefficients(value)
     if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
-        raise FormError(_("it is a function: call it, and give the result"))
+        raise FormError("it is a function: call it, and give the result")
     try:
         array = np.asarray(value if not is_symbolic(value) or hasattr(value, "shape") else [value], dtype=object)
     except ValueError:
-        raise FormError(_("its rows differ in length")) from None
+        raise FormError("its rows differ in length") from None
     if any(isinstance(entry, list | tuple | np.ndarray) for entry in array.ravel()):
-        raise FormError(_("its rows differ in length"))
+        raise FormError("its rows differ in length")
     if array.size and all(entry is None or entry is Ellipsis for entry in array.ravel()):
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     lying_or_standing = 1 in (rows, columns) and array.size == rows * columns and sum(n > 1 for n in array.shape) <= 1
     if array.shape != (rows, columns) and not lying_or_standing:
-        given = (
-            " × ".join(str(n) for n in array.shape) if array.ndim > 1 else _("a row of {size}").format(size=array.size)
-        )
+        given = " × ".join(str(n) for n in array.shape) if array.ndim > 1 else f"a row of {array.size}"
         if array.ndim == 0:
-            given = _("a {type_name}").format(type_name=type(value).__name__)
-        raise FormError(_("it should be {wanted}; it is {given}").format(wanted=_wanted(shape), given=given))
+            given = f"a {type(value).__name__}"
+        raise FormError(f"it should be {_wanted(shape)}; it is {given}")
     table: list[list[Any]] = array.reshape(rows, columns).tolist()
     return table
 
@@ -101,30 +94,24 @@ def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
     """Hints on a matrix, by its entries that are not zero."""
     digits, plausible, unit = part.usual.digits, part.usual.largest, part.usual.unit
     if digits > 1 and numbers and all(float(f"{number:.{digits - 2}e}") == number for number in numbers):
-        yield _(
-            "its entries have {fewer} digits or fewer: give what you computed, for what comes next builds on it"
-        ).format(fewer=digits - 1)
+        yield (
+            f"its entries have {digits - 1} digits or fewer: give what you computed, for what comes next builds on it"
+        )
     if plausible is None or not numbers:
         return
     largest = max(abs(number) for number in numbers)
     if not plausible[0] <= largest <= plausible[1]:
-        size = _("large") if largest > plausible[1] else _("small")
-        yield of_slip(largest, plausible, unit) or _("its entries are unusually {size} for this plant: check").format(
-            size=size
-        )
+        size = "large" if largest > plausible[1] else "small"
+        yield of_slip(largest, plausible, unit) or f"its entries are unusually {size} for this plant: check"
 
 
 def _entry(entry: Any, i: int, j: int) -> float:
     try:
         return real_number(entry)
     except NotAnswered:
-        raise FormError(
-            _("the entry in row {row}, column {column} is still empty").format(row=i + 1, column=j + 1)
-        ) from None
+        raise FormError(f"the entry in row {i + 1}, column {j + 1} is still empty") from None
     except FormError as error:
-        raise FormError(
-            _("look at the entry in row {row}, column {column}: {error}").format(row=i + 1, column=j + 1, error=error)
-        ) from None
+        raise FormError(f"look at the entry in row {i + 1}, column {j + 1}: {error}") from None
 
 
 def decode_matrix(part: Part, content: Any) -> NDArray[np.float64]:
@@ -140,7 +127,7 @@ def show_matrix(part: Part, content: dict[str, Any]) -> str:
     numbers = [number if abs(number) > 1e-9 * largest else 0.0 for number in numbers]
     if 1 in (len(rows), len(rows[0])):
         return f" = [{', '.join(show_number(number) for number in numbers)}]"
-    return _(": {rows} × {columns} matrix").format(rows=len(rows), columns=len(rows[0]))
+    return f": {len(rows)} × {len(rows[0])} matrix"
 
 
 # --- poles -----------------------------------------------------------------------------------------------------------
@@ -148,39 +135,33 @@ def show_matrix(part: Part, content: dict[str, Any]) -> str:
 
 def encode_poles(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     if value is None or value is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     if isinstance(value, dict):  # sympy's eigenvalues: pole -> how often
         value = [pole for pole, times in value.items() for _repeat in range(times if isinstance(times, int) else 1)]
     if isinstance(value, set | frozenset):
         value = list(value)
     if isinstance(value, str) or not hasattr(value, "__len__"):
-        raise FormError(
-            _("it is a {type_name}; give a list of {count} poles").format(
-                type_name=type(value).__name__, count=part.count
-            )
-        )
+        raise FormError(f"it is a {type(value).__name__}; give a list of {part.count} poles")
     try:
         given = np.asarray(value, dtype=object).ravel().tolist()
     except ValueError:
-        raise FormError(_("give one list of {count} poles").format(count=part.count)) from None
+        raise FormError(f"give one list of {part.count} poles") from None
     if given and all(pole is None or pole is Ellipsis for pole in given):
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     if len(given) != part.count:
         raise FormError(
-            _("{wanted} poles are asked for (count multiple ones as often as they occur); there are {count}").format(
-                wanted=part.count, count=len(given)
-            )
+            f"{part.count} poles are asked for (count multiple ones as often as they occur); there are {len(given)}"
         )
     found = []
     for index, pole in enumerate(given):
         try:
             found.append(complex_number(pole))
         except NotAnswered:
-            raise FormError(_("pole {index} is still empty").format(index=index + 1)) from None
+            raise FormError(f"pole {index + 1} is still empty") from None
         except FormError as error:
-            raise FormError(_("look at pole {index}: {error}").format(index=index + 1, error=error)) from None
+            raise FormError(f"look at pole {index + 1}: {error}") from None
     found.sort(key=lambda pole: (float(f"{pole.real:.6g}"), pole.imag))
-    hints = [] if _in_pairs(found) else [_("the complex poles of a real system come in conjugate pairs; these do not")]
+    hints = [] if _in_pairs(found) else ["the complex poles of a real system come in conjugate pairs; these do not"]
     return {"value": [[pole.real, pole.imag] for pole in found]}, hints
 
 

@@ -23,7 +23,7 @@ from rotflex.courseware.json_values import (
     thin,
 )
 from rotflex.courseware.kinds.axis_labels import unit_places
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
@@ -44,9 +44,7 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     """
     diagrams = seen_diagrams(value)
     if len(diagrams) > MOST_AXES:
-        raise FormError(
-            _("it has {count} diagrams; {most_axes} at most are kept").format(count=len(diagrams), most_axes=MOST_AXES)
-        )
+        raise FormError(f"it has {len(diagrams)} diagrams; {MOST_AXES} at most are kept")
     each = max(_FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), MOST_LINES) for _axis, lines in diagrams))
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
@@ -58,10 +56,7 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
             hints.setdefault(hint, []).append(index)
     if len(axes) == 1:
         return {"axes": axes}, list(hints)
-    return {"axes": axes}, [
-        _("in diagram {where}: {hint}").format(where=", ".join(map(str, where)), hint=hint)
-        for hint, where in hints.items()
-    ]
+    return {"axes": axes}, [f"in diagram {', '.join(map(str, where))}: {hint}" for hint, where in hints.items()]
 
 
 def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
@@ -79,10 +74,8 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
     diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
     if not diagrams:
         raise FormError(
-            _(
-                "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
-                "figure you plotted on"
-            )
+            "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
+            "figure you plotted on"
         )
     return diagrams
 
@@ -90,23 +83,21 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
 def _figure(value: Any) -> Any:
     """The figure meant: a Figure, Axes, what ``plt.subplots`` returns, or what ``plot`` returns."""
     if value is None or value is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
     if isinstance(value, np.ndarray | list | tuple):
         artists = [item for item in np.asarray(value, dtype=object).ravel() if isinstance(item, Artist)]
         if not artists:
-            raise FormError(_("there is no figure in it: give the figure, as in fig, ax = plt.subplots()"))
+            raise FormError("there is no figure in it: give the figure, as in fig, ax = plt.subplots()")
         value = artists[0]
     if isinstance(value, Figure):
         return value
     figure = value.get_figure(root=True) if isinstance(value, Artist) else None
     if figure is None:
         raise FormError(
-            _("it is a {type_name}, not a figure: give the figure, as in fig, ax = plt.subplots()").format(
-                type_name=type(value).__name__
-            )
+            f"it is a {type(value).__name__}, not a figure: give the figure, as in fig, ax = plt.subplots()"
         )
     return figure
 
@@ -199,25 +190,21 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
     hints = []
     for name, label in (("x", x_label), ("y", y_label)):
         if not label:
-            hints.append(_("the {name} axis has no label: say what it shows, and in which unit").format(name=name))
+            hints.append(f"the {name} axis has no label: say what it shows, and in which unit")
         elif not unit_places(label):
-            hints.append(_("the {name} axis has no unit: write it in brackets after the name").format(name=name))
+            hints.append(f"the {name} axis has no unit: write it in brackets after the name")
     if len(lines) > MOST_LINES:
-        hints.append(
-            _("it has {count} curves; the {most_lines} with most points are kept").format(
-                count=len(lines), most_lines=MOST_LINES
-            )
-        )
+        hints.append(f"it has {len(lines)} curves; the {MOST_LINES} with most points are kept")
     curves = [line for line in lines if _is_curve(line)]
     if len(curves) > 1 and not all(line["label"] for line in curves):
-        hints.append(_("with more than one curve, say which is which: give each a label, and a legend"))
+        hints.append("with more than one curve, say which is which: give each a label, and a legend")
     return hints
 
 
 def decode_figure(part: Part, content: Any) -> dict[str, Any]:
     axes = []
     for item in read_list("axes", read_dict(part.name, content, {"kind", "axes"})["axes"], 1, MOST_AXES):
-        axis = read_dict(_("A diagram"), item, {"title", "xlabel", "ylabel", "lines"})
+        axis = read_dict("A diagram", item, {"title", "xlabel", "ylabel", "lines"})
         texts = {name: read_text(name, axis[name], _LONGEST_LABEL) for name in ("title", "xlabel", "ylabel")}
         lines = [_read_line(line) for line in read_list("lines", axis["lines"], 1, MOST_LINES)]
         axes.append({**texts, "lines": lines})
@@ -225,10 +212,10 @@ def decode_figure(part: Part, content: Any) -> dict[str, Any]:
 
 
 def _read_line(item: Any) -> dict[str, Any]:
-    line = read_dict(_("A curve"), item, {"label", "n", "x", "y"})
+    line = read_dict("A curve", item, {"label", "n", "x", "y"})
     n = line["n"]
     if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MOST_SAMPLES:
-        raise AnswerError(_("The number of points of a curve should be a whole number."))
+        raise AnswerError("The number of points of a curve should be a whole number.")
     x = read_vector("x", line["x"], 0, MOST_POINTS)
     y = read_vector("y", line["y"], x.size, x.size)
     return {"label": read_text("label", line["label"], _LONGEST_LABEL), "n": n, "x": x, "y": y}

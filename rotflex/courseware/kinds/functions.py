@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import FormError, NotAnswered, read_dict, read_list
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Part
 from rotflex.courseware.probes import Probe
 
@@ -19,13 +19,11 @@ _LONGEST_MESSAGE = 200
 def encode_function(part: Part, value: Any, probe_seed: int) -> tuple[dict[str, Any], list[str]]:
     """Call a function on its probe's inputs and keep the outputs, as the probe says."""
     if value is None or value is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     probe = _probe(part)
     if not callable(value):
         raise FormError(
-            _("it is a {type_name}: give the function {signature} itself, not what it returns").format(
-                type_name=type(value).__name__, signature=probe.signature
-            )
+            f"it is a {type(value).__name__}: give the function {probe.signature} itself, not what it returns"
         )
     outputs = []
     for arguments in probe.inputs(probe_seed):
@@ -33,11 +31,7 @@ def encode_function(part: Part, value: Any, probe_seed: int) -> tuple[dict[str, 
             output = value(*copy.deepcopy(arguments))
         except Exception as error:  # whatever a student's function may raise is theirs to read
             message = str(error)[:_LONGEST_MESSAGE]
-            raise FormError(
-                _("calling {signature} raised {error_type}: {message}").format(
-                    signature=probe.signature, error_type=type(error).__name__, message=message
-                )
-            ) from None
+            raise FormError(f"calling {probe.signature} raised {type(error).__name__}: {message}") from None
         outputs.append(probe.keep(output))
     return {"outputs": outputs}, []
 
@@ -51,11 +45,11 @@ def decode_function(part: Part, content: Any) -> list[tuple[NDArray[np.float64],
 
 def _probe(part: Part) -> Probe:
     if part.probe is None:
-        raise TypeError(_("{name}: a part of kind function needs a probe.").format(name=part.name))
+        raise TypeError(f"{part.name}: a part of kind function needs a probe.")
     return part.probe
 
 
 def show_function(part: Part, content: dict[str, Any]) -> str:
-    return _(": a function, tried on {inputs}").format(
+    return ": a function, tried on {inputs}".format(
         inputs=plural(len(content["outputs"]), "{count} input", "{count} inputs")
     )

@@ -19,7 +19,7 @@ from rotflex.courseware.json_values import (
     rounded,
     thin,
 )
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
@@ -53,24 +53,14 @@ class Sampled(Protocol):
 def encode_recording(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
     """A recording's metadata and its channels, thinned to 400 points (``json_values.thin``) of 6 significant digits."""
     if value is None or value is Ellipsis:
-        raise NotAnswered(_("nothing yet"))
+        raise NotAnswered("nothing yet")
     if not isinstance(value, Sampled):
-        raise FormError(
-            _("it is a {type_name}, not a recording: give what the experiment returned").format(
-                type_name=type(value).__name__
-            )
-        )
+        raise FormError(f"it is a {type(value).__name__}, not a recording: give what the experiment returned")
     missing = [name for name in part.channels if name not in value.channels]
     if missing:
-        raise FormError(
-            _("the recording lacks {missing}; it has {channels}").format(
-                missing=_(" and ").join(missing), channels=", ".join(value.channels)
-            )
-        )
+        raise FormError(f"the recording lacks {' and '.join(missing)}; it has {', '.join(value.channels)}")
     if len(value) > MOST_SAMPLES:
-        raise FormError(
-            _("the recording is too long: cut out the part that matters with recording.between(start, stop)")
-        )
+        raise FormError("the recording is too long: cut out the part that matters with recording.between(start, stop)")
     kept = thin(len(value), MOST_POINTS)
     channels = {
         name: {"unit": channel.unit, "values": rounded(channel.values[kept])}
@@ -84,9 +74,7 @@ def encode_recording(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]
         "channels": channels,
     }
     hints = [
-        _("is it the right one? Its {name} is {found!r}, where {wanted!r} is asked for").format(
-            name=name, found=str(value.metadata[name])[:40], wanted=wanted
-        )
+        f"is it the right one? Its {name} is {str(value.metadata[name])[:40]!r}, where {wanted!r} is asked for"
         for name, wanted in (*part.settings, *part.usual.settings)
         if value.metadata.get(name, wanted) != wanted
     ]
@@ -97,9 +85,9 @@ def _metadata(value: Sampled) -> dict[str, Any]:
     try:
         text = json.dumps(dict(value.metadata), allow_nan=False, ensure_ascii=False)
     except (TypeError, ValueError):
-        raise FormError(_("the recording's metadata is not plain data (text, numbers, lists)")) from None
+        raise FormError("the recording's metadata is not plain data (text, numbers, lists)") from None
     if len(text) > _LONGEST_METADATA:
-        raise FormError(_("the recording's metadata is too long to be kept"))
+        raise FormError("the recording's metadata is too long to be kept")
     metadata: dict[str, Any] = json.loads(text)
     return metadata
 
@@ -108,29 +96,27 @@ def decode_recording(part: Part, content: Any) -> dict[str, Any]:
     read_dict(part.name, content, {"kind", "metadata", "n", "sample_time", "channels"})
     n, metadata, channels = content["n"], content["metadata"], content["channels"]
     if isinstance(n, bool) or not isinstance(n, int) or not 2 <= n <= MOST_SAMPLES:
-        raise AnswerError(_("The number of samples should be a whole number."))
+        raise AnswerError("The number of samples should be a whole number.")
     if not isinstance(metadata, dict):
-        raise AnswerError(_("The metadata should be an object."))
+        raise AnswerError("The metadata should be an object.")
     try:
-        read_text(_("The metadata"), json.dumps(metadata, ensure_ascii=False), _LONGEST_METADATA)
+        read_text("The metadata", json.dumps(metadata, ensure_ascii=False), _LONGEST_METADATA)
     except RecursionError:
-        raise AnswerError(_("The metadata should be a small object.")) from None
+        raise AnswerError("The metadata should be a small object.") from None
     if not isinstance(channels, dict) or not set(part.channels) <= channels.keys() <= part.units.keys():
         raise AnswerError(
-            _("The channels should be some of {known}, {needed} among them.").format(
-                known=", ".join(part.units), needed=", ".join(part.channels)
-            )
+            f"The channels should be some of {', '.join(part.units)}, {', '.join(part.channels)} among them."
         )
     size = min(n, MOST_POINTS)
     read = {}
     for name, item in channels.items():
         channel = read_dict(name, item, {"unit", "values"})
         if read_text("unit", channel["unit"], 10) != part.units[name]:
-            raise AnswerError(_("The unit of {name} should be {unit}.").format(name=name, unit=part.units[name]))
+            raise AnswerError(f"The unit of {name} should be {part.units[name]}.")
         read[name] = {"unit": part.units[name], "values": read_vector(name, channel["values"], size, size)}
     sample_time = read_number("sample_time", content["sample_time"])
     if sample_time <= 0:
-        raise AnswerError(_("The sample time should be positive."))
+        raise AnswerError("The sample time should be positive.")
     return {"metadata": metadata, "n": n, "sample_time": sample_time, "channels": read}
 
 

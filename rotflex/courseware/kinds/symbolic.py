@@ -7,7 +7,6 @@ from typing import Any
 from rotflex.courseware import expressions
 from rotflex.courseware.json_values import FormError, NotAnswered, read_dict, read_list
 from rotflex.courseware.kinds.arrays import entries
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 
 
@@ -20,7 +19,7 @@ def decode_expression(part: Part, content: Any) -> Any:
 
 
 def show_expression(part: Part, content: dict[str, Any]) -> str:
-    return f": {_in_symbols(_('expression'), part, content['value'])}"
+    return f": {_in_symbols('expression', part, content['value'])}"
 
 
 def encode_equation(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
@@ -37,7 +36,7 @@ def decode_equation(part: Part, content: Any) -> Any:
 
 
 def show_equation(part: Part, content: dict[str, Any]) -> str:
-    return f": {_in_symbols(_('equation'), part, [content['lhs'], content['rhs']])}"
+    return f": {_in_symbols('equation', part, [content['lhs'], content['rhs']])}"
 
 
 def encode_symbolic_matrix(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
@@ -48,15 +47,9 @@ def encode_symbolic_matrix(part: Part, value: Any) -> tuple[dict[str, Any], list
             try:
                 trees.append(expressions.encode(entry, part.symbols))
             except NotAnswered:
-                raise FormError(
-                    _("the entry in row {row}, column {column} is still empty").format(row=i + 1, column=j + 1)
-                ) from None
+                raise FormError(f"the entry in row {i + 1}, column {j + 1} is still empty") from None
             except FormError as error:
-                raise FormError(
-                    _("look at the entry in row {row}, column {column}: {error}").format(
-                        row=i + 1, column=j + 1, error=error
-                    )
-                ) from None
+                raise FormError(f"look at the entry in row {i + 1}, column {j + 1}: {error}") from None
         rows.append(trees)
     return {"value": rows}, []
 
@@ -75,7 +68,7 @@ def decode_symbolic_matrix(part: Part, content: Any) -> Any:
 
 
 def show_symbolic_matrix(part: Part, content: dict[str, Any]) -> str:
-    noun = _("{rows} × {columns} matrix").format(rows=part.shape[0], columns=part.shape[1])
+    noun = f"{part.shape[0]} × {part.shape[1]} matrix"
     return f": {_in_symbols(noun, part, content['value'])}"
 
 
@@ -90,8 +83,4 @@ def _in_symbols(noun: str, part: Part, data: Any) -> str:
                 present.add(item[1])
             pending.extend(item)
     used = [symbol for symbol in part.symbols if symbol in present]
-    return (
-        _("{noun} in {used}").format(noun=noun, used=", ".join(used))
-        if used
-        else _("{noun} without symbols").format(noun=noun)
-    )
+    return f"{noun} in {', '.join(used)}" if used else f"{noun} without symbols"

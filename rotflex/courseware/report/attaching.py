@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rotflex.courseware import course_file, files, report_files
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.report import checklist
 from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.own_files import megabytes
@@ -38,10 +38,8 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
     path = folder / pdf
     if path.name in {report_files.file_name(other) for other in catalogue.reports if other != report}:
         raise AnswerError(
-            _(
-                "{name} is not taken: by its name it is another report than the {report}. If it is the right one, save "
-                "it under another name."
-            ).format(name=path.name, report=report)
+            f"{path.name} is not taken: by its name it is another report than the {report}. If it is the right "
+            "one, save it under another name."
         )
     data = _data(path)
     texts = read(data, path.name) if find_spec(_READER) is not None else None
@@ -54,9 +52,7 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
         print(f"What may be missing in it was not looked at: that needs the library {_READER}. {_INSTALL}")
         return
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
-    titles = list(
-        dict.fromkeys(_(item.heading).partition(":")[0] for item in catalogue.items(report) if not item.judged)
-    )
+    titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))
     found = checklist.faults_of_pdf(texts, target.name, titles, limit if isinstance(limit, int) else None)
     messages = [f"  * {fault.message}" for fault in found] or ["Nothing is missing, as far as its text tells."]
     print("", *messages, checklist.NOT_CHECKED_OF_PDF, sep="\n")
@@ -68,18 +64,15 @@ def _data(path: Path) -> bytes:
         data = path.read_bytes() if size <= report_files.MAX_BYTES else bytes(report_files.MAX_BYTES + 1)
     except OSError as error:
         raise AnswerError(
-            _("{path} cannot be read: {why}. Give the file’s name as it is in this folder, or its whole path.").format(
-                path=path, why=error.strerror
-            )
+            f"{path} cannot be read: {error.strerror}. Give the file’s name as it is in this folder, or its whole path."
         ) from None
     if len(data) > report_files.MAX_BYTES:
         raise AnswerError(
-            _("{name} is not taken: it has more than {most}. Save its pictures smaller.").format(
-                name=path.name, most=megabytes(report_files.MAX_BYTES)
-            )
+            f"{path.name} is not taken: it has more than {megabytes(report_files.MAX_BYTES)}. Save its pictures "
+            "smaller."
         )
     if why := report_files.refusal(data):
-        raise AnswerError(_("{name} is not taken: {why}.").format(name=path.name, why=why))
+        raise AnswerError(f"{path.name} is not taken: {why}.")
     return data
 
 
@@ -96,12 +89,10 @@ def read(data: bytes, name: str) -> list[str]:
     try:
         reader = pypdf.PdfReader(io.BytesIO(data))
         if reader.is_encrypted and not reader.decrypt(""):
-            raise AnswerError(
-                _("{name} is not taken: it asks for a password. Export it without one.").format(name=name)
-            )
+            raise AnswerError(f"{name} is not taken: it asks for a password. Export it without one.")
         if len(reader.pages) > MOST_PAGES:
             raise AnswerError(
-                _("{name} is not taken: it has {pages}; a report has {most} at most.").format(
+                "{name} is not taken: it has {pages}; a report has {most} at most.".format(
                     name=name, pages=plural(len(reader.pages), "{count} page", "{count} pages"), most=MOST_PAGES
                 )
             )
@@ -110,24 +101,18 @@ def read(data: bytes, name: str) -> list[str]:
         raise
     except Exception as error:  # whatever a broken file leads to, in a library that was made for sound ones
         raise AnswerError(
-            _("{name} is not taken: it cannot be read as a PDF ({error}). Export it anew.").format(
-                name=name, error=type(error).__name__
-            )
+            f"{name} is not taken: it cannot be read as a PDF ({type(error).__name__}). Export it anew."
         ) from None
 
 
 def _lines(about: ReportFile, path: Path, texts: list[str] | None) -> list[str]:
     length = plural(len(texts), "{count} page", "{count} pages") if texts is not None else megabytes(about.size)
     if not about.own:
-        return [
-            _("{file} was made of the notebook’s texts, and is handed in as that, as {name} ({length}).").format(
-                file=path.name, name=about.name, length=length
-            )
-        ]
-    now = _("Your report is now {file} ({length}). It lies beside the notebooks as {name}; lab.submit() packs it.")
-    again = _("After each change of it, run this cell again. To go back to the notebook’s texts, delete {name}.")
+        return [f"{path.name} was made of the notebook’s texts, and is handed in as that, as {about.name} ({length})."]
+    now = "Your report is now {file} ({length}). It lies beside the notebooks as {name}; lab.submit() packs it."
+    again = "After each change of it, run this cell again. To go back to the notebook’s texts, delete {name}."
     return [
         now.format(file=path.name, length=length, name=about.name),
         again.format(name=about.name),
-        _("A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there."),
+        "A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there.",
     ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.report import making
 from rotflex.courseware.run import by_program
 
@@ -32,7 +31,7 @@ def button(report: str, lab: Session) -> None:
     import ipywidgets
     from IPython.display import display
 
-    label = _("Make the report (PDF and web page)")
+    label = "Make the report (PDF and web page)"
     pressed = ipywidgets.Button(
         description=label, icon="file-pdf-o", button_style="primary", layout={"width": "max-content"}
     )
@@ -43,7 +42,7 @@ def button(report: str, lab: Session) -> None:
         shown.clear_output()
         try:
             with shown:
-                print(_("Making the report …"))
+                print("Making the report …")
                 lab.report(report)
         finally:
             pressed.disabled = False

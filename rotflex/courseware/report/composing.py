@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import course_file, forms, words
 from rotflex.courseware.attached_pictures import PICTURE
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Question, ReportItem
 from rotflex.courseware.report import counting, entries, fine_curves, front
 from rotflex.courseware.report.document import (
@@ -75,7 +74,7 @@ class _Composing:
         sections = tuple(self._section(item) for item in self._items)
         problems = ((problem, Place(self._notebook)) for problem in self._written.problems)
         return Document(
-            title=self._front.title or _(self._about.title),
+            title=self._front.title or self._about.title,
             course=self._front.course or str(course.get("title") or ""),
             term=str(course.get("term") or ""),
             student=self._lab.student,
@@ -84,7 +83,6 @@ class _Composing:
             page_limit=_limit(course),
             sections=sections,
             references=self._front.references,
-            language=str(course.get("language") or "en"),
             front=self._front.place,
             told=(*self._front.told, *problems),
         )
@@ -92,7 +90,7 @@ class _Composing:
     # --- sections --------------------------------------------------------------------------------------------------
 
     def _section(self, item: ReportItem) -> Section:
-        heading = _(item.heading)
+        heading = item.heading
         if item.part:
             place = Place(self._notebook, self._cells.get(item.part, ""))
             return Section(item.number, heading, tuple(self._text(item.part, place)), place)
@@ -148,7 +146,7 @@ class _Composing:
             axes = forms.decode(part, content)["axes"] if content else []
         except AnswerError:
             axes = []
-        svg, alt = "", _("This figure is not recorded yet.")
+        svg, alt = "", "This figure is not recorded yet."
         if axes and content:
             from rotflex.courseware.report import drawing  # matplotlib loads where it is used
 
@@ -157,17 +155,17 @@ class _Composing:
             if fine is None and any(line["n"] > line["x"].size for axis in axes for line in axis["lines"]):
                 self._front.told.append(
                     (
-                        _(
-                            "{label} is drawn from the points that your answer keeps of each curve, which are few. "
+                        (
+                            f"{label} is drawn from the points that your answer keeps of each curve, which are few. "
                             "For a finer picture, run the cell that records it again."
-                        ).format(label=label),
+                        ),
                         place,
                     )
                 )
         return Figure(
             label=label,
             number=self._next(Figure),
-            caption=own or _(part.prompt or question.title),
+            caption=own or part.prompt or question.title,
             own_caption=bool(own),
             svg=svg,
             alt=alt,
@@ -179,26 +177,21 @@ class _Composing:
     def _table(self, table: Question, contents: dict[str, Any], place: Place) -> Table:
         own = self._front.captions.get(table.number, "")
         rows = tuple(entries.rows(table, contents))
-        caption = own or _(table.title)
+        caption = own or table.title
         written = self._front.place
         return Table(table.number, self._next(Table), caption, bool(own), entries.head(), rows, place, written)
 
     def _labels(self, item: ReportItem) -> Iterator[tuple[str, str]]:
-        """What a row shows that has a caption: what its caption may be written behind → what it is called by.
-
-        The cell that captions are written in may be in the reader's language, or as the course has it.
-        """
+        """What a row shows that has a caption: what its caption may be written behind → what it is called by."""
         if item.part:
             return
         for number, name in item.shows:
             question = self._lab.catalogue.find(number)
             if number in self._lab.catalogue.tables:
                 yield number, number
-                yield number.replace("Table", _("Table")), number
                 continue
             for one in [name] if name else question.names:
                 if question.part(one).kind == FIGURE:
-                    yield f"Figure {_figure_number(question, one)}", _figure_label(question, one)
                     yield _figure_label(question, one), _figure_label(question, one)
 
     def _next(self, kind: type[Figure | Table | Equation]) -> int:
@@ -216,7 +209,7 @@ class _Composing:
 
 def _figure_label(question: Question, name: str) -> str:
     """What a figure is called by: after its question, and its part where a question has several."""
-    return _("Figure {number}").format(number=_figure_number(question, name))
+    return f"Figure {_figure_number(question, name)}"
 
 
 def _figure_number(question: Question, name: str) -> str:
@@ -232,11 +225,9 @@ def _limit(course: Mapping[str, Any]) -> int | None:
 def _read(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise NotebookError(_("it is larger than {most} MB.").format(most=MAX_BYTES // 1_000_000))
+            raise NotebookError(f"it is larger than {MAX_BYTES // 1_000_000} MB.")
         data = path.read_bytes()
         handed_in.document(data)
     except (OSError, NotebookError) as error:
-        raise AnswerError(
-            _("The report's texts are in {name}, which cannot be read: {error}").format(name=path.name, error=error)
-        ) from None
+        raise AnswerError(f"The report's texts are in {path.name}, which cannot be read: {error}") from None
     return data

@@ -183,7 +183,6 @@ class Document:
     date : as on the cover
     page_limit : pages that the course allows, cover and contents included; None where it sets no limit
     sections, references : in order
-    language : of the course, as in "en"
     front : the cell where authors, captions and references are written
     told : what was left out of the student's texts or could not be read, in words, and the cell of each
     """
@@ -197,7 +196,6 @@ class Document:
     page_limit: int | None
     sections: tuple[Section, ...]
     references: tuple[Reference, ...]
-    language: str
     front: Place
     told: tuple[tuple[str, Place], ...] = ()
 

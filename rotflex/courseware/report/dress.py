@@ -13,7 +13,6 @@ import re
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.report.pandoc import Node
 
 _TOKEN = re.compile(r"\\(?:[A-Za-z]+\*?|.)(?:\s*\{[^{}]*\})?", re.DOTALL)
@@ -26,7 +25,7 @@ _WIDE = (r"\hspace", r"\hskip", r"\mspace", r"\kern", r"\mkern")  # with a lengt
 
 def words_for(kind: str) -> str:
     """What a thing with a number is called."""
-    return {"figure": _("Figure"), "table": _("Table"), "equation": _("Equation")}[kind]
+    return {"figure": "Figure", "table": "Table", "equation": "Equation"}[kind]
 
 
 def inline(latex: str) -> Node:

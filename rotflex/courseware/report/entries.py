@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware import forms
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
 from rotflex.errors import AnswerError
 
@@ -123,7 +122,7 @@ def equations(question: Question, names: list[str], contents: dict[str, Any]) ->
 
 def head() -> tuple[str, ...]:
     """The headings of a results table."""
-    return (_("Description"), _("Symbol"), _("Value"), _("Unit"))
+    return ("Description", "Symbol", "Value", "Unit")
 
 
 def rows(table: Question, contents: dict[str, Any]) -> Iterator[tuple[str, ...]]:
@@ -137,8 +136,8 @@ def rows(table: Question, contents: dict[str, Any]) -> Iterator[tuple[str, ...]]
         else:
             shown = formula(part, value)
             entry = f"${shown}$" if shown is not None else _plain(forms.show(part, contents[part.name]), part)
-        unit = unit_of(part) or (_("SI") if part.kind == "matrix" else "–")  # entries of a matrix may have several
-        yield _(part.prompt).rstrip("."), f"${symbol(part.name, part.unit)}$", entry, unit
+        unit = unit_of(part) or ("SI" if part.kind == "matrix" else "–")  # entries of a matrix may have several
+        yield part.prompt.rstrip("."), f"${symbol(part.name, part.unit)}$", entry, unit
 
 
 def _plain(shown: str, part: Part) -> str:

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rotflex.courseware.json_values import clean
-from rotflex.courseware.messages import _
 from rotflex.courseware.report.document import Place, Reference
 from rotflex.courseware.run.handed_in import TEXT
 from rotflex.courseware.words import KEY, source_of
@@ -69,7 +68,7 @@ def read(cells: Sequence[Any], notebook: str, report: str, labels: Mapping[str, 
     if not found:
         front = Front(Place(notebook))
         front.told.append(
-            (_("The cell for authors, captions and sources is missing: lab.restore() gives it back."), front.place)
+            ("The cell for authors, captions and sources is missing: lab.restore() gives it back.", front.place)
         )
         return front
     places = [Place(notebook, str(cell.get("id", ""))) for cell in found]
@@ -116,9 +115,9 @@ def _take(
     key = _KEY.fullmatch(name)
     if key and text:
         if key["key"] in references and references[key["key"]].place == place:
-            front.told.append((_("There are two sources [{key}]; the last counts.").format(key=key["key"]), place))
+            front.told.append((f"There are two sources [{key['key']}]; the last counts.", place))
         references[key["key"]] = Reference(key["key"], text, place)
-    elif name in ("Authors", _("Authors")):
+    elif name in ("Authors", "Authors"):
         front.authors = tuple(filter(None, (one.strip() for one in re.split(r"[;,\n]", text)))) or front.authors
     elif name in (lines := _lines()):
         setattr(front, lines[name], " ".join(text.split()) or getattr(front, lines[name]))
@@ -127,9 +126,9 @@ def _take(
     elif text and not key:
         front.told.append(
             (
-                _("{name!r} is none of the report's entries, and is left out; there are {labels}.").format(
+                "{name!r} is none of the report's entries, and is left out; there are {labels}.".format(
                     name=name,
-                    labels=", ".join([_("Authors"), _("Title"), _("Course"), _("Date"), *_called(labels), "[1]"]),
+                    labels=", ".join(["Authors", "Title", "Course", "Date", *_called(labels), "[1]"]),
                 ),
                 place,
             )
@@ -142,5 +141,5 @@ def _called(labels: Mapping[str, str]) -> list[str]:
 
 def _lines() -> dict[str, str]:
     """Names of entries of one line → the attribute that each is kept under."""
-    known = {"title": ("Title", _("Title")), "course": ("Course", _("Course")), "date": ("Date", _("Date"))}
+    known = {"title": ("Title", "Title"), "course": ("Course", "Course"), "date": ("Date", "Date")}
     return {name: kept for kept, names in known.items() for name in names}

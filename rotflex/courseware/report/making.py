@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import files, report_files
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.report import attaching, checklist
 from rotflex.courseware.report.document import Place
 from rotflex.courseware.run import by_program, from_notebook
@@ -58,15 +58,14 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         print(not_installed(missing))
         return
     if not from_notebook.is_saved(folder, cell):
-        print(_("This notebook is not saved as it stands here, and the report is made of the saved file."))
-        print(_("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again."))
+        print("This notebook is not saved as it stands here, and the report is made of the saved file.")
+        print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
         return
     if own := lab.report_files.own(number):
         print(
-            _(
-                "{name} is a document of your own, and is handed in as your report. It is left as it is: nothing is "
-                "made. To hand in the notebook’s texts instead, delete {name}, and run this cell again."
-            ).format(name=own.name)
+            f"{own.name} is a document of your own, and is handed in as your report. It is left as it is: "
+            f"nothing is made. To hand in the notebook’s texts instead, delete {own.name}, and run this cell "
+            "again."
         )
         return
     from rotflex.courseware.report import composing, pandoc, writing  # what they need is loaded where it is there
@@ -79,10 +78,10 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         files.write(page, made.page)
         files.write(paper, made.pdf)
     except (pandoc.ReportError, OSError) as error:
-        print(_("The report is not made, and nothing is written: {error}").format(error=error))
+        print(f"The report is not made, and nothing is written: {error}")
         return
     took = time.perf_counter() - started
-    said = _("Written in {seconds:.1f} s: {pages}, from {notebook} as it was saved at {when}.").format(
+    said = "Written in {seconds:.1f} s: {pages}, from {notebook} as it was saved at {when}.".format(
         seconds=took,
         pages=plural(made.pages, "{count} page", "{count} pages"),
         notebook=document.front.notebook,
@@ -110,9 +109,7 @@ def find(reports: Iterable[str], name: str) -> str:
     first = {one.partition(" ")[0].casefold(): one for one in known}
     if near := get_close_matches(wanted.partition(" ")[0], first, n=1, cutoff=0.85):  # as with another spelling
         return first[near[0]]
-    raise AnswerError(
-        _("There is no report {report!r}; there are {there}.").format(report=name, there=", ".join(known))
-    )
+    raise AnswerError(f"There is no report {name!r}; there are {', '.join(known)}.")
 
 
 def file_name(number: str) -> str:
@@ -124,13 +121,9 @@ def not_installed(missing: Sequence[str]) -> str:
     """What is said where the libraries are missing that make a report."""
     return "\n".join(
         [
-            _("The report is not made, and nothing is written. Not installed: {names}.").format(
-                names=", ".join(missing)
-            ),
-            _("Install it once, in a cell of your own (about 75 MB):   %pip install {names}").format(
-                names=" ".join(missing)
-            ),
-            _("Then run this cell again."),
+            f"The report is not made, and nothing is written. Not installed: {', '.join(missing)}.",
+            f"Install it once, in a cell of your own (about 75 MB):   %pip install {' '.join(missing)}",
+            "Then run this cell again.",
         ]
     )
 
@@ -141,8 +134,8 @@ def not_installed(missing: Sequence[str]) -> str:
 def show(made: Sequence[str], said: str, told: Sequence[Told], found: Sequence[Told]) -> None:
     """Show what was written, and what there is to do, each with a link to its cell; outside a notebook as text."""
     sections = [
-        (_("What could not be taken over, or is missing:"), told),
-        (_("Before you hand it in:"), found),
+        ("What could not be taken over, or is missing:", told),
+        ("Before you hand it in:", found),
     ]
     plain = [", ".join(made), said]
     rich = [" · ".join(_link(name, name) for name in made), html.escape(said)]

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 
 #: As a notebook reads Markdown. Raw HTML is read as such, so that it can be left out (rotflex.courseware.report.tree).
@@ -38,7 +37,7 @@ def program() -> str:
 
         return str(pypandoc.get_pandoc_path())
     except (ImportError, OSError):
-        raise ReportError(_("pandoc is not installed.")) from None
+        raise ReportError("pandoc is not installed.") from None
 
 
 def read(texts: Sequence[str]) -> list[list[Node]]:
@@ -60,7 +59,7 @@ def read(texts: Sequence[str]) -> list[list[Node]]:
     try:
         blocks = json.loads(said)["blocks"]
     except RecursionError:
-        raise ReportError(_("A text has lists or quotes within each other too many times; make it plainer.")) from None
+        raise ReportError("A text has lists or quotes within each other too many times; make it plainer.") from None
     for block in blocks:
         if block["t"] == "Para" and block["c"] == [{"t": "Str", "c": between}]:
             found.append([])
@@ -109,10 +108,10 @@ def _run(words: Sequence[str], content: bytes, folder: str) -> bytes:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise ReportError(_("pandoc took more than {most} s.").format(most=_PATIENCE)) from None
+        raise ReportError(f"pandoc took more than {_PATIENCE} s.") from None
     except OSError as error:
-        raise ReportError(_("pandoc cannot be started: {why}.").format(why=error.strerror)) from None
+        raise ReportError(f"pandoc cannot be started: {error.strerror}.") from None
     if done.returncode:
         why = done.stderr.decode("utf-8", "replace").strip()
-        raise ReportError(_("pandoc could not read or write the report: {why}").format(why=why[-500:]))
+        raise ReportError(f"pandoc could not read or write the report: {why[-500:]}")
     return done.stdout

@@ -11,12 +11,11 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.report.document import Document, Place
 from rotflex.courseware.report.dress import words_for
 
 _NUMBER = r"\d+(?:\.\d+)*"
-_LIST = rf"{_NUMBER}(?:(?:,\s*|,?\s+(?:and|or|to|{{and_}})\s+|\s*[-–]\s*){_NUMBER})*"
+_LIST = rf"{_NUMBER}(?:(?:,\s*|,?\s+(?:and|or|to)\s+|\s*[-–]\s*){_NUMBER})*"
 _CITED = re.compile(r"\[(?P<keys>[\w.:-]{1,30}(?:\s*,\s*[\w.:-]{1,30})*)(?P<more>,\s*pp?\.[^\[\]]{1,40})?\]")
 #: Behind the number of a figure or a table that is not this report's: "Figure 2 of [1]".
 _ANOTHERS = re.compile(r"\s*,?\s+(?:of|in|from|aus|von)\s+\[")
@@ -58,13 +57,10 @@ class References:
 
     def __post_init__(self) -> None:
         words = {"figure": ["Figures?", r"Figs?\."], "table": ["Tables?"], "equation": ["Equations?", r"Eqs?\."]}
-        for kind, known in words.items():
-            known.append(re.escape(words_for(kind)))
-        numbered = _LIST.format(and_=re.escape(_("and")))
         tags = "|".join(map(re.escape, sorted(self.tags, key=len, reverse=True)))
         self._pattern = re.compile(
-            rf"(?<!\w)(?P<figure>(?i:{'|'.join(words['figure'])}))\s+(?P<figures>{numbered})"
-            rf"|(?<!\w)(?P<table>(?i:{'|'.join(words['table'])}))\s+(?P<tables>{numbered})"
+            rf"(?<!\w)(?P<figure>(?i:{'|'.join(words['figure'])}))\s+(?P<figures>{_LIST})"
+            rf"|(?<!\w)(?P<table>(?i:{'|'.join(words['table'])}))\s+(?P<tables>{_LIST})"
             rf"|\\(?:eq)?ref\{{(?P<ref>[^{{}}\s]{{1,60}})\}}"
             + (rf"|\((?P<tag>{tags})\)" if tags else "")
             + rf"|(?<!\w)(?P<equation>(?i:{'|'.join(words['equation'])}))\s+\((?P<unknown>[^()\s]{{1,60}})\)"
@@ -118,17 +114,15 @@ class References:
             yield self._equation(tag, place, tell, match[0])
         elif match["command"]:
             tell(
-                _(
-                    "{written} stays in the report as it is typed. Write [1] for a source, “Figure 2” for a figure, "
-                    "and the tag of an equation in brackets."
-                ).format(written=match[0])
+                f"{match[0]} stays in the report as it is typed. Write [1] for a source, “Figure 2” for a "
+                "figure, and the tag of an equation in brackets."
             )
             yield Referred(match[0])
         elif match["unknown"] in self.tags:
             yield Referred(match["equation"] + "\N{NO-BREAK SPACE}")
             yield self._equation(match["unknown"], place, tell, f"({match['unknown']})")
         elif match["unknown"]:
-            tell(_("There is no equation ({tag}) in this report.").format(tag=match["unknown"]))
+            tell(f"There is no equation ({match['unknown']}) in this report.")
             yield Referred(match[0])
         else:
             yield from self._cited(match, tell)
@@ -143,7 +137,7 @@ class References:
             if number is None and piece.isdecimal() and 1 <= int(piece) <= self.totals[kind]:
                 number = int(piece)
             if number is None:
-                tell(_("There is no {kind} {number} in this report.").format(kind=words_for(kind), number=piece))
+                tell(f"There is no {words_for(kind)} {piece} in this report.")
                 yield Referred(f"{before}{piece}")
             else:
                 yield from ([Referred(before)] if before and not before.startswith(word) else [])
@@ -157,10 +151,10 @@ class References:
         meant = self.tags.get(tag, [])
         here = [number for where, number in meant if where == place]
         if not meant:
-            tell(_("There is no equation ({tag}) in this report.").format(tag=tag))
+            tell(f"There is no equation ({tag}) in this report.")
             return Referred(written)
         if len(here) != 1 and len(meant) > 1:
-            tell(_("Several equations have the tag {tag}; give each its own.").format(tag=tag))
+            tell(f"Several equations have the tag {tag}; give each its own.")
         number = here[0] if here else meant[0][1]
         return Referred(f"({number})", f"equation-{number}")
 
@@ -169,7 +163,7 @@ class References:
         if not any(key in self.sources for key in keys):
             if all(key.isdecimal() for key in keys) and self.sources:
                 for key in keys:
-                    tell(_("There is no source {cited} in this report.").format(cited=f"[{key}]"))
+                    tell(f"There is no source [{key}] in this report.")
             yield Referred(match[0])
             return
         yield Referred("[")
@@ -177,6 +171,6 @@ class References:
             if place:
                 yield Referred(", ")
             if key not in self.sources:
-                tell(_("There is no source {cited} in this report.").format(cited=f"[{key}]"))
+                tell(f"There is no source [{key}] in this report.")
             yield Referred(key, f"source-{key}" if key in self.sources else "")
         yield Referred(f"{match['more'] or ''}]")

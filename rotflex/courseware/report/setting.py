@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from rotflex.courseware.attached_pictures import PICTURE
-from rotflex.courseware.messages import _
 from rotflex.courseware.report import pandoc
 from rotflex.courseware.report.document import Block, Document, Equation, Figure, Place, Prose, Section, Table
 from rotflex.courseware.report.dress import Dress
@@ -126,7 +125,7 @@ class Setting:
                 found.append(self._heading(2, f"section-{section.number}", f"{section.number} {heading}"))
                 found += self._section(section)
         if self.document.references:
-            found.append(self._heading(1, "sources", _("References")))
+            found.append(self._heading(1, "sources", "References"))
             for one in self.document.references:
                 found += self.dress.source(one.key, self._text(one.place).inlines(self.read.line(one.text)))
         return found
@@ -147,11 +146,11 @@ class Setting:
             elif not in_text:
                 yield from self._shown(block)
         if not in_text and not section.blocks:
-            yield _emphasised(_("Nothing is recorded yet."))
+            yield _emphasised("Nothing is recorded yet.")
 
     def _prose(self, prose: Prose, section: str) -> Iterator[Node]:
         if not prose.text:
-            yield _emphasised(_("This text is not written yet."))
+            yield _emphasised("This text is not written yet.")
             return
         sought = frozenset(match["in"] or match["out"] for match in PICTURE.finditer(prose.text))
         text = replace(self._text(prose.place, prose.pictures, sought), section=section)

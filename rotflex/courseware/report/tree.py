@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.report.counting import CAPTION, untagged
 from rotflex.courseware.report.document import Place
 from rotflex.courseware.report.dress import Dress, spaced
@@ -88,7 +87,7 @@ class Text:
     def tell(self, what: str) -> None:
         """Tell something of this text."""
         if self.section:
-            what = _("Section {number}: {what}").format(number=self.section, what=what)
+            what = f"Section {self.section}: {what}"
         self.gathered.told[what, self.place] = None
 
     # --- blocks ----------------------------------------------------------------------------------------------------
@@ -188,7 +187,7 @@ class Text:
         return others.get(kind, lambda: self._unknown(kind))()
 
     def _unknown(self, kind: str) -> list[Node]:
-        self.tell(_("Something is left out: {kind}.").format(kind=kind))
+        self.tell(f"Something is left out: {kind}.")
         return []
 
     def _referring(self, run: str) -> list[Node]:
@@ -202,9 +201,7 @@ class Text:
         if _REFERENCE.fullmatch(latex):
             return self._referring(latex.strip())
         if _LINES.search(latex):
-            self.tell(
-                _("Lines between rows and columns of a formula (\\hline, |) are not drawn; a table has such lines.")
-            )
+            self.tell("Lines between rows and columns of a formula (\\hline, |) are not drawn; a table has such lines.")
         plain, _tag = untagged(latex)
         number = self.counts.next("equation") if on_its_own else 0
         if plain in self.verbatim:
@@ -218,7 +215,7 @@ class Text:
         shown = self.inlines(inside)
         if _WEB.match(target):
             return [{"t": "Link", "c": [_NOTHING, shown, [target, ""]]}]
-        self.tell(_("The link to {target} is left out: only web addresses stay.").format(target=repr(target[:_SHOWN])))
+        self.tell(f"The link to {target[:_SHOWN]!r} is left out: only web addresses stay.")
         return shown
 
     def _picture(self, content: Any) -> list[Node]:
@@ -231,13 +228,13 @@ class Text:
 
     def _no_picture(self, name: str) -> None:
         if name not in self.sought:
-            self.tell(_("The picture {name} is left out: paste it into the cell.").format(name=repr(name[:_SHOWN])))
+            self.tell(f"The picture {name[:_SHOWN]!r} is left out: paste it into the cell.")
 
     def _html(self, markup: str) -> list[Node]:
         if _BREAK.fullmatch(markup.strip()):
             return [{"t": "LineBreak"}]
         if not markup.lstrip().startswith(("<!--", "</")):  # what was opened is told
-            self.tell(_("HTML is left out: {markup}").format(markup=markup.strip()[:_SHOWN]))
+            self.tell(f"HTML is left out: {markup.strip()[:_SHOWN]}")
         return []
 
 

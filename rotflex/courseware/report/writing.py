@@ -13,7 +13,6 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.report import pandoc
 from rotflex.courseware.report.document import Document, Equation, Place, Table
 from rotflex.courseware.report.dress import Html, Typst, words_for
@@ -42,7 +41,7 @@ class _NoGlyphs(ReportError):
     """
 
     def __init__(self, characters: str) -> None:
-        super().__init__(_("typst could not set the report: {why}").format(why=characters[:_MOST_CHARACTERS]))
+        super().__init__(f"typst could not set the report: {characters[:_MOST_CHARACTERS]}")
         self.characters = characters
 
 
@@ -90,11 +89,10 @@ def _html(document: Document, read: Read) -> tuple[str, list[tuple[str, Place]]]
     before = [f"<p>{escape(line)}</p>" for line in (document.course, document.term) if line]
     rows = [f"<dt>{escape(what)}</dt><dd>{escape(who)}</dd>" for what, who in _rows(document)]
     page = Template((resources(_HERE) / "page.html").read_text(encoding="utf-8")).substitute(
-        language=escape(document.language),
         title=escape(document.title),
         before="".join(before),
         rows="".join(rows),
-        contents=escape(_("Contents")),
+        contents=escape("Contents"),
         entries="".join(_contents(document, setting)),
         body=body,
     )
@@ -113,7 +111,7 @@ def _contents(document: Document, setting: Setting) -> Iterator[str]:
             else inside
         )
     if document.references:
-        yield _entry("sources", _("References"))
+        yield _entry("sources", "References")
 
 
 def _entry(anchor: str, text: str, inside: str = "") -> str:
@@ -123,7 +121,7 @@ def _entry(anchor: str, text: str, inside: str = "") -> str:
 def _rows(document: Document) -> list[tuple[str, str]]:
     """What stands on the cover below the title."""
     by = ", ".join(document.authors)
-    rows = [(_("Authors"), by), (_("Student ID"), document.student), (_("Date"), document.date)]
+    rows = [("Authors", by), ("Student ID", document.student), ("Date", document.date)]
     return [(what, who) for what, who in rows if who]
 
 
@@ -176,24 +174,25 @@ def _squeezed(noted: list[Any], document: Document) -> list[tuple[str, Place]]:
         if thing is None or one.get("scale", 0) >= _SMALLEST:
             continue
         if isinstance(thing, Equation):
-            what = _(
-                "Equation ({number}) is too wide for the page: it is shrunk to {percent} % of its size, and hard to "
-                "read. Break it into lines: \\begin{{aligned}} … \\\\ … \\end{{aligned}}."
-            ).format(number=thing.number, percent=round(100 * one["scale"]))
+            what = (
+                f"Equation ({thing.number}) is too wide for the page: it is shrunk to "
+                f"{round(100 * one['scale'])} % of its size, and hard to read. Break it into lines: "
+                "\\begin{aligned} … \\\\ … \\end{aligned}."
+            )
         else:
-            what = _(
-                "Table {number}: “{word}” is too long for its column, and may be broken anywhere. Shorten it, or put "
-                "spaces into it."
-            ).format(number=thing.number, word=one["word"][:_LONGEST_WORD])
+            what = (
+                f"Table {thing.number}: “{one['word'][:_LONGEST_WORD]}” is too long for its column, and may be "
+                "broken anywhere. Shorten it, or put spaces into it."
+            )
         section = next((section.number for section in document.sections if thing in section.blocks), "")
-        told.append((_("Section {number}: {what}").format(number=section, what=what), thing.place))
+        told.append((f"Section {section}: {what}", thing.place))
     return told
 
 
 def _not_shown(characters: str, document: Document) -> list[tuple[str, Place]]:
     if not characters:
         return []
-    said = _(
+    said = (
         "No font on this computer has {characters}: the PDF has an empty box there. The web page has them. Write them "
         "in Latin letters, as a name in your passport, or take them out."
     )
@@ -204,8 +203,9 @@ def _not_understood(latex: str, place: Place, why: str) -> tuple[str, Place]:
     lines = [line.strip() for line in why.split("\n")]  # the formula again, a mark below it, and then the reason
     reason = next((line for line in lines if line.startswith("unexpected")), lines[-1])
     return (
-        _("This formula is not understood, and stands in the report as it is typed: {latex} ({why})").format(
-            latex=latex[:_LONGEST], why=reason[:_LONGEST]
+        (
+            f"This formula is not understood, and stands in the report as it is typed: {latex[:_LONGEST]} "
+            f"({reason[:_LONGEST]})"
         ),
         place,
     )
@@ -235,8 +235,7 @@ def _cover(document: Document) -> bytes:
         "authors": list(document.authors) or [document.student],
         "rows": _rows(document),
         "keywords": [COMPOSED],
-        "language": document.language.partition("-")[0][:3] or "en",
-        "words": {"figure": words_for("figure"), "table": words_for("table"), "contents": _("Contents")},
+        "words": {"figure": words_for("figure"), "table": words_for("table"), "contents": "Contents"},
     }
     return json.dumps(cover).encode()
 
@@ -251,7 +250,7 @@ def _compiled(
     try:
         import typst
     except ImportError:
-        raise ReportError(_("typst is not installed.")) from None
+        raise ReportError("typst is not installed.") from None
     standards: Any = [standard] if standard else []
     with tempfile.TemporaryDirectory() as folder:  # which is all that the markup could read
         main = str(Path(folder, "main.typ"))
@@ -266,6 +265,6 @@ def _compiled(
             if lacking := _LACKING.findall(str(getattr(error, "diagnostic", "") or error)):
                 characters = "".join(_ESCAPED.sub(lambda match: chr(int(match[1], 16)), one) for one in lacking)
                 raise _NoGlyphs("".join(dict.fromkeys(characters))) from None
-            raise ReportError(_("typst could not set the report: {why}").format(why=str(error)[:_LONGEST])) from None
+            raise ReportError(f"typst could not set the report: {str(error)[:_LONGEST]}") from None
     assert isinstance(made, bytes)
     return made, list(json.loads(asked))

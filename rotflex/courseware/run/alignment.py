@@ -14,7 +14,6 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run.handed_in import CODE, Cell
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
@@ -58,13 +57,13 @@ class Happened(StrEnum):
 
 
 _WORDS = {
-    Happened.CHANGED: N_("the course's cell {cell} was changed; it is run as the course has it."),
-    Happened.MISSING: N_("the cell {cell} is not there."),
-    Happened.MOVED: N_("the course's cell {cell} was moved; it is run where the course has it."),
-    Happened.RENAMED: N_("the cell {cell} has lost its name; what stands in its place is taken for it."),
-    Happened.OTHER_KIND: N_("the answer cell {cell} is no longer a {kind} cell, and cannot be taken."),
+    Happened.CHANGED: "the course's cell {cell} was changed; it is run as the course has it.",
+    Happened.MISSING: "the cell {cell} is not there.",
+    Happened.MOVED: "the course's cell {cell} was moved; it is run where the course has it.",
+    Happened.RENAMED: "the cell {cell} has lost its name; what stands in its place is taken for it.",
+    Happened.OTHER_KIND: "the answer cell {cell} is no longer a {kind} cell, and cannot be taken.",
 }
-_KINDS = {CODE: N_("code")}
+_KINDS = {CODE: "code"}
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ class Change:
     kind: str = CODE
 
     def __str__(self) -> str:
-        return _(_WORDS[self.what]).format(cell=self.cell, kind=_(_KINDS.get(self.kind, N_("text"))))
+        return _WORDS[self.what].format(cell=self.cell, kind=_KINDS.get(self.kind, "text"))
 
 
 @dataclass(frozen=True)

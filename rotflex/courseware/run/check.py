@@ -17,7 +17,6 @@ from typing import Any
 from rotflex.courseware import answers, course_file, released, report_files, words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import (
     alignment,
     cell_reports,
@@ -165,7 +164,7 @@ def check(
         handed_in=work.hand_in.notebooks,
         claim=home.claim,
         seconds=cell_timeout,
-        place=_("here"),
+        place="here",
     )
     along = report_files.of_files(work.hand_in.reports, catalogue)
     own = {number for number, one in along.items() if one.own}
@@ -238,7 +237,7 @@ def _answers(data: bytes | None) -> tuple[Mapping[str, Mapping[str, Any]], tuple
     try:
         return answers.parse(data)["answers"], ()
     except AnswerError as error:
-        return {}, (_("What the run recorded cannot be read. {error}").format(error=error),)
+        return {}, (f"What the run recorded cannot be read. {error}",)
 
 
 def _seed(data: bytes | None) -> int | None:
@@ -251,30 +250,22 @@ def _seed(data: bytes | None) -> int | None:
 def _broken(broken: Sequence[Broken]) -> Iterator[str]:
     for one in broken:
         if one.how == execute.EXITED:
-            yield _("{notebook}: the cell {cell} ends Python (exit); nothing after it was run.").format(
-                notebook=one.notebook, cell=one.cell
-            )
+            yield f"{one.notebook}: the cell {one.cell} ends Python (exit); nothing after it was run."
 
 
 def _home(work: Work, student: str) -> _Home:
     """What was recorded at home."""
     if work.hand_in.claim is None:
         return _Home(
-            note=_(
-                "There is no {file} here: nothing was recorded on the page. That costs no points, for your notebooks "
-                "are run anew. But what they answer then cannot be compared with what you saw."
-            ).format(file=ANSWERS_FILE)
+            note=f"There is no {ANSWERS_FILE} here: nothing was recorded on the page. That costs no points, for your "
+            "notebooks are run anew. But what they answer then cannot be compared with what you saw."
         )
     try:
         content = answers.parse(work.hand_in.claim)
     except AnswerError as error:
-        return _Home(note=_("{file} cannot be compared with. {error}").format(file=ANSWERS_FILE, error=error))
+        return _Home(note=f"{ANSWERS_FILE} cannot be compared with. {error}")
     if caseless(content["student"]) != caseless(student):
-        return _Home(
-            note=_("{file} holds the answers of {other!r}, and is not compared with.").format(
-                file=ANSWERS_FILE, other=content["student"][:40]
-            )
-        )
+        return _Home(note=f"{ANSWERS_FILE} holds the answers of {content['student'][:40]!r}, and is not compared with.")
     recorded = content["answers"]
     knows = content["format"] != 1
     cells = content["cells"] if knows else {question: dict.fromkeys(parts, "") for question, parts in recorded.items()}
@@ -318,9 +309,10 @@ def _unsaved(parts: Sequence[Part], saved: Mapping[str, float], home: _Home) -> 
         if when is not None and when > latest.get(part.notebook, (0.0, part))[0]:
             latest[part.notebook] = when, part
     return {
-        name: _(
-            "was saved at {saved}, and {question} was recorded at {recorded}: save it (Ctrl+S), and check again"
-        ).format(saved=_clock(saved[name]), question=part.question, recorded=_clock(when))
+        name: (
+            f"was saved at {_clock(saved[name])}, and {part.question} was recorded at {_clock(when)}: save it "
+            "(Ctrl+S), and check again"
+        )
         for name, (when, part) in latest.items()
         if name in saved and when > saved[name] + _ROUGHLY
     }
@@ -331,10 +323,10 @@ def _other_release(work: Work) -> str:
     begun, here = work.hand_in.course.get(course_file.RELEASE), released.release()
     if not here or not isinstance(begun, str) or begun == here:
         return ""
-    return _(
-        "This folder was begun with release {begun} of the course, and is checked with {here}, which is installed. "
-        "Started once more, rotflex lab brings the folder to it, and touches no answer."
-    ).format(begun=begun[:80], here=here)
+    return (
+        f"This folder was begun with release {begun[:80]} of the course, and is checked with {here}, which is "
+        "installed. Started once more, rotflex lab brings the folder to it, and touches no answer."
+    )
 
 
 def _clock(seconds: float) -> str:
@@ -348,7 +340,7 @@ def _foreign(work: Work, merged: Merged) -> Iterator[str]:
     sources = [alignment.source_of(cell) for notebook in merged.notebooks.values() for cell in notebook["cells"]]
     sources += [content.decode(errors="replace") for name, content in files.items() if name.endswith(".py")]
     for name in foreign_modules.foreign(sources, own):
-        yield _(
-            "{module} is installed here, but does not come with the course: it may be missing where your work is "
+        yield (
+            f"{name} is installed here, but does not come with the course: it may be missing where your work is "
             "graded. Ask your instructor, or do without it."
-        ).format(module=name)
+        )

@@ -5,19 +5,19 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
-from rotflex.courseware.messages import N_, _, listed, plural
+from rotflex.courseware.messages import listed, plural
 from rotflex.courseware.run.alignment import Change, Happened
 from rotflex.courseware.run.check import GOOD, Checked, Part, State
 
 _NAMED = 6  # cells that are named before "and 12 more"
 _HAPPENED = {
-    Happened.CHANGED: N_("changed: {cells}"),
-    Happened.MISSING: N_("gone: {cells}"),
-    Happened.MOVED: N_("moved: {cells}"),
-    Happened.RENAMED: N_("without their names: {cells}"),
-    Happened.OTHER_KIND: N_("turned into cells of another kind: {cells}"),
+    Happened.CHANGED: "changed: {cells}",
+    Happened.MISSING: "gone: {cells}",
+    Happened.MOVED: "moved: {cells}",
+    Happened.RENAMED: "without their names: {cells}",
+    Happened.OTHER_KIND: "turned into cells of another kind: {cells}",
 }
-_DIFFERENT = N_(
+_DIFFERENT = (
     "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
     "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
     "seed."
@@ -28,9 +28,9 @@ def lines(checked: Checked) -> list[str]:
     """The report of a check."""
     return [
         *_summary(checked),
-        *_block(_("Look at this first"), _first(checked)),
-        *_block(_("By notebook"), _by_notebook(checked)),
-        *_block(_("Worth knowing"), _notes(checked)),
+        *_block("Look at this first", _first(checked)),
+        *_block("By notebook", _by_notebook(checked)),
+        *_block("Worth knowing", _notes(checked)),
     ]
 
 
@@ -39,29 +39,27 @@ def brief(checked: Checked) -> str:
     questions = checked.questions
     done = sum(questions.values())
     if done == len(questions):
-        return _("All there: {questions}.").format(questions=plural(done, "{count} question", "{count} questions"))
+        return "All there: {questions}.".format(questions=plural(done, "{count} question", "{count} questions"))
     states = {one: {part.state for part in checked.parts if part.question == one} for one in questions}
     open_ = [one for one, there in questions.items() if not there]
     empty = sum(states[one] <= {State.EMPTY} for one in open_)
     wrong = sum(bool(states[one] & {State.MISSING, State.DIFFERENT}) for one in open_)
     rest = [
-        _("{count} with something to look at").format(count=wrong),
-        _("{count} answered in part").format(count=len(open_) - empty - wrong),
-        _("{count} empty").format(count=empty),
+        f"{wrong} with something to look at",
+        f"{len(open_) - empty - wrong} answered in part",
+        f"{empty} empty",
     ]
     told = ", ".join(
         text for text, count in zip(rest, (wrong, len(open_) - empty - wrong, empty), strict=True) if count
     )
-    return _("{done} of {questions} are all there; {rest}.").format(
+    return "{done} of {questions} are all there; {rest}.".format(
         done=done, questions=plural(len(questions), "{count} question", "{count} questions"), rest=told
     )
 
 
 def _summary(checked: Checked) -> Iterator[str]:
-    yield _("Checked in {seconds:.0f} s, as your work is run for marking (and nothing was marked).").format(
-        seconds=checked.seconds
-    )
-    yield _("Student {student}, folder {folder}").format(student=checked.student, folder=checked.folder)
+    yield f"Checked in {checked.seconds:.0f} s, as your work is run for marking (and nothing was marked)."
+    yield f"Student {checked.student}, folder {checked.folder}"
     yield ""
     yield brief(checked)
 
@@ -75,7 +73,7 @@ def _first(checked: Checked) -> Iterator[str]:
         if name in bad:
             yield f"{name} {why}."
     if any(part.state is State.DIFFERENT for part in checked.parts):
-        yield _(_DIFFERENT)
+        yield _DIFFERENT
 
 
 def _by_notebook(checked: Checked) -> Iterator[str]:
@@ -86,11 +84,11 @@ def _by_notebook(checked: Checked) -> Iterator[str]:
         lacking = [part for part in parts if part.state not in GOOD]
         done = len(questions) - len({part.question for part in lacking})
         if all(part.state is State.EMPTY for part in parts):
-            told = _("nothing yet")
+            told = "nothing yet"
         elif not lacking:
-            told = _("all there")
+            told = "all there"
         else:
-            told = _("{done} of {questions} all there").format(
+            told = "{done} of {questions} all there".format(
                 done=done, questions=plural(len(questions), "{count} question", "{count} questions")
             )
         yield f"{_stem(name):<{width}}  {told}"
@@ -107,18 +105,19 @@ def _lacking(parts: Sequence[Part]) -> Iterator[str]:
 
 def _said(part: Part) -> str:
     if part.state is State.DIFFERENT:
-        return _("recorded, but other than on your page")
+        return "recorded, but other than on your page"
     if part.state is State.EMPTY:
-        return _("empty")
-    return _("not recorded. {why}").format(why=part.why)
+        return "empty"
+    return f"not recorded. {part.why}"
 
 
 def _notes(checked: Checked) -> Iterator[str]:
     for name, changes in checked.changes.items():
-        yield _(
-            "{notebook}: among the course's cells, {happened}. They are run as the course has them; rotflex restore "
-            '{number}, or lab.restore("{number}") in a notebook, gives them back and touches no answer.'
-        ).format(notebook=name, happened="; ".join(_happened(changes)), number=name.partition("_")[0])
+        yield (
+            f"{name}: among the course's cells, {'; '.join(_happened(changes))}. They are run as the course has "
+            f'them; rotflex restore {name.partition("_")[0]}, or lab.restore("{name.partition("_")[0]}") in a '
+            "notebook, gives them back and touches no answer."
+        )
     bad = {part.notebook for part in checked.parts if part.state in (State.MISSING, State.DIFFERENT)}
     for name, why in checked.unsaved.items():
         if name not in bad:
@@ -130,7 +129,7 @@ def _happened(changes: Sequence[Change]) -> Iterator[str]:
     for what in Happened:
         cells = [change.cell for change in changes if change.what is what]
         if cells:
-            yield _(_HAPPENED[what]).format(cells=listed(cells, _NAMED))
+            yield _HAPPENED[what].format(cells=listed(cells, _NAMED))
 
 
 def _block(title: str, content: Iterator[str]) -> Iterator[str]:

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotflex.courseware import course_file, messages
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import by_program
 from rotflex.courseware.run.from_notebook import nothing_here
 from rotflex.errors import CheckError
@@ -89,7 +87,7 @@ def submit(
         )
         for line in done.lines:
             typer.echo(line)
-        typer.echo(_("Your receipts are kept in {path}.").format(path=done.receipts))
+        typer.echo(f"Your receipts are kept in {done.receipts}.")
     raise typer.Exit(FINE if checked is None or checked.good else LOOK)
 
 
@@ -109,10 +107,8 @@ def restore(
         place = _place(folder)
         if place == (released.course_folder() / "notebooks").resolve():
             raise CheckError(
-                _(
-                    "The notebooks in {folder} are the only ones that this installation has: it has nothing to give "
-                    "back. Install the course anew (pip install .), from the zip that you got."
-                ).format(folder=place)
+                f"The notebooks in {place} are the only ones that this installation has: it has nothing to give "
+                "back. Install the course anew (pip install .), from the zip that you got."
             )
         changed = False
         for name in restoring.named(notebooks or [], list(masters)):
@@ -122,19 +118,17 @@ def restore(
                 typer.echo(line)
         if changed and not dry_run:
             typer.echo(
-                _(
-                    "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
-                    "from Disk there, before you save it."
-                )
+                "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
+                "from Disk there, before you save it."
             )
 
 
 def _of_restored(done: Any, dry_run: bool) -> Iterator[str]:
     if not done.lines:
-        yield _("{name}: all that is the course's is there.").format(name=done.notebook)
+        yield f"{done.notebook}: all that is the course's is there."
         return
-    kept = _(" As it was, it is kept as {kept}.").format(kept=done.kept) if done.kept else ""
-    head = _("{name}, if you ask for it:") if dry_run else _("{name}:{kept}")
+    kept = f" As it was, it is kept as {done.kept}." if done.kept else ""
+    head = "{name}, if you ask for it:" if dry_run else "{name}:{kept}"
     yield head.format(name=done.notebook, kept=kept)
     yield from (f"  {line}" for line in done.lines)
 
@@ -143,9 +137,7 @@ def _place(folder: Path | None) -> Path:
     from rotflex.courseware import released
     from rotflex.courseware.run import student_folder
 
-    place = student_folder.find(folder, released.masters())
-    messages.speak_to_reader(course_file.language(place))
-    return place
+    return student_folder.find(folder, released.masters())
 
 
 def _checked(folder: Path, student: str) -> Checked:
@@ -157,11 +149,9 @@ def _checked(folder: Path, student: str) -> Checked:
         folder.resolve() == (released.course_folder() / "notebooks").resolve()
     ):  # texts would be compared with themselves
         raise CheckError(
-            _(
-                "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
-                "with python -m rotflex in the course's folder, or after pip install -e. Install the course once "
-                "(pip install .), and say rotflex check as its README does. (rotflex submit --no-check packs unseen.)"
-            )
+            "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
+            "with python -m rotflex in the course's folder, or after pip install -e. Install the course once "
+            "(pip install .), and say rotflex check as its README does. (rotflex submit --no-check packs unseen.)"
         )
     progress = _Progress(len(masters))
     try:
@@ -193,11 +183,11 @@ class _Progress:
             if not self._line:
                 typer.echo(self._where(name))
         if self._line:
-            cell = _("cell {done} of {of}").format(done=done, of=of)
+            cell = f"cell {done} of {of}"
             typer.echo(f"\r\x1b[K{self._where(name)}  {cell}", nl=False)
 
     def _where(self, name: str) -> str:
-        return _("Running {number} of {of}: {name}").format(number=self._begun, of=self._notebooks, name=name)
+        return f"Running {self._begun} of {self._notebooks}: {name}"
 
     def close(self) -> None:
         """Leave a clean line."""
@@ -215,7 +205,7 @@ def _a_run(command: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        typer.echo(_("Stopped."))
+        typer.echo("Stopped.")
         raise typer.Exit(STOPPED) from None
     finally:
         for number, handler in previous.items():

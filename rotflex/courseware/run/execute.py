@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import RUNNING
 from rotflex.errors import CheckError
 
@@ -152,10 +151,8 @@ class _Kernels:
             kernel = self._started()
             if not kernel.ready():
                 raise CheckError(
-                    _(
-                        "A Python kernel does not start here. Try whether JupyterLab starts one; if it does not, "
-                        "install ipykernel anew: {python} -m pip install --force-reinstall ipykernel"
-                    ).format(python=sys.executable)
+                    "A Python kernel does not start here. Try whether JupyterLab starts one; if it does not, "
+                    f"install ipykernel anew: {sys.executable} -m pip install --force-reinstall ipykernel"
                 )
         if another:
             self._waiting = self._started()
@@ -233,7 +230,7 @@ class _Kernel:
         reply = self._reply(self._send(code, silent=True), _BEGIN)
         if reply is None or reply["status"] != "ok":
             why = "" if reply is None else f"{reply.get('ename')}: {reply.get('evalue')}"
-            raise CheckError(_("A notebook could not be begun. {why}").format(why=why))
+            raise CheckError(f"A notebook could not be begun. {why}")
 
     def run_cell(self, source: str, cell: str, timeout: float) -> tuple[str, bool]:
         """Run a cell: what went wrong besides errors ("" for nothing), and whether the process is gone."""

@@ -13,7 +13,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import by_program
 
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # an id as notebooks have them; editors may send other things
@@ -37,8 +36,8 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
         print(nothing_here(f"lab.{command}()"))
         return
     if not is_saved(folder, cell):
-        print(_("This notebook is not saved as it stands here, and what counts is the saved file."))
-        print(_("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again."))
+        print("This notebook is not saved as it stands here, and what counts is the saved file.")
+        print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
         if needs_saving:
             return
         print()
@@ -63,7 +62,7 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
 
 def nothing_here(command: str) -> str:
     """What is said in place of doing it, where notebooks are run by a program."""
-    return _("{command} does nothing here: a program runs this notebook, and no person.").format(command=command)
+    return f"{command} does nothing here: a program runs this notebook, and no person."
 
 
 def _end(child: subprocess.Popen[str]) -> None:

@@ -11,8 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rotflex.courseware.messages import _
-
 MAX_CELLS = 1_000  #: of a notebook
 MAX_SOURCE = 200_000  #: characters of a cell
 MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
@@ -98,12 +96,12 @@ def document(data: bytes) -> dict[str, Any]:
     try:
         notebook = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise NotebookError(_("it is not JSON ({error_type}).").format(error_type=type(error).__name__)) from None
+        raise NotebookError(f"it is not JSON ({type(error).__name__}).") from None
     cells = _listed(notebook) if isinstance(notebook, dict) else None
     if not isinstance(cells, list):
-        raise NotebookError(_("it is JSON, but not a notebook with cells."))
+        raise NotebookError("it is JSON, but not a notebook with cells.")
     if len(cells) > MAX_CELLS:
-        raise NotebookError(_("it has more than {max_cells} cells.").format(max_cells=MAX_CELLS))
+        raise NotebookError(f"it has more than {MAX_CELLS} cells.")
     kept = {name: value for name, value in notebook.items() if name != "worksheets"}
     return {**(notebook if "cells" in notebook else kept), "cells": cells}
 

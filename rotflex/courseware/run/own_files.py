@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import N_, _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.run.cell_reports import REPORTS_FILE
 from rotflex.courseware.student_id import caseless
 
@@ -34,12 +34,12 @@ _ENVIRONMENT = "pyvenv.cfg"  # lies in a virtual environment
 _CACHES = {"__pycache__", "__macosx", "node_modules"}
 _LEAVINGS = {"thumbs.db", "desktop.ini", ANSWERS_FILE, COURSE_FILE}  # those of the course are made anew for each run
 _SETTINGS = {
-    "matplotlibrc": N_("it would change matplotlib's settings"),
-    "ipython_config.py": N_("it would change Python's settings"),
-    "ipython_config.json": N_("it would change Python's settings"),
-    "ipython_kernel_config.py": N_("it would change Python's settings"),
-    "ipython_kernel_config.json": N_("it would change Python's settings"),
-    REPORTS_FILE.casefold(): N_("a run writes a file of that name"),
+    "matplotlibrc": "it would change matplotlib's settings",
+    "ipython_config.py": "it would change Python's settings",
+    "ipython_config.json": "it would change Python's settings",
+    "ipython_kernel_config.py": "it would change Python's settings",
+    "ipython_kernel_config.json": "it would change Python's settings",
+    REPORTS_FILE.casefold(): "a run writes a file of that name",
 }
 _AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}  # Python looks for these by itself
 _MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
@@ -92,11 +92,11 @@ def chosen(
             continue
         why = _refusal(path, size, packages, taken)
         if not why and total + size > MAX_TOTAL:
-            why = _("with it, your own files have more than {limit}").format(limit=megabytes(MAX_TOTAL))
+            why = f"with it, your own files have more than {megabytes(MAX_TOTAL)}"
         if not why and len(paths) == MAX_FILES:
-            why = _("{limit} files at most come along").format(limit=MAX_FILES)
+            why = f"{MAX_FILES} files at most come along"
         if why:
-            notes.append(_("{path} does not come along: {why}.").format(path=path, why=why))
+            notes.append(f"{path} does not come along: {why}.")
         else:
             paths.append(path)
             total += size
@@ -118,7 +118,7 @@ def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()
             name = unicodedata.normalize("NFC", str(path))  # as it is named where it is graded
             own.files[name] = (folder / path).read_bytes()
         except OSError as error:
-            own.notes.append(_("{path} cannot be read: {why}.").format(path=path, why=error.strerror))
+            own.notes.append(f"{path} cannot be read: {error.strerror}.")
     return own
 
 
@@ -172,17 +172,17 @@ def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: C
     name, top = path.name.casefold(), path.parts[0]
     for part in map(str.casefold, path.parts):
         if part in _SETTINGS:
-            return _(_SETTINGS[part])
+            return _SETTINGS[part]
     module = _module(top)
     is_module = top in packages or (len(path.parts) == 1 and name.endswith(_MODULES))
     if is_module and module in taken:
-        return _("Python has a module {module} already; give yours another name").format(module=module)
+        return f"Python has a module {module} already; give yours another name"
     if size > MAX_FILE:
-        return _("it has more than {limit}").format(limit=megabytes(MAX_FILE))
+        return f"it has more than {megabytes(MAX_FILE)}"
     if len(path.parts) > MAX_DEPTH + 1:
-        return _("it lies in more than {most} folders within folders").format(most=MAX_DEPTH)
+        return f"it lies in more than {MAX_DEPTH} folders within folders"
     if len(str(path)) > LONGEST_PATH or any(not part.isprintable() or "\\" in part for part in path.parts):
-        return _("its name is too long, or has characters that cannot be seen")
+        return "its name is too long, or has characters that cannot be seen"
     return ""
 
 
@@ -195,7 +195,7 @@ def _few(notes: list[str], most: int = 20) -> tuple[str, ...]:
     if len(notes) <= most:
         return tuple(notes)
     rest = plural(len(notes) - most, "{count} more file", "{count} more files")
-    return (*notes[:most], _("{rest} of yours do not come along, either.").format(rest=rest))
+    return (*notes[:most], f"{rest} of yours do not come along, either.")
 
 
 @functools.cache

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _, listed
+from rotflex.courseware.messages import listed
 from rotflex.courseware.run.alignment import Role
 from rotflex.courseware.run.causes import Cause, Causes, Refused, RunCell, Unanswered, Where
 from rotflex.courseware.run.cell_reports import LEFT, CellError, Reports
@@ -80,7 +80,7 @@ def explain(
     seconds : that a cell might take
     place : where it was run, as in "pandas is not installed ..."
     """
-    words = _Words(seconds, place or _("where grading runs"))
+    words = _Words(seconds, place or "where grading runs")
     run = Causes(pristine, merged, reports, set(recorded), catalogue)
     missing: dict[Where, str] = {}
     built: dict[RunCell, list[str]] = {}
@@ -95,7 +95,7 @@ def explain(
     stopped = {where for where in run.missing() if isinstance(run.cause_of(where), RunCell)}
     lost = _lost(run, claim, stopped, handed_in) if claim else {}
     for where, why in lost.items():
-        missing.setdefault(where, _("It was recorded at home; {why}.").format(why=why))
+        missing.setdefault(where, f"It was recorded at home; {why}.")
     stopped_cells = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
     harmless = [
         words.of_harmless(run, cell) for cell in stopped_cells if cell not in built and not run.is_passed_on(cell)
@@ -114,63 +114,64 @@ class _Words:
     def of_missing(self, run: Causes, where: Where, cause: Cause) -> str:
         """Why one answer is missing, for the student."""
         if isinstance(cause, Refused):
-            return _("It was given, and not recorded: {why}.").format(why=cause.why.rstrip("."))
+            return f"It was given, and not recorded: {cause.why.rstrip('.')}."
         if isinstance(cause, Unanswered):
-            return _("It builds on {question}, which is not answered.").format(question=cause.question)
+            return f"It builds on {cause.question}, which is not answered."
         if cause is None:
             return ""
         cell, error = self.name(run, cause), self.of_error(cause)
         if run.question_of(cause) == where[0]:
-            return _("{cell} stopped: {error}.").format(cell=cell, error=error)
-        return _("It builds on what stopped before it: {cell} ({error}).").format(cell=cell, error=error)
+            return f"{cell} stopped: {error}."
+        return f"It builds on what stopped before it: {cell} ({error})."
 
     def of_stop(self, run: Causes, cell: RunCell, questions: Sequence[str]) -> str:
         """What stopped, and all that builds on it, in a sentence."""
         own = run.question_of(cell)
         others = [question for question in questions if question != own]
-        shown = _("{cell} stopped: {error}").format(cell=self.name(run, cell), error=self.of_error(cell))
+        shown = f"{self.name(run, cell)} stopped: {self.of_error(cell)}"
         if not others:
             return f"{shown}."
-        return _("{stop}; {others} on it.").format(stop=shown, others=_several(others, _("builds"), _("build")))
+        return f"{shown}; {_several(others, 'builds', 'build')} on it."
 
     def of_harmless(self, run: Causes, cell: RunCell) -> str:
         """What stopped, and cost nothing."""
-        shown = _("{cell} stopped: {error}").format(cell=self.name(run, cell), error=self.of_error(cell))
-        return _("{stop}; no answer is missing for it.").format(stop=shown)
+        shown = f"{self.name(run, cell)} stopped: {self.of_error(cell)}"
+        return f"{shown}; no answer is missing for it."
 
     def name(self, run: Causes, cell: RunCell) -> str:
         """What a cell is called."""
         question = run.question_of(cell)
         if cell.role is Role.ADDED:
             if question:
-                return _("Your own cell before {question}").format(question=question)
-            return _("Your own cell {cell} in {notebook}").format(cell=cell.id, notebook=cell.notebook)
+                return f"Your own cell before {question}"
+            return f"Your own cell {cell.id} in {cell.notebook}"
         if cell.role is Role.ANSWER or cell.place in run.questions.get(cell.notebook, ()):
             return question or cell.id
-        return _("The course's cell {cell} in {notebook}").format(cell=cell.id, notebook=cell.notebook)
+        return f"The course's cell {cell.id} in {cell.notebook}"
 
     def of_error(self, cell: RunCell) -> str:
         """What stopped a cell."""
         report = cell.report
         if report is None or report.error is None:
-            return _("the Python process ended in it, and nothing after it in this notebook was run")
+            return "the Python process ended in it, and nothing after it in this notebook was run"
         error = report.error
         if error.type == LEFT:
-            return _("it called exit(), which ends Python: nothing after it in this notebook was run")
-        line = _(", line {line}").format(line=error.line) if error.line else ""
+            return "it called exit(), which ends Python: nothing after it in this notebook was run"
+        line = f", line {error.line}" if error.line else ""
         if error.type == "KeyboardInterrupt" and self.seconds is not None:
-            return _("it took longer than {seconds:g} s and was stopped{line}").format(seconds=self.seconds, line=line)
+            return f"it took longer than {self.seconds:g} s and was stopped{line}"
         return f"{self._what(error)}{line}"
 
     def _what(self, error: CellError) -> str:
         message = " ".join(error.message.split()).rstrip(".")
         no_module = _NO_MODULE.search(message)
         if error.type == "ModuleNotFoundError" and no_module:
-            return _("{module} is not installed {place}, and no file of that name was handed in").format(
-                module=no_module[1].partition(".")[0], place=self.place
+            return (
+                f"{no_module[1].partition('.')[0]} is not installed {self.place}, and no file of that name was "
+                "handed in"
             )
         if error.type == "LimitExceeded":
-            return _("your bench stopped: {message}").format(message=message)
+            return f"your bench stopped: {message}"
         return f"{error.type}, {message}" if message else error.type
 
 
@@ -181,7 +182,7 @@ def _several(questions: Sequence[str], one: str, many: str) -> str:
     *most, last = questions
     if not most:
         return f"{last} {one}"
-    return _("{most} and {last} {build}").format(most=", ".join(most), last=last, build=many)
+    return f"{', '.join(most)} and {last} {many}"
 
 
 # --- what was recorded at home ----------------------------------------------------------------------------------------
@@ -196,17 +197,15 @@ def _lost(run: Causes, claim: Claim, stopped: Collection[Where], handed_in: Coll
             continue
         notebook = run.recorder[where][0]
         if notebook not in handed_in:
-            found[where] = _("{notebook} was not handed in").format(notebook=notebook)
+            found[where] = f"{notebook} was not handed in"
         elif claim.knows_cells and not cell:
-            found[where] = _(
+            found[where] = (
                 "that was done by the button of an explorer or by hand, and no cell that was handed in records it"
             )
         elif claim.knows_cells and cell not in {one.id for one in run.cells[notebook]}:
-            found[where] = _("the cell that did it, {cell}, is no longer in {notebook}").format(
-                cell=cell[:64], notebook=notebook
-            )
+            found[where] = f"the cell that did it, {cell[:64]}, is no longer in {notebook}"
         else:
-            found[where] = _("{notebook}, run from top to bottom, leaves it empty").format(notebook=notebook)
+            found[where] = f"{notebook}, run from top to bottom, leaves it empty"
     return found
 
 
@@ -216,4 +215,4 @@ def _grouped(lost: Mapping[Where, str]) -> Iterator[str]:
     for (question, part), why in lost.items():
         by_reason.setdefault(why, []).append(f"{question} {part}")
     for why, parts in by_reason.items():
-        yield _("Recorded at home and missing here: {parts}; {why}.").format(parts=", ".join(parts), why=why)
+        yield f"Recorded at home and missing here: {', '.join(parts)}; {why}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _, listed
+from rotflex.courseware.messages import listed
 from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.student_folder import Work
 from rotflex.courseware.words import Where
@@ -31,20 +31,21 @@ def notes(
         report = catalogue.reports[number]
         missing = [name for name in report.names if (number, name) not in written]
         if one.own and missing:
-            yield _(
-                "{report}: {parts} are not written in their cells. Whoever scores them looks for them in your own "
-                "document, {name}: let its headings say which is which."
-            ).format(report=number, parts=listed(missing, _NAMED), name=one.name)
+            yield (
+                f"{number}: {listed(missing, _NAMED)} are not written in their cells. Whoever scores them looks "
+                f"for them in your own document, {one.name}: let its headings say which is which."
+            )
         if one.own and len(missing) < len(report.names):
-            yield _(
-                "{report}: some text cells are filled in, too. Whoever scores those reads the cell first; empty it if "
-                "only your document counts."
-            ).format(report=number)
+            yield (
+                f"{number}: some text cells are filled in, too. Whoever scores those reads the cell first; empty "
+                "it if only your document counts."
+            )
         if not one.own and _is_older(work, one, f"{report.notebook}.ipynb"):
-            yield _(
-                "{name} was made before {notebook} was saved last. If you changed a text, a figure or a table since, "
-                "run the cell with lab.report() again: whoever judges the report as a whole reads the PDF."
-            ).format(name=one.name, notebook=report.notebook)
+            yield (
+                f"{one.name} was made before {report.notebook} was saved last. If you changed a text, a figure "
+                "or a table since, run the cell with lab.report() again: whoever judges the report as a whole "
+                "reads the PDF."
+            )
 
 
 def _is_older(work: Work, one: ReportFile, notebook: str) -> bool:

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import alignment, own_files
 from rotflex.courseware.run.alignment import Change, Happened, Placed, Role
 from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
@@ -29,11 +28,11 @@ _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # what the format has for an id
 _COURSES = (Role.LOCKED, Role.TEXT)
 
 _GIVEN_BACK = {
-    Happened.CHANGED: N_("{cell} is the course's again"),
-    Happened.MISSING: N_("{cell} is there again"),
-    Happened.MOVED: N_("{cell} is in its place again"),
-    Happened.RENAMED: N_("{cell} has its name again, with what stood in its place in it"),
-    Happened.OTHER_KIND: N_("{cell} is a {kind} cell again, its content as it was"),
+    Happened.CHANGED: "{cell} is the course's again",
+    Happened.MISSING: "{cell} is there again",
+    Happened.MOVED: "{cell} is in its place again",
+    Happened.RENAMED: "{cell} has its name again, with what stood in its place in it",
+    Happened.OTHER_KIND: "{cell} is a {kind} cell again, its content as it was",
 }
 
 
@@ -67,17 +66,9 @@ def named(words: Sequence[str], notebooks: Sequence[str]) -> list[str]:
         exact = [name for name in notebooks if name == f"{stem}.ipynb"]
         meant = exact or [name for name in notebooks if stem and name.startswith(stem)]
         if not meant:
-            raise CheckError(
-                _("{word!r} is no notebook of the course. There are {notebooks}.").format(
-                    word=word, notebooks=", ".join(notebooks)
-                )
-            )
+            raise CheckError(f"{word!r} is no notebook of the course. There are {', '.join(notebooks)}.")
         if len(meant) > 1:
-            raise CheckError(
-                _("{word!r} can be {count} notebooks of the course: {notebooks}.").format(
-                    word=word, count=len(meant), notebooks=", ".join(meant)
-                )
-            )
+            raise CheckError(f"{word!r} can be {len(meant)} notebooks of the course: {', '.join(meant)}.")
         found += meant
     return list(dict.fromkeys(found)) or list(notebooks)
 
@@ -103,17 +94,15 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
     except FileNotFoundError:
         if not dry_run:
             _write(path, master)
-        return Restored(name, (_("it was not there: a new one, without answers"),))
+        return Restored(name, ("it was not there: a new one, without answers",))
     except OSError as error:
-        raise CheckError(_("{name} cannot be read: {why}.").format(name=name, why=error.strerror)) from None
+        raise CheckError(f"{name} cannot be read: {error.strerror}.") from None
     try:
         mended, lines = mend(data, master)
     except NotebookError as error:
         raise CheckError(
-            _(
-                "{name} cannot be read: {why} Nothing was changed. If you have no better copy, give it another name "
-                "and restore again: you then get a new one."
-            ).format(name=name, why=error)
+            f"{name} cannot be read: {error} Nothing was changed. If you have no better copy, give it another "
+            "name and restore again: you then get a new one."
         ) from None
     if not lines or dry_run:
         return Restored(name, lines)
@@ -121,9 +110,7 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
     try:
         shutil.copy2(path, kept)
     except OSError as error:
-        raise CheckError(
-            _("No copy of {name} can be kept: {why}. Nothing was changed.").format(name=name, why=error.strerror)
-        ) from None
+        raise CheckError(f"No copy of {name} can be kept: {error.strerror}. Nothing was changed.") from None
     _write(path, mended)
     return Restored(name, lines, kept.name)
 
@@ -166,8 +153,8 @@ def _put_right(notebook: dict[str, Any], master: Mapping[str, Any]) -> None:
 
 
 def _said(change: Change) -> str:
-    kind = _("code") if change.kind == CODE else _("text")
-    return _(_GIVEN_BACK[change.what]).format(cell=change.cell, kind=kind)
+    kind = "code" if change.kind == CODE else "text"
+    return _GIVEN_BACK[change.what].format(cell=change.cell, kind=kind)
 
 
 class _Cells:
@@ -247,4 +234,4 @@ def _write(path: Path, notebook: Mapping[str, Any]) -> None:
     try:
         files.write(path, text)
     except (OSError, UnicodeEncodeError) as error:
-        raise CheckError(_("{name} cannot be written: {why}.").format(name=path.name, why=error)) from None
+        raise CheckError(f"{path.name} cannot be written: {error}.") from None

@@ -12,8 +12,6 @@ import symtable
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from rotflex.courseware.messages import _
-
 ILLUSTRATION = "illustration"
 #: Characters of a cell whose names are looked at, and of all of a notebook's. Python takes seconds to tell the names of
 #: a long cell that was written for that, and nothing else gets its turn meanwhile.
@@ -64,7 +62,7 @@ def _source(cell: dict[str, Any]) -> str:
 
 def _table(source: str) -> symtable.SymbolTable:
     if len(source) > LONGEST:
-        raise ValueError(_("it has more than {longest} characters").format(longest=LONGEST))
+        raise ValueError(f"it has more than {LONGEST} characters")
     return symtable.symtable(ast.unparse(_Scoped().visit(ast.parse(source))), "cell", "exec")
 
 

@@ -11,7 +11,6 @@ from typing import Any
 from rotflex.courseware import hub, report_files, student_id
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import own_files
 from rotflex.courseware.run.handed_in import Cell, HandIn, NotebookError, cells_of
 from rotflex.courseware.session import DEMO
@@ -59,10 +58,10 @@ def find(given: Path | None, notebooks: Iterable[str]) -> Path:
         if any((folder / name).is_file() for name in names):
             return folder.resolve()
     if given is None:
-        looked = _("There is no notebook of the course in this folder ({here}).").format(here=Path().resolve())
+        looked = f"There is no notebook of the course in this folder ({Path().resolve()})."
     else:
-        looked = _("There is no notebook of the course in {folder}.").format(folder=given)
-    raise CheckError(_("{looked} Name the folder that holds {first}.").format(looked=looked, first=names[0]))
+        looked = f"There is no notebook of the course in {given}."
+    raise CheckError(f"{looked} Name the folder that holds {names[0]}.")
 
 
 def read(
@@ -84,15 +83,15 @@ def read(
         path = folder / name
         try:
             if path.stat().st_size > _MOST_BYTES:
-                raise NotebookError(_("it has more than {most}.").format(most=own_files.megabytes(_MOST_BYTES)))
+                raise NotebookError(f"it has more than {own_files.megabytes(_MOST_BYTES)}.")
             cells[name] = cells_of(path.read_bytes())
             saved[name] = path.stat().st_mtime
         except FileNotFoundError:
             problems.append(_not_there(folder, name))
         except NotebookError as error:
-            problems.append(_("{name} cannot be read: {error}").format(name=name, error=error))
+            problems.append(f"{name} cannot be read: {error}")
         except OSError as error:
-            problems.append(_("{name} cannot be read: {error}.").format(name=name, error=error.strerror))
+            problems.append(f"{name} cannot be read: {error.strerror}.")
     reports: dict[str, bytes] = {}
     notes: list[str] = []
     if catalogue is not None:
@@ -103,10 +102,10 @@ def read(
     notes += own.notes
     if names and not reports:
         notes += [
-            _(
-                "{name} comes along as a file of your own. If it is your report, hand it in as that: "
-                'lab.report("NAME OF THE REPORT", pdf="{name}").'
-            ).format(name=path)
+            (
+                f"{path} comes along as a file of your own. If it is your report, hand it in as that: "
+                f'lab.report("NAME OF THE REPORT", pdf="{path}").'
+            )
             for path in own.files
             if path.casefold().endswith(report_files.PDF) and "/" not in path
         ]
@@ -138,11 +137,11 @@ def _not_there(folder: Path, name: str) -> str:
     number = name.partition("_")[0]
     found = sorted(path.name for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name)
     if not found:
-        return _("{name} is not there. (rotflex restore {name} gives a new one.)").format(name=name)
-    return _(
-        "{name} is not there. (Is it {found}? Then give it its name again. "
-        "Else rotflex restore {name} gives a new one.)"
-    ).format(name=name, found=_(" or ").join(found))
+        return f"{name} is not there. (rotflex restore {name} gives a new one.)"
+    return (
+        f"{name} is not there. (Is it {' or '.join(found)}? Then give it its name again. Else rotflex restore "
+        f"{name} gives a new one.)"
+    )
 
 
 def _content(path: Path) -> bytes | None:

@@ -15,7 +15,7 @@ import rotflex
 from rotflex.courseware import files, report_files, student_id
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run import own_files, student_folder
 from rotflex.courseware.run.check import Checked
@@ -83,7 +83,7 @@ def submit(
     partners = _partners(partners or work.hand_in.course.get("with", ()), student)
     out = (out or folder.parent).resolve()
     if out == folder.resolve() or folder.resolve() in out.parents:
-        raise CheckError(_("The zip cannot lie in the folder that is packed: choose another place by --out."))
+        raise CheckError("The zip cannot lie in the folder that is packed: choose another place by --out.")
     content, told = _content(folder, work, student, partners)
     along = report_files.of_files(work.hand_in.reports, catalogue) if catalogue is not None else {}
     digest = _digest(content)
@@ -101,9 +101,7 @@ def submit(
         files.write(receipts, earlier + ("\n".join(lines) + "\n\n").encode())
     except OSError as error:
         raise CheckError(
-            _("{path} cannot be written: {why}. Choose another folder by --out.").format(
-                path=error.filename or target, why=error.strerror
-            )
+            f"{error.filename or target} cannot be written: {error.strerror}. Choose another folder by --out."
         ) from None
     return Submitted(target, digest, lines, receipts)
 
@@ -119,10 +117,8 @@ def owner(work: student_folder.Work, student: str = "") -> str:
     named = student_folder.student_of(work, student)
     if named == DEMO:
         raise CheckError(
-            _(
-                "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you "
-                "by. (Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
-            )
+            "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you "
+            "by. (Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
         )
     return named
 
@@ -130,13 +126,13 @@ def owner(work: student_folder.Work, student: str = "") -> str:
 def _partners(given: Any, student: str) -> list[str]:
     """IDs of partners, each once, and not the student's own."""
     if not isinstance(given, list | tuple):
-        raise CheckError(_('{file}: "with" should be a list of IDs.').format(file=COURSE_FILE))
+        raise CheckError(f'{COURSE_FILE}: "with" should be a list of IDs.')
     found: dict[str, str] = {}
     for one in given:
         try:
             name = student_id.normalised(one)
         except StudentIDError as error:
-            raise CheckError(_("With whom? {error}").format(error=error)) from None
+            raise CheckError(f"With whom? {error}") from None
         if student_id.caseless(name) != student_id.caseless(student):
             found.setdefault(student_id.caseless(name), name)
     return list(found.values())
@@ -156,9 +152,8 @@ def _content(
         content[name] = data
         if dropped:
             told.append(
-                _("{name}: what {cells} had shown is left out, for its size. Marking needs none of it.").format(
-                    name=name, cells=plural(dropped, "{count} cell", "{count} cells")
-                )
+                f"{name}: what {plural(dropped, '{count} cell', '{count} cells')} had shown is left out, for its "
+                "size. Marking needs none of it."
             )
     if work.hand_in.claim is not None:
         content[ANSWERS_FILE] = work.hand_in.claim
@@ -244,26 +239,24 @@ def _lines(
     utc, local = time.astimezone(UTC), time.astimezone()
     who = ", ".join((receipt["student"], *receipt["with"]))
     found = [
-        _("Receipt    {student}").format(student=who),
-        _("Time       {local} ({utc} UTC)").format(
-            local=f"{local:%Y-%m-%d %H:%M:%S %z}", utc=f"{utc:%Y-%m-%d %H:%M:%S}"
-        ),
-        _("Content    {digest} ({files})").format(
+        f"Receipt    {who}",
+        f"Time       {local:%Y-%m-%d %H:%M:%S %z} ({utc:%Y-%m-%d %H:%M:%S} UTC)",
+        "Content    {digest} ({files})".format(
             digest=receipt["content"][:_SHOWN], files=plural(len(receipt["files"]), "{count} file", "{count} files")
         ),
     ]
-    found += [_("Report     {report}").format(report=one) for one in along]
+    found += [f"Report     {one}" for one in along]
     if checked is None:
-        found.append(_("Questions  not checked, as you asked: what is recorded when it is run is not known."))
+        found.append("Questions  not checked, as you asked: what is recorded when it is run is not known.")
     else:
-        found.append(_("Questions  {brief}").format(brief=brief(checked)))
+        found.append(f"Questions  {brief(checked)}")
         if receipt["not_answered"]:
-            found.append(_("Not there  {questions}").format(questions=", ".join(receipt["not_answered"])))
-    return (*found, *(_("Note       {note}").format(note=note) for note in told))
+            found.append(f"Not there  {', '.join(receipt['not_answered'])}")
+    return (*found, *(f"Note       {note}" for note in told))
 
 
 def _what_to_do(target: Path, replaced: bool) -> list[str]:
-    again = _(" It replaces the one that was there.") if replaced else ""
+    again = " It replaces the one that was there." if replaced else ""
     return [
-        _("Upload     {path}: this one file is all that you hand in.{again}").format(path=target, again=again),
+        f"Upload     {target}: this one file is all that you hand in.{again}",
     ]

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, restore
 from rotflex.courseware.run.alignment import Happened, Role
 from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
@@ -51,9 +50,7 @@ class Changes:
     def lines(self, notebook: str) -> Iterator[str]:
         """The same, in words."""
         if self.changed or self.new or self.gone:
-            yield _("{notebook}: of the course's cells {changed} changed, {new} new, {gone} gone.").format(
-                notebook=notebook, changed=self.changed, new=self.new, gone=self.gone
-            )
+            yield f"{notebook}: of the course's cells {self.changed} changed, {self.new} new, {self.gone} gone."
         lists = {
             "another kind of cell now; what you had written stands below": self.aside,
             "no answer cells any more, but still there as your own; copy what new cells ask for by hand": self.dropped,
@@ -95,9 +92,7 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
             continue
         except (OSError, NotebookError) as error:
             whole = False
-            lines.append(
-                _("{notebook} could not be read, and stays as it is: {error}").format(notebook=own.name, error=error)
-            )
+            lines.append(f"{own.name} could not be read, and stays as it is: {error}")
             continue
         if done != json.loads(data):
             try:
@@ -105,15 +100,13 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
                 files.write(own, json.dumps(done, ensure_ascii=False, indent=1) + "\n")
             except (OSError, UnicodeEncodeError) as error:
                 raise ConfigurationError(
-                    _("{file} cannot be brought to the release {release}: {error}. It is as it was.").format(
-                        file=own, release=release, error=error
-                    )
+                    f"{own} cannot be brought to the release {release}: {error}. It is as it was."
                 ) from None
             copied = True
             lines += changes.lines(own.name)
     if copied:
-        begun = _("Your notebooks now have the course's text of the release {release}; your answers are as they were.")
-        copies = _("Copies of the notebooks as they were lie in the hidden folder {folder}.")
+        begun = "Your notebooks now have the course's text of the release {release}; your answers are as they were."
+        copies = "Copies of the notebooks as they were lie in the hidden folder {folder}."
         lines = [begun.format(release=release), *lines, copies.format(folder=kept)]
     return lines, whole
 

@@ -10,7 +10,7 @@ const CONTROLS = {
     Object.assign(range, { type: "range", min: control.min, max: control.max, step: control.step });
     Object.assign(number, { type: "number", min: control.min, max: control.max, step: control.step });
     const name = control.unit ? `${control.label}, ${control.unit}` : control.label;
-    for (const [input, what] of [[range, ""], [number, `, ${view.words.number}`]]) {
+    for (const [input, what] of [[range, ""], [number, ", number"]]) {
       input.setAttribute("aria-label", name + what);
       input.dataset.name = control.name + (what ? "-number" : "");
     }

@@ -11,6 +11,10 @@ const ALIVE = 400; // ms between two signs of life while a bench runs
 const LEAST = 240; // px, of the plots' height where there is too little room
 const MARGIN = 14; // px, of what JupyterLab puts around an output
 const PANELS = { plot, moving };
+const NO_ANSWER =
+  "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this cell again.";
+const SILENT =
+  "Nothing is heard of the running bench. STOP may not be heard either: use the bench's own emergency stop.";
 
 export function render({ model, el }) {
   const view = new View(model, el);
@@ -22,7 +26,6 @@ export default { render };
 class View {
   constructor(model, el) {
     this.model = model;
-    this.words = model.get("words"); // what is said on the page, in the reader's language
     this.id = crypto.randomUUID?.() ?? String(Math.random());
     this.sent = 0;
     this.open = false; // an event is under way
@@ -113,7 +116,7 @@ class View {
     this.host.setAttribute("aria-busy", "false");
     this.forget();
     this.handles.letGo();
-    this.say({ kind: "error", text: this.words.no_answer });
+    this.say({ kind: "error", text: NO_ANSWER });
   }
 
   answered(n) {
@@ -160,7 +163,7 @@ class View {
   showLife() {
     this.post({ kind: "alive" });
     if (performance.now() - this.updated > SILENCE) {
-      this.say({ kind: "error", text: this.words.silent });
+      this.say({ kind: "error", text: SILENT });
     }
   }
 

@@ -13,7 +13,6 @@ from typing import Any
 import anywidget
 import traitlets
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import SWITCH, Picture, bundle
 from rotflex.courseware.scene.saved_explorers import EXPLORER, VIEW
 from rotflex.courseware.scene.scene import Scene
@@ -36,10 +35,9 @@ class Explorer(anywidget.AnyWidget):
     _css = _HERE / "explorer.css"
     scene = traitlets.Dict().tag(sync=True)
     data = traitlets.Bytes().tag(sync=True)
-    words = traitlets.Dict().tag(sync=True)
 
     def __init__(self) -> None:
-        super().__init__(words=page_words())
+        super().__init__()
         self._version = 0
         self._loop = _running_loop()
         self._answered: dict[str, Any] = {}
@@ -160,24 +158,6 @@ class Explorer(anywidget.AnyWidget):
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
 
 
-def page_words() -> dict[str, str]:
-    """What the page says by itself, in the reader's language, by the names that the scripts have for it."""
-    return {
-        "play": _("▶ Play"),
-        "pause": _("❚❚ Pause"),
-        "time": _("Time in the recording, s"),
-        "number": _("number"),
-        "drag": _("Drag it, or use the arrow keys (with Shift: ten times as far)."),
-        "no_answer": _(
-            "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this "
-            "cell again."
-        ),
-        "silent": _(
-            "Nothing is heard of the running bench. STOP may not be heard either: use the bench's own emergency stop."
-        ),
-    }
-
-
 def _result(work: Callable[[], Any]) -> Any:
     """What comes of some work, be it an exception."""
     try:
@@ -198,13 +178,11 @@ def error_text(error: Exception) -> str:
     """An exception for a student: ours as they are, others with their kind."""
     if isinstance(error, RotflexError):
         return str(error)
-    return _("This did not work ({error_type}: {error}). What you see is as it was before.").format(
-        error_type=type(error).__name__, error=error
-    )
+    return f"This did not work ({type(error).__name__}: {error}). What you see is as it was before."
 
 
 def _finite(value: Any) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise RotflexError(_("{value!r} is not a number that can be used here.").format(value=value))
+        raise RotflexError(f"{value!r} is not a number that can be used here.")
     return number

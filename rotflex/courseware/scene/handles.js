@@ -30,7 +30,7 @@ class Handles {
     knob.setAttribute("aria-valuetext", handle.text);
     knob.setAttribute("aria-valuenow", String(handle.x));
     knob.setAttribute("aria-orientation", "horizontal");
-    knob.title = `${handle.label}: ${handle.text}. ${this.view.words.drag}`;
+    knob.title = `${handle.label}: ${handle.text}. Drag it, or use the arrow keys (with Shift: ten times as far).`;
     if (this.dragged !== handle.name) this.show(knob, handle.x, handle.y);
   }
 

@@ -18,7 +18,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import RotflexError
 
 Item = dict[str, Any]
@@ -133,8 +132,4 @@ class Moving:
     def _check(self, names: list[str]) -> None:
         for name in names:
             if name not in self.signals:
-                raise RotflexError(
-                    _("The drawing has no signal {name!r}; it has {there}.").format(
-                        name=name, there=", ".join(self.signals)
-                    )
-                )
+                raise RotflexError(f"The drawing has no signal {name!r}; it has {', '.join(self.signals)}.")

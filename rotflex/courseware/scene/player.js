@@ -1,6 +1,7 @@
 // Recorded time: drawings that move go through a scene's signals.
 
 const PAUSE = 300; // ms without a change, after which a recording that plays by itself begins
+const PLAY = "▶ Play";
 
 class Player {
   constructor(view, parent) {
@@ -33,11 +34,11 @@ class Player {
   }
 
   make() {
-    this.button = make("button", "", this.box, this.view.words.play);
+    this.button = make("button", "", this.box, PLAY);
     this.button.dataset.name = "play";
     this.range = make("input", "", this.box);
     Object.assign(this.range, { type: "range", min: 0, step: "any" });
-    this.range.setAttribute("aria-label", this.view.words.time);
+    this.range.setAttribute("aria-label", "Time in the recording, s");
     this.clock = make("output", "", this.box);
     this.button.addEventListener("click", () => (this.playing ? this.stop() : this.begin()));
     this.range.addEventListener("input", () => { this.stop(); this.go(Number(this.range.value)); });
@@ -52,7 +53,7 @@ class Player {
     clearTimeout(this.waiting);
     const at = Number(this.range.value);
     this.playing = { from: at >= this.play.duration ? 0 : at, since: performance.now() };
-    this.button.textContent = this.view.words.pause;
+    this.button.textContent = "❚❚ Pause";
     this.frame = requestAnimationFrame((now) => this.tick(now));
   }
 
@@ -79,14 +80,14 @@ class Player {
 
   stop() {
     this.close();
-    this.button.textContent = this.view.words.play;
+    this.button.textContent = PLAY;
   }
 
   close() {
     clearTimeout(this.waiting);
     cancelAnimationFrame(this.frame);
     this.playing = null;
-    if (this.button) this.button.textContent = this.view.words.play;
+    if (this.button) this.button.textContent = PLAY;
   }
 }
 

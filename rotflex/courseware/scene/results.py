@@ -7,17 +7,16 @@ import io
 from html import escape
 from pathlib import Path
 
-from rotflex.courseware.messages import N_, _, spoken
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import written
 from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
 from rotflex.courseware.session import Session
 from rotflex.courseware.tables import ResultsTable, heads
 
-_EMPTY = N_("not filled in yet")
+_EMPTY = "not filled in yet"
 _RISKY = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet would take a cell that begins with these for a formula
 _PAGE = """<!doctype html>
-<html lang="{language}"><head><meta charset="utf-8"><title>{title}</title>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
 <style>body {{ font-family: sans-serif }} table {{ border-collapse: collapse }} caption {{ font-weight: bold;
 text-align: left }} th, td {{ border-bottom: 1px solid #999; padding: 3px 10px; vertical-align: top }}</style></head>
 <body>{table}</body></html>
@@ -53,24 +52,20 @@ class ResultsExplorer(Explorer):
         # The mark tells spreadsheets that it is UTF-8.
         encoding = "utf-8-sig" if name == "csv" else "utf-8"
         path = written(Path.cwd() / file_name, text.encode(encoding))
-        self.notice = _("Saved as {name}, beside the notebook.").format(name=path.name)
+        self.notice = f"Saved as {path.name}, beside the notebook."
 
     def view(self) -> Scene:
         """The table, and the buttons."""
         missing = sum(not entry for _prompt, _name, entry, _unit in self.table.rows)
-        rows = [Row(prompt, (name, entry or _(_EMPTY), unit)) for prompt, name, entry, unit in self.table.rows]
-        left = (
-            _("{missing} of {count} entries are missing.").format(missing=missing, count=len(rows))
-            if missing
-            else _("All entries are there.")
-        )
+        rows = [Row(prompt, (name, entry or _EMPTY, unit)) for prompt, name, entry, unit in self.table.rows]
+        left = f"{missing} of {len(rows)} entries are missing." if missing else "All entries are there."
         return Scene(
             alt=str(self.table),
             controls=[
                 [
-                    Button("refresh", _("Read the answers again")),
-                    Button("csv", _("Save as CSV")),
-                    Button("html", _("Save as HTML")),
+                    Button("refresh", "Read the answers again"),
+                    Button("csv", "Save as CSV"),
+                    Button("html", "Save as HTML"),
                 ]
             ],
             readouts=[Readout(f"{self.table.title}. {left}", rows, heads())],
@@ -101,7 +96,7 @@ def as_csv(table: ResultsTable) -> str:
 
 def as_html(table: ResultsTable) -> str:
     """A table as a page of its own."""
-    return _PAGE.format(language=spoken(), title=escape(table.title), table=table._repr_html_())
+    return _PAGE.format(title=escape(table.title), table=table._repr_html_())
 
 
 def _harmless(cell: str) -> str:

@@ -11,8 +11,6 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
-from rotflex.courseware.messages import _
-
 VIEW = "application/vnd.jupyter.widget-view+json"  #: a live widget's kind of output
 EXPLORER = "explorer"  #: in that output's metadata, of an explorer
 
@@ -38,7 +36,7 @@ def _replace(output: dict[str, Any]) -> None:
         shown = f'<img src="data:image/png;base64,{picture}" alt="{alt}" width="{int(about.get("width", 0)) or ""}">'
     elif not shown:
         shown = f"<p>{html.escape(_text(data.get('text/plain', '')))}</p>"
-    words = _("Run this cell again to use this explorer: Python has to be there for it. Below is how it began.")
+    words = "Run this cell again to use this explorer: Python has to be there for it. Below is how it began."
     data["text/html"] = f"<p><b>{words}</b></p>\n{shown}"
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.courseware.pictures import DOTS_PER_INCH, Picture, style
 from rotflex.errors import RotflexError
 
@@ -41,7 +40,5 @@ def written(path: Path, content: files.Content) -> Path:
     try:
         files.write(path, content)
     except OSError as error:
-        raise RotflexError(
-            _("{name} cannot be written: {why}.").format(name=path.name, why=error.strerror or error)
-        ) from None
+        raise RotflexError(f"{path.name} cannot be written: {error.strerror or error}.") from None
     return path

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.scene.moving import Item, Moving
 from rotflex.errors import RotflexError
 
@@ -146,7 +145,7 @@ class Choice:
 
     def packed(self) -> Item:
         """As the page takes it."""
-        options = [[value, _(text)] for value, text in self.options.items()]
+        options = [[value, text] for value, text in self.options.items()]
         named = {"name": self.name, "label": self.label, "options": options}
         return {"kind": "choice", **named, "value": self.value, "disabled": self.disabled}
 
@@ -268,9 +267,7 @@ class Scene:
         for name in self.play.signals:
             if name not in moved:
                 raise RotflexError(
-                    _("No drawing has a signal {name!r} to be played; there are {there}.").format(
-                        name=name, there=", ".join(sorted(moved))
-                    )
+                    f"No drawing has a signal {name!r} to be played; there are {', '.join(sorted(moved))}."
                 )
         signals = {name: buffer.put(values) for name, values in self.play.signals.items()}
         return {"signals": signals, "duration": self.play.duration, "auto": self.play.auto}

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rotflex.config import Amplifier, Servo, joint, srv02
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError
 from rotflex.hil import real
 from rotflex.hil.bench import Bench
@@ -37,17 +36,13 @@ def bench(uri: str, name: str, options: Mapping[str, str], setup: Setup | None =
         If there is no such encoder or arm position.
     """
     if not name:
-        raise BenchError(
-            _("The address {uri!r} names no port; it is like {example!r}.").format(uri=uri, example=EXAMPLE)
-        )
+        raise BenchError(f"The address {uri!r} names no port; it is like {EXAMPLE!r}.")
     supply = _supply(uri, options.get("supply"))
     chosen = _setup(uri, options) if setup is None else setup
     twice = [one for one in OPTIONS if one != "supply" and one in options and setup is not None]
     if twice:
         raise BenchError(
-            _(
-                "The address {uri!r} says {option}=, which the bench's own file or setup says as well: leave it out."
-            ).format(uri=uri, option=twice[0])
+            f"The address {uri!r} says {twice[0]}=, which the bench's own file or setup says as well: leave it out."
         )
     driven = replace(chosen, servo=_driven(chosen.servo, supply))
     return real.bench(uri, lambda: SerialBoard(open_port(name), supply), driven)
@@ -69,10 +64,8 @@ def _supply(uri: str, value: str | None) -> float:
     lowest, highest = SUPPLY
     if not lowest <= supply <= highest:
         raise BenchError(
-            _(
-                "The address {uri!r} has to say what the motor's driver is fed with, {lowest:g} to {highest:g} V, as "
-                "in {example!r}: the board makes each voltage out of it."
-            ).format(uri=uri, lowest=lowest, highest=highest, example=EXAMPLE)
+            f"The address {uri!r} has to say what the motor's driver is fed with, {lowest:g} to {highest:g} V, "
+            f"as in {EXAMPLE!r}: the board makes each voltage out of it."
         )
     return supply
 
@@ -80,5 +73,5 @@ def _supply(uri: str, value: str | None) -> float:
 def _driven(servo: Servo, supply: float) -> Servo:
     """A servo whose amplifier is a driver with that supply (V), with no cable that has a gain."""
     amplifier = servo.amplifier
-    driver = Amplifier(_("motor driver"), min(supply, amplifier.V_max), amplifier.I_max)
+    driver = Amplifier("motor driver", min(supply, amplifier.V_max), amplifier.I_max)
     return replace(servo, amplifier=driver, cable_gain=1)

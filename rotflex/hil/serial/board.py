@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.arguments import KnownChannels, check_modes, finite, same_for_all
 from rotflex.hil.board import Channels, Clock, Counts, Levels, Vector, check_buffer
@@ -101,7 +100,7 @@ class SerialBoard:
 
     def set_encoder_counts(self, channels: Channels, num_channels: int, counts: Counts) -> None:
         """Set what the counters read now."""
-        encoders = self._chosen(channels, num_channels, _ENCODERS, _("encoder"))
+        encoders = self._chosen(channels, num_channels, _ENCODERS, "encoder")
         check_buffer(counts, num_channels, "encoder")
         values = [0] * _ENCODERS
         for encoder, count in zip(encoders, counts.tolist(), strict=False):
@@ -111,32 +110,30 @@ class SerialBoard:
 
     def set_encoder_quadrature_mode(self, channels: Channels, num_channels: int, modes: NDArray[Any]) -> None:
         """Every edge is counted: X4 is the one mode."""
-        self._chosen(channels, num_channels, _ENCODERS, _("encoder"))
+        self._chosen(channels, num_channels, _ENCODERS, "encoder")
         check_modes(modes, num_channels)
-        same_for_all(modes, num_channels, _X4, _("The board counts every edge of its encoders (X4, mode 4), always."))
+        same_for_all(modes, num_channels, _X4, "The board counts every edge of its encoders (X4, mode 4), always.")
 
     def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
         """The board has no filter: refused."""
-        self._chosen(channels, num_channels, _ENCODERS, _("encoder"))
-        raise HILError(
-            _("The board has no filter at its encoders. Where one is needed, wire one (docs/serial_bench.md).")
-        )
+        self._chosen(channels, num_channels, _ENCODERS, "encoder")
+        raise HILError("The board has no filter at its encoders. Where one is needed, wire one (docs/serial_bench.md).")
 
     def set_analog_input_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Its analog inputs have one range, 0 to 5 V."""
-        self._chosen(channels, num_channels, _ANALOG_INPUTS, _("analog input"))
+        self._chosen(channels, num_channels, _ANALOG_INPUTS, "analog input")
         for bounds in (minima, maxima):
             check_buffer(bounds, num_channels, "analog")
-        refusal = _("The board's analog inputs have one range, 0 to 5 V.")
+        refusal = "The board's analog inputs have one range, 0 to 5 V."
         same_for_all(minima, num_channels, 0.0, refusal)
         same_for_all(maxima, num_channels, 5.0, refusal)
 
     def set_analog_output_ranges(self, channels: Channels, num_channels: int, minima: Vector, maxima: Vector) -> None:
         """Its output has one range: what the motor's driver is fed with, either way."""
-        self._chosen(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
+        self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
         for bounds in (minima, maxima):
             check_buffer(bounds, num_channels, "analog")
-        refusal = _("The motor's range is its supply, ±{supply:g} V.").format(supply=self._motor.supply)
+        refusal = f"The motor's range is its supply, ±{self._motor.supply:g} V."
         same_for_all(minima, num_channels, -self._motor.supply, refusal)
         same_for_all(maxima, num_channels, self._motor.supply, refusal)
 
@@ -178,7 +175,7 @@ class SerialBoard:
 
     def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
         """Set the motor's voltage (V), within its supply. What is too large is cut."""
-        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
+        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
         values = finite(outputs, buffer)
         self._hear()
         if outputs:
@@ -188,7 +185,7 @@ class SerialBoard:
 
     def write_digital(self, channels: Channels, num_channels: int, buffer: Levels) -> None:
         """Set digital lines: 0 low, anything else high."""
-        lines = self._chosen(channels, num_channels, _DIGITAL_LINES, _("digital"))
+        lines = self._chosen(channels, num_channels, _DIGITAL_LINES, "digital")
         check_buffer(buffer, num_channels, "digital")
         levels = dict(zip(lines, buffer.tolist(), strict=False))
         mask = sum(1 << line for line in levels)
@@ -198,7 +195,7 @@ class SerialBoard:
         """This board has no options of its own: any but the empty string is refused."""
         self._check_open()
         if options:
-            raise HILError(_("The serial board has no options; it was given {options!r}.").format(options=options))
+            raise HILError(f"The serial board has no options; it was given {options!r}.")
 
     # --- hardware-timed input -------------------------------------------------------------------------------------
 
@@ -226,11 +223,7 @@ class SerialBoard:
             num_other_channels,
         )
         if samples_in_buffer < 1:
-            raise HILError(
-                _("A task needs a buffer of at least one sample; it was given {number}.").format(
-                    number=samples_in_buffer
-                )
-            )
+            raise HILError(f"A task needs a buffer of at least one sample; it was given {samples_in_buffer}.")
         return self._stream.add(Task(*chosen_inputs, capacity=samples_in_buffer))
 
     def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
@@ -247,9 +240,7 @@ class SerialBoard:
         """Start sampling; the first sample is taken now. All tasks that run at a time have one rate."""
         begun = self._task(task)
         if clock != Clock.HARDWARE_CLOCK_0:
-            raise HILError(
-                _("The board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.").format(clock=clock)
-            )
+            raise HILError(f"The board has one clock, HARDWARE_CLOCK_0; it was asked for clock {clock}.")
         self._stream.start(begun, frequency, num_samples)
 
     def task_read_encoder(self, task: int, num_samples: int, buffer: Counts) -> int:
@@ -268,11 +259,9 @@ class SerialBoard:
         """Wait for samples of all kinds, and return how many came (fewer only at the end of the task)."""
         read = self._task(task)
         if not read.started:
-            raise HILError(_("Task {task} has not been started.").format(task=task))
+            raise HILError(f"Task {task} has not been started.")
         if num_samples < 1:
-            raise HILError(
-                _("A task gives one sample or more at a time; it was asked for {number}.").format(number=num_samples)
-            )
+            raise HILError(f"A task gives one sample or more at a time; it was asked for {num_samples}.")
         read.check_buffers(num_samples, analog_buffer, encoder_buffer, digital_buffer)
         self._hear()
         count = 0
@@ -300,9 +289,9 @@ class SerialBoard:
 
     def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
         """An expired watchdog sets the motor to 0 V, and to nothing else."""
-        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, _("analog output"))
+        outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
         if any(finite(outputs, voltages)):
-            raise HILError(_("The board's watchdog sets the motor to 0 V, and cannot be told to set another voltage."))
+            raise HILError("The board's watchdog sets the motor to 0 V, and cannot be told to set another voltage.")
 
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog. (The board's own, which acts after 50 ms of silence, is always on.)"""
@@ -348,12 +337,12 @@ class SerialBoard:
 
     def _check_open(self) -> None:
         if not self._open:
-            raise HILError(_("The board is closed."))
+            raise HILError("The board is closed.")
 
     def _task(self, handle: int) -> Task:
         self._check_open()
         if handle not in self._stream.tasks:
-            raise HILError(_("There is no task {handle}.").format(handle=handle))
+            raise HILError(f"There is no task {handle}.")
         return self._stream.tasks[handle]
 
     def _chosen(self, channels: Channels | None, count: int, available: int, kind: str) -> tuple[int, ...]:
@@ -368,9 +357,9 @@ class SerialBoard:
         others: int,
     ) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
         if others:
-            raise HILError(_("The serial board has no other channels."))
+            raise HILError("The serial board has no other channels.")
         return (
-            self._chosen(*analog, _ANALOG_INPUTS, _("analog input")),
-            self._chosen(*encoders, _ENCODERS, _("encoder")),
-            self._chosen(*digital, _DIGITAL_LINES, _("digital")),
+            self._chosen(*analog, _ANALOG_INPUTS, "analog input"),
+            self._chosen(*encoders, _ENCODERS, "encoder"),
+            self._chosen(*digital, _DIGITAL_LINES, "digital"),
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.serial.port import Port
 from rotflex.hil.serial.protocol import (
@@ -76,10 +75,8 @@ class Line:
                 self._in_session = True
                 return _checked(reply)
         raise HILError(
-            _(
-                "Nothing answers at this port. Is it the board's, is its firmware on it (docs/serial_bench.md: make "
-                "flash), and does no other program have the port?"
-            )
+            "Nothing answers at this port. Is it the board's, is its firmware on it (docs/serial_bench.md: make "
+            "flash), and does no other program have the port?"
         )
 
     def post(self, kind: Type, payload: bytes = b"") -> int:
@@ -106,10 +103,8 @@ class Line:
                 return _checked(reply)
         self._attempts = 1  # what else is asked is not to take as long
         raise HILError(
-            _(
-                "The board does not answer. It sets the motor to 0 V by itself. Look at the cable, and whether the "
-                "board has power."
-            )
+            "The board does not answer. It sets the motor to 0 V by itself. Look at the cable, and whether the "
+            "board has power."
         )
 
     def keep_alive(self) -> None:
@@ -156,36 +151,32 @@ class Line:
             self._lose(heard.cause)
         elif isinstance(heard, Foreign):
             raise HILError(
-                _(
-                    "The board speaks version {theirs} of the protocol, this program version {ours}. Flash the "
-                    "firmware that belongs to this version of rotflex (docs/serial_bench.md)."
-                ).format(theirs=heard.version, ours=VERSION)
+                f"The board speaks version {heard.version} of the protocol, this program version {VERSION}. "
+                "Flash the firmware that belongs to this version of rotflex (docs/serial_bench.md)."
             )
 
     def _lose(self, cause: Cause) -> None:
         """The board does not know of the session any more, and obeys nothing until the next."""
         self._gone = HILError(
-            _("The board has started anew in the middle ({why}); its motor is at 0 V. Open the bench again.").format(
-                why=_cause(cause)
-            )
+            f"The board has started anew in the middle ({_cause(cause)}); its motor is at 0 V. Open the bench again."
         )
         raise self._gone
 
 
 def _cause(cause: Cause) -> str:
     for bit, words in (
-        (Cause.HANG, _("its program hung")),
-        (Cause.BROWN_OUT, _("its power was too low")),
-        (Cause.POWER, _("its power was cut")),
-        (Cause.RESET, _("by its reset button or line")),
+        (Cause.HANG, "its program hung"),
+        (Cause.BROWN_OUT, "its power was too low"),
+        (Cause.POWER, "its power was cut"),
+        (Cause.RESET, "by its reset button or line"),
     ):
         if bit in cause:
             return words
-    return _("it does not say why")
+    return "it does not say why"
 
 
 def _checked(reply: Reply) -> Reply:
     """A reply, if it is a good one."""
     if reply.status is Status.OK:
         return reply
-    raise HILError(_("The board refused request {number} ({why}).").format(number=reply.to, why=reply.status.name))
+    raise HILError(f"The board refused request {reply.to} ({reply.status.name}).")

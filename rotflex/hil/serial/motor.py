@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.serial import protocol
 from rotflex.hil.serial.line import Line
@@ -59,7 +58,7 @@ class Motor:
                 self._unconfirmed = None
                 raise self._expired()
             self._send(voltage)
-        raise HILError(_("The board answers, but does not obey: its last output was lost on the line again and again."))
+        raise HILError("The board answers, but does not obey: its last output was lost on the line again and again.")
 
     # --- watchdog -------------------------------------------------------------------------------------------------
 
@@ -73,9 +72,7 @@ class Motor:
         """
         if not 0 < timeout <= LONGEST_TIMEOUT:
             raise HILError(
-                _("A watchdog needs a positive time-out, at most {longest:g} s; it was given {timeout} s.").format(
-                    longest=LONGEST_TIMEOUT, timeout=timeout
-                )
+                f"A watchdog needs a positive time-out, at most {LONGEST_TIMEOUT:g} s; it was given {timeout} s."
             )
         self._tell(Operation.WATCH, max(1, int(timeout * 1000 + 1e-6)))
 
@@ -102,10 +99,8 @@ class Motor:
     def _expired(self) -> HILError:
         if Flag.SILENT in self._line.flags:
             return HILError(
-                _(
-                    "The board had heard nothing for 50 ms and set the motor to 0 V: its watchdog has expired and "
-                    "holds the output. Something kept the program from answering each sample; clear the watchdog "
-                    "before writing again."
-                )
+                "The board had heard nothing for 50 ms and set the motor to 0 V: its watchdog has expired and "
+                "holds the output. Something kept the program from answering each sample; clear the watchdog "
+                "before writing again."
             )
-        return HILError(_("The watchdog has expired and holds the output at 0 V; clear it before writing again."))
+        return HILError("The watchdog has expired and holds the output at 0 V; clear it before writing again.")

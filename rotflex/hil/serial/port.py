@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-from rotflex.courseware.messages import _
 from rotflex.errors import BenchError, HILError
 
 BAUD_RATE = 500_000
@@ -58,20 +57,14 @@ class SerialPort:
             import serial
         except ImportError:
             raise BenchError(
-                _(
-                    "A bench at a serial port needs the library pyserial, which is not installed. Install it: "
-                    "pip install pyserial (or rotflex[serial])."
-                )
+                "A bench at a serial port needs the library pyserial, which is not installed. Install it: "
+                "pip install pyserial (or rotflex[serial])."
             ) from None
         self.name = name
         try:
             self._line = serial.serial_for_url(name, BAUD_RATE, timeout=0, write_timeout=_PATIENCE, exclusive=True)
         except (OSError, ValueError) as error:
-            raise BenchError(
-                _("The serial port {name!r} cannot be opened: {error}. {ports}").format(
-                    name=name, error=error, ports=_ports()
-                )
-            ) from None
+            raise BenchError(f"The serial port {name!r} cannot be opened: {error}. {_ports()}") from None
 
     def now(self) -> float:
         """The computer's own time, s."""
@@ -101,10 +94,8 @@ class SerialPort:
 
     def _broken(self, error: Exception) -> HILError:
         return HILError(
-            _(
-                "The line to the board at {name} is broken: {error}. The board sets the motor to 0 V by itself. Look "
-                "at the cable, and open the bench again."
-            ).format(name=self.name, error=error)
+            f"The line to the board at {self.name} is broken: {error}. The board sets the motor to 0 V by "
+            "itself. Look at the cable, and open the bench again."
         )
 
 
@@ -114,8 +105,8 @@ def _ports() -> str:
 
     found = ", ".join(sorted(str(port.device) for port in list_ports.comports()))
     if found:
-        return _("There are: {found}.").format(found=found)
-    return _("This computer has none: is the board plugged in?")
+        return f"There are: {found}."
+    return "This computer has none: is the board plugged in?"
 
 
 def open_port(name: str) -> Port:

@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from enum import IntEnum, IntFlag
 from typing import NamedTuple
 
-from rotflex.courseware.messages import _
-
 VERSION = 1
 LONGEST_BODY = 28
 _CHECKSUM = struct.Struct("<H")
@@ -150,11 +148,7 @@ def pack(body: bytes) -> bytes:
         If it is empty or longer than any frame.
     """
     if not 1 <= len(body) <= LONGEST_BODY:
-        raise ValueError(
-            _("A frame's body has 1 to {longest_body} bytes; this has {count}.").format(
-                longest_body=LONGEST_BODY, count=len(body)
-            )
-        )
+        raise ValueError(f"A frame's body has 1 to {LONGEST_BODY} bytes; this has {len(body)}.")
     checked = body + _CHECKSUM.pack(checksum(body))
     return b"".join(bytes([len(piece) + 1]) + piece for piece in checked.split(b"\0")) + b"\0"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.serial import protocol
 from rotflex.hil.serial.line import ALIVE_AFTER, Line
@@ -65,9 +64,8 @@ class Stream:
             self._period, self._expected = period, 0
         elif period != self._period:
             raise HILError(
-                _(
-                    "The board samples at one rate at a time, which is {rate:g} Hz now: stop the other task first."
-                ).format(rate=1000 / self._period)
+                f"The board samples at one rate at a time, which is {1000 / self._period:g} Hz now: stop the "
+                "other task first."
             )
         task.begin(samples)
 
@@ -90,10 +88,8 @@ class Stream:
         task.check()
         if Flag.MISCOUNTED in self._line.flags:
             raise HILError(
-                _(
-                    "An encoder turned faster than the board can count, or its wires pick up noise: the counts are "
-                    "wrong from here on. Look at its wires, and set the counts anew."
-                )
+                "An encoder turned faster than the board can count, or its wires pick up noise: the counts are "
+                "wrong from here on. Look at its wires, and set the counts anew."
             )
         return task.waiting.popleft() if task.waiting else None
 
@@ -106,9 +102,8 @@ class Stream:
             self._line.listen(min(latest, port.now() + ALIVE_AFTER))
             if port.now() >= latest and not task.waiting:
                 raise HILError(
-                    _(
-                        "The board gave no sample for {time:.2f} s. Look at the cable, and whether the board has power."
-                    ).format(time=patience)
+                    f"The board gave no sample for {patience:.2f} s. Look at the cable, and whether the board "
+                    "has power."
                 )
 
     def _on_sample(self, sample: Sample) -> None:
@@ -135,15 +130,11 @@ def milliseconds(frequency: float, samples: int) -> int:
         If it is none that the board can keep.
     """
     if not 0 < frequency < math.inf or samples < 1:
-        raise HILError(
-            _("A task cannot take {samples} samples at {frequency} Hz.").format(samples=samples, frequency=frequency)
-        )
+        raise HILError(f"A task cannot take {samples} samples at {frequency} Hz.")
     period = 1000 / frequency
     if not math.isclose(period, round(period), rel_tol=1e-6) or not 1 <= round(period) <= SLOWEST:
         raise HILError(
-            _(
-                "The board cannot take samples at {frequency:g} Hz: the time between two is a whole number of "
-                "milliseconds, from 1 to {slowest}, as at 500 Hz or 1000 Hz."
-            ).format(frequency=frequency, slowest=SLOWEST)
+            f"The board cannot take samples at {frequency:g} Hz: the time between two is a whole number of "
+            f"milliseconds, from 1 to {SLOWEST}, as at 500 Hz or 1000 Hz."
         )
     return round(period)

@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rotflex.courseware.messages import _
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode, Counts, Levels, Vector, check_buffer
 from rotflex.hil.serial.protocol import Inputs
@@ -75,11 +74,7 @@ class Task:
             If so.
         """
         if self.lost and self.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
-            raise HILError(
-                _("The task lost {lost} samples: on the line, or because they were not fetched in time.").format(
-                    lost=self.lost
-                )
-            )
+            raise HILError(f"The task lost {self.lost} samples: on the line, or because they were not fetched in time.")
 
     def check_buffers(
         self, samples: int, analog: Vector | None, encoders: Counts | None, digital: Levels | None
@@ -122,13 +117,10 @@ def overflow_mode(mode: int) -> BufferOverflowMode:
         chosen = BufferOverflowMode(mode)
     except ValueError:
         listed = ", ".join(f"{mode.value} ({mode.name})" for mode in BufferOverflowMode)
-        raise HILError(
-            _("There is no buffer overflow mode {mode}; there are {listed}.").format(mode=mode, listed=listed)
-        ) from None
+        raise HILError(f"There is no buffer overflow mode {mode}; there are {listed}.") from None
     if chosen.name in _WAITING:
         raise HILError(
-            _(
-                "The board's clock waits for nobody: it cannot keep to overflow mode {mode}, which is for simulators."
-            ).format(mode=chosen.name)
+            f"The board's clock waits for nobody: it cannot keep to overflow mode {chosen.name}, which is for "
+            "simulators."
         )
     return chosen

@@ -10,7 +10,6 @@ from typing import Any, Protocol
 
 from rotflex.courseware import answers, predictions
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 from rotflex.instructor.accounts import in_words
 from rotflex.instructor.accounts.exact import exact, half_up
@@ -241,7 +240,7 @@ def _late(line: Line, timings: Mapping[str, Timing]) -> Line:
 
 def _bonus(decided: MarkSettings, run: RunRecord | None, catalogue: Catalogue) -> Iterator[Bonus]:
     if decided.predictions:
-        yield Bonus(_("predictions made"), _predicted(decided, run, catalogue), exact(decided.predictions))
+        yield Bonus("predictions made", _predicted(decided, run, catalogue), exact(decided.predictions))
 
 
 def _predicted(decided: MarkSettings, run: RunRecord | None, catalogue: Catalogue) -> int:

@@ -7,7 +7,7 @@ from datetime import datetime
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor.accounts.exact import exact, in_full, to_decimals
 from rotflex.instructor.accounts.lateness import Timing
 
@@ -23,20 +23,18 @@ def how(account: Account) -> list[str]:
 def _short(account: Account) -> Iterator[str]:
     dropped = [*_by_name(account.lines, "dropped_as")]
     if dropped:
-        yield _("not counted: {names}").format(names=", ".join(dropped))
+        yield f"not counted: {', '.join(dropped)}"
     for name, lines in _by_name((one for one in account.lines if one.counts), "weighted_as").items():
-        yield _("{name} counts {weight} times").format(name=name, weight=in_full(lines[0].weight))
+        yield f"{name} counts {in_full(lines[0].weight)} times"
     for one in account.timings:
         if one.received is None:
-            yield _("{notebook}: not known when it came, taken as in time").format(notebook=one.notebook)
+            yield f"{one.notebook}: not known when it came, taken as in time"
         elif not one.days:
-            yield _("{notebook}: in time by an extension").format(notebook=one.notebook)
+            yield f"{one.notebook}: in time by an extension"
         else:
-            yield _("{notebook}: {days} late, {percent} % taken").format(
-                notebook=one.notebook, days=_days(one.days), percent=in_full(one.taken * 100)
-            )
+            yield f"{one.notebook}: {_days(one.days)} late, {in_full(one.taken * 100)} % taken"
     for bonus in account.bonus:
-        yield _("{number} {what}").format(number=bonus.number, what=bonus.what)
+        yield f"{bonus.number} {bonus.what}"
 
 
 def steps(account: Account) -> list[str]:
@@ -46,60 +44,56 @@ def steps(account: Account) -> list[str]:
 
 def _steps(account: Account) -> Iterator[str]:
     lines = account.lines
-    yield _("All answers: {points}.").format(points=_of(_points(lines), sum(one.out_of for one in lines)))
+    total = _of(_points(lines), sum(one.out_of for one in lines))
+    yield f"All answers: {total}."
     dropped = _by_name(lines, "dropped_as")
     if dropped:
         left = [one for one in lines if one.counts]
-        yield _("Not counted: {what}. Left: {left}.").format(
+        yield "Not counted: {what}. Left: {left}.".format(
             what=", ".join(f"{name} ({_so_far(those)})" for name, those in dropped.items()),
             left=_of(_points(left), _sum_out_of(left)),
         )
     for name, those in _by_name((one for one in lines if one.counts), "weighted_as").items():
-        yield _("{name} counts {weight} times: {before} become {after}.").format(
-            name=name,
-            weight=in_full(those[0].weight),
-            before=_of(_points(those), _sum_out_of(those)),
-            after=_of(sum(one.weighted for one in those), sum(one.possible for one in those)),
-        )
+        before = _of(_points(those), _sum_out_of(those))
+        after = _of(sum(one.weighted for one in those), sum(one.possible for one in those))
+        yield f"{name} counts {in_full(those[0].weight)} times: {before} become {after}."
     for one in account.timings:
         yield _timing(one, account)
     for bonus in account.bonus:
-        yield _("{number} {what}, {each} each: {points} more.").format(
-            number=bonus.number, what=bonus.what, each=_worth(bonus.each), points=in_full(bonus.points)
-        )
+        yield f"{bonus.number} {bonus.what}, {_worth(bonus.each)} each: {in_full(bonus.points)} more."
     if not account.is_plain:
-        yield _("Together: {points}.").format(points=_of(account.earned, account.out_of))
+        yield f"Together: {_of(account.earned, account.out_of)}."
     yield from _last(account)
 
 
 def _timing(one: Timing, account: Account) -> str:
     """What there is to say of when a notebook came."""
     if one.received is None:
-        return _("{notebook} was due on {due}. It is not known when it was handed in; it is taken as in time.").format(
-            notebook=one.notebook, due=_when(one.until, one.until)
+        return (
+            f"{one.notebook} was due on {_when(one.until, one.until)}. It is not known when it was handed in; it "
+            "is taken as in time."
         )
-    start = _("{notebook} was handed in on {received}").format(
-        notebook=one.notebook, received=_when(one.received, one.until)
-    )
+    start = f"{one.notebook} was handed in on {_when(one.received, one.until)}"
     if not one.days:
-        return _("{start}. It was due on {due}; by an extension until {until} it is in time.").format(
-            start=start, due=_when(one.due, one.until), until=_when(one.until, one.until)
+        return (
+            f"{start}. It was due on {_when(one.due, one.until)}; by an extension until "
+            f"{_when(one.until, one.until)} it is in time."
         )
     late, weighted = account.late, sum(line.weighted for line in account.lines if line.notebook == one.notebook)
-    what = _("{start}, due on {until}{extended}{grace}: {days} late (one that has begun counts).").format(
+    what = "{start}, due on {until}{extended}{grace}: {days} late (one that has begun counts).".format(
         start=start,
         until=_when(one.until, one.until),
-        extended=_(" by an extension") if one.extended else "",
-        grace=_(" with {hours} h of grace").format(hours=in_full(exact(late.grace_hours))) if late.grace_hours else "",
+        extended=" by an extension" if one.extended else "",
+        grace=f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else "",
         days=_days(one.days),
     )
     if not one.taken:
-        return _("{what} That costs nothing.").format(what=what)
+        return f"{what} That costs nothing."
     capped = one.days * exact(late.per_day) > exact(late.cap)
-    return _("{what} {per_day} % a day{capped}: {percent} % of its {points} are taken, {lost}.").format(
+    return "{what} {per_day} % a day{capped}: {percent} % of its {points} are taken, {lost}.".format(
         what=what,
         per_day=in_full(exact(late.per_day)),
-        capped=_(", and {cap} % at most").format(cap=in_full(exact(late.cap))) if capped else "",
+        capped=f", and {in_full(exact(late.cap))} % at most" if capped else "",
         percent=in_full(one.taken * 100),
         points=_worth(weighted),
         lost=in_full(weighted * one.taken),
@@ -110,21 +104,19 @@ def _last(account: Account) -> Iterator[str]:
     """The final grade, or why there is none."""
     if account.undecided:
         waiting = sum(one.possible for one in account.undecided)
-        yield _("There is no final grade yet: still to be decided are {waiting}.").format(waiting=_worth(waiting))
+        yield f"There is no final grade yet: still to be decided are {_worth(waiting)}."
         return
     final = account.final
     if final is None:
-        yield _("Nothing of this counts, so that there is no final grade.")
+        yield "Nothing of this counts, so that there is no final grade."
         return
     marks = account.marks
     if marks.out_of is not None:
-        yield _("On the scale of {scale}: {earned} / {out_of} × {scale} = {scaled}.").format(
-            scale=in_full(exact(marks.out_of)),
-            earned=in_full(account.earned),
-            out_of=in_full(account.out_of),
-            scaled=in_full(account.scaled),
+        yield (
+            f"On the scale of {in_full(exact(marks.out_of))}: {in_full(account.earned)} / "
+            f"{in_full(account.out_of)} × {in_full(exact(marks.out_of))} = {in_full(account.scaled)}."
         )
-    yield _("Final grade: {final} of {out_of}, rounded to {decimals} (half up).").format(
+    yield "Final grade: {final} of {out_of}, rounded to {decimals} (half up).".format(
         final=to_decimals(final, marks.decimals),
         out_of=in_full(exact(account.final_out_of)),
         decimals=plural(marks.decimals, "{count} decimal", "{count} decimals"),
@@ -144,7 +136,7 @@ def _by_name(lines: Iterable[Line], attribute: str) -> dict[str, list[Line]]:
 def _so_far(lines: list[Line]) -> str:
     """Points of lines; where some are not decided, that is said."""
     points = _of(_points(lines), _sum_out_of(lines))
-    return points if all(one.points is not None for one in lines) else _("{points} so far").format(points=points)
+    return points if all(one.points is not None for one in lines) else f"{points} so far"
 
 
 def _points(lines: Iterable[Line]) -> Fraction:
@@ -156,15 +148,15 @@ def _sum_out_of(lines: Iterable[Line]) -> Fraction:
 
 
 def _of(points: Fraction | int, out_of: Fraction | int) -> str:
-    return _("{points} of {out_of} points").format(points=in_full(Fraction(points)), out_of=in_full(Fraction(out_of)))
+    return f"{in_full(Fraction(points))} of {in_full(Fraction(out_of))} points"
 
 
 def _worth(points: Fraction | int) -> str:
-    return _("1 point") if points == 1 else _("{points} points").format(points=in_full(Fraction(points)))
+    return "1 point" if points == 1 else f"{in_full(Fraction(points))} points"
 
 
 def _days(number: int) -> str:
-    return _("1 day") if number == 1 else _("{number} days").format(number=number)
+    return "1 day" if number == 1 else f"{number} days"
 
 
 def _when(moment: datetime, zone_of: datetime) -> str:

@@ -2,7 +2,6 @@
 
 =============  ==========================================================================
 ``course``     release, notebooks, check-course
-``translate``  translate: a course's notebooks in another language
 ``grade``      grade; doctor, which ``rotflex.cli`` has, for it looks at benches as well
 ``marks``      regrade, report, mark, comment, history, roster
 ``score``      score: the page on which persons score, and scores by a table
@@ -18,10 +17,10 @@ from __future__ import annotations
 
 import typer
 
-from rotflex.instructor.commands import course, day, export, grade, marks, outcomes, person, score, translate
+from rotflex.instructor.commands import course, day, export, grade, marks, outcomes, person, score
 
 _COMMANDS = (
-    *(course.release, course.notebooks, course.check_course, translate.translate),
+    *(course.release, course.notebooks, course.check_course),
     grade.grade,
     *(marks.regrade, marks.report, marks.mark, marks.comment, marks.history, marks.roster),
     score.score,

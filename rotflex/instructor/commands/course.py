@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rotflex.courseware import messages
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder
 
@@ -28,53 +27,21 @@ def release(
 
     found = courses.find(course)
     made = make(found, out, with_data, replace)
-    _tell_translations(found)
     count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
     typer.echo(f"{count}: {', '.join(made.notebooks)}")
     typer.echo(f"{made.folder}\n{made.archive}")
     if keep:
-        typer.echo(_("Release {name}, kept as {file}").format(name=made.id, file=releases.keep(found, made)))
+        typer.echo(f"Release {made.id}, kept as {releases.keep(found, made)}")
     else:
-        typer.echo(
-            _("Release {name}, not kept: what is done with it is run with the course as it is.").format(name=made.id)
-        )
+        typer.echo(f"Release {made.id}, not kept: what is done with it is run with the course as it is.")
 
 
 def notebooks(course: CourseFolder = None) -> None:
     """Derive the student notebooks in notebooks/ from the course's anew."""
     from rotflex.instructor.release.student_course import write_notebooks
 
-    found = courses.find(course)
-    for path in write_notebooks(found):
+    for path in write_notebooks(courses.find(course)):
         typer.echo(str(path))
-    _tell_translations(found)
-
-
-def _tell_translations(course: courses.Course) -> None:
-    """How far the notebooks are in the course's language, where it has translations."""
-    from rotflex.instructor.translation import po_files, translated
-
-    language = course.settings.language
-    if language not in messages.languages():
-        typer.echo(
-            _("There are no messages in the language {language}: they are in English.").format(language=language)
-        )
-    if not po_files.folder(course.folder, language).is_dir():
-        if language != messages.ENGLISH:
-            typer.echo(_("There are no notebooks in the language {language}.").format(language=language))
-        return
-    there = translated.of_course(course.notebooks, course.folder, language)
-    done, cells = sum(one.done for one in there), sum(one.cells for one in there)
-    typer.echo(
-        _("Language {language}: {done} of {cells} text cells are translated; the others are as in the source.").format(
-            language=language, done=done, cells=cells
-        )
-    )
-    for one in there:
-        if one.done < one.cells:
-            typer.echo(f"    {one}")
-        for fault in one.refused:
-            typer.echo(f"        {fault}", err=True)
 
 
 def check_course(
@@ -96,10 +63,10 @@ def check_course(
         typer.echo(str(finding))
     asked = len(found.catalogue.everything)
     if count:
-        typer.echo(_("{count} found.").format(count=count), err=True)
+        typer.echo(f"{count} found.", err=True)
         raise typer.Exit(SOME_TROUBLE)
     typer.echo(
-        _("{asked} questions, tables and reports in {notebooks}: everything fits.").format(
+        "{asked} questions, tables and reports in {notebooks}: everything fits.".format(
             asked=asked, notebooks=plural(len(found.notebooks), "{count} notebook", "{count} notebooks")
         )
     )

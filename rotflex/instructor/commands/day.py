@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -44,15 +43,15 @@ def at_a_glance(marks: Marks, course: CourseFolder = None, out: Out = None) -> N
     for line in shown.lines(seen):
         typer.echo(line)
     if folder is None:
-        typer.echo(_("\nNo page was written: say where by --out."))
+        typer.echo("\nNo page was written: say where by --out.")
         return
     page = folder / shown.CLASS_FILE
     try:
         folder.mkdir(parents=True, exist_ok=True)
         files.write(page, shown.page(seen))
     except OSError as error:
-        raise GradingError(_("{page} cannot be written: {why}.").format(page=page, why=error.strerror)) from None
-    typer.echo(_("\nThe same as a page: {page}").format(page=page))
+        raise GradingError(f"{page} cannot be written: {error.strerror}.") from None
+    typer.echo(f"\nThe same as a page: {page}")
 
 
 def publish(
@@ -86,25 +85,21 @@ def publish(
         untold = published.not_ready(book, found.settings, begun)
         is_open = found.settings.feedback.is_open(begun)
         done = book.requests.publish(by, note, begun) if is_open else None
-    typer.echo(
-        _("Pages of {students}: {folder}").format(
-            students=plural(count, "{count} student", "{count} students"), folder=folder
-        )
-    )
+    typer.echo(f"Pages of {plural(count, '{count} student', '{count} students')}: {folder}")
     say(*untold, *_not_renewed(folder))
     if done is None:
         raise typer.Exit(SOME_TROUBLE)
-    typer.echo(_("Given back on {when}, by {by}.").format(when=moment(done.when), by=done.actor))
+    typer.echo(f"Given back on {moment(done.when)}, by {done.actor}.")
     if before:
         students = sorted({one.student for one in changed})
         say(
-            _("Since {when} marks of {students} have changed; tell them: {names}.").format(
+            "Since {when} marks of {students} have changed; tell them: {names}.".format(
                 when=moment(before[-1].when),
                 students=plural(len(students), "{count} student", "{count} students"),
                 names=", ".join(students),
             )
             if students
-            else _("No mark has changed since {when}.").format(when=moment(before[-1].when))
+            else f"No mark has changed since {moment(before[-1].when)}."
         )
 
 
@@ -117,9 +112,7 @@ def _not_renewed(folder: Path) -> list[str]:
     if not there:
         return []
     return [
-        _("As they were before, and not written anew: {names} (for that say {commands}).").format(
-            names=", ".join(there.values()), commands=", ".join(there)
-        )
+        f"As they were before, and not written anew: {', '.join(there.values())} (for that say {', '.join(there)})."
     ]
 
 
@@ -133,7 +126,7 @@ def request(
     """Note beside an answer that a student asks to have it looked at again. It stays open until it is answered."""
     with open_existing(gradebook) as book:
         made = book.requests.make(student, (question, part), text)
-    say(_("Request {number} of {student} is noted.").format(number=made.number, student=made.student))
+    say(f"Request {made.number} of {made.student} is noted.")
 
 
 def answer(
@@ -146,9 +139,8 @@ def answer(
     with open_existing(gradebook) as book:
         done = book.requests.answer(number, by, text)
     say(
-        _("Request {number} of {student}, {question} {part}, is answered. rotflex report writes it down.").format(
-            number=done.number, student=done.student, question=done.question, part=done.part
-        )
+        f"Request {done.number} of {done.student}, {done.question} {done.part}, is answered. rotflex report "
+        "writes it down."
     )
 
 
@@ -160,7 +152,7 @@ def requests(
     with open_existing(gradebook) as book:
         there = book.requests.all(open_only=not everything)
     if not there:
-        typer.echo(_("There are no requests.") if everything else _("No request is open."))
+        typer.echo("There are no requests." if everything else "No request is open.")
     say(*_lines(there))
 
 
@@ -169,20 +161,7 @@ def _lines(there: Sequence[Request]) -> list[str]:
 
     told = []
     for one in there:
-        told.append(
-            _("{number}  {when}  {student}  {question} {part}: {text}").format(
-                number=one.number,
-                when=moment(one.made),
-                student=one.student,
-                question=one.question,
-                part=one.part,
-                text=one.text,
-            )
-        )
+        told.append(f"{one.number}  {moment(one.made)}  {one.student}  {one.question} {one.part}: {one.text}")
         if one.answered is not None:
-            told.append(
-                _("    {when}  {actor}: {answer}").format(
-                    when=moment(one.answered), actor=one.answered_by, answer=one.answer
-                )
-            )
+            told.append(f"    {moment(one.answered)}  {one.answered_by}: {one.answer}")
     return told

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing, say
@@ -38,14 +37,14 @@ def export(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="The file to write.", dir_okay=False, show_default=_("beside theirs, with-marks")),
+        typer.Option(help="The file to write.", dir_okay=False, show_default="beside theirs, with-marks"),
     ] = None,
     out_of: Annotated[
         str | None, typer.Option(help="Points that the column is out of, where the file does not say.")
     ] = None,
     decimals: Annotated[
         int | None,
-        typer.Option(min=0, max=5, help="Decimals of a mark, half up.", show_default=_("the course's, or 2")),
+        typer.Option(min=0, max=5, help="Decimals of a mark, half up.", show_default="the course's, or 2"),
     ] = None,
     unfinished: Annotated[
         bool, typer.Option("--unfinished", help="Write what is decided so far, where something still waits.")
@@ -111,7 +110,7 @@ def _into_file(book: Gradebook, course: Course, order: _Order) -> bool:
         _write(order.target, done.data)
         if order.feedback is not None:
             _write(order.feedback, pages)
-    about = _("{platform}, column {heading!r}, out of {maximum}:")
+    about = "{platform}, column {heading!r}, out of {maximum}:"
     say(about.format(platform=theirs.platform, heading=place.heading, maximum=recognised.plain(maximum)))
     say(*filled.told(theirs, done, matches, order.dry), *told_of_pages, _written(order.target, order.dry))
     return not (done.left or done.so_far or matches.unknown or matches.refused or matches.missing)
@@ -133,7 +132,7 @@ def _read(into: Path) -> Export:
     try:
         data = into.read_bytes()
     except OSError as error:
-        raise GradingError(_("it cannot be read: {why}.").format(why=error.strerror)) from None
+        raise GradingError(f"it cannot be read: {error.strerror}.") from None
     return rules.recognised(their_file.read(data))
 
 
@@ -145,7 +144,7 @@ def _about(file: Path) -> Iterator[None]:
     except GradebookError:
         raise
     except GradingError as error:
-        raise GradingError(_("{file}: {why}").format(file=file, why=error)) from None
+        raise GradingError(f"{file}: {error}") from None
 
 
 def _must_be_others(order: _Order) -> None:
@@ -154,11 +153,9 @@ def _must_be_others(order: _Order) -> None:
     written = [one.resolve() for one in (order.target, order.feedback) if one is not None]
     for one in written:
         if one in given:
-            raise GradingError(
-                _("{file} is what was given, and is not written over: the platform's own file stays.").format(file=one)
-            )
+            raise GradingError(f"{one} is what was given, and is not written over: the platform's own file stays.")
     if len(set(written)) < len(written):
-        raise GradingError(_("{file} cannot be both, marks and feedback.").format(file=order.target))
+        raise GradingError(f"{order.target} cannot be both, marks and feedback.")
 
 
 def _points(given: str | None) -> Decimal | None:
@@ -168,15 +165,15 @@ def _points(given: str | None) -> Decimal | None:
     try:
         return Decimal(given)
     except InvalidOperation:
-        raise GradingError(_("--out-of should be a number of points, not {given!r}.").format(given=given)) from None
+        raise GradingError(f"--out-of should be a number of points, not {given!r}.") from None
 
 
 def _write(target: Path, data: bytes) -> None:
     try:
         files.write(target, data)
     except OSError as error:
-        raise GradingError(_("{file} cannot be written: {why}.").format(file=target, why=error.strerror)) from None
+        raise GradingError(f"{target} cannot be written: {error.strerror}.") from None
 
 
 def _written(target: Path, dry: bool) -> str:
-    return _("Nothing was written (--dry-run).") if dry else _("Written: {file}").format(file=target)
+    return "Nothing was written (--dry-run)." if dry else f"Written: {target}"

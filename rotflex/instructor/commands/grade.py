@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import course as courses
@@ -103,15 +102,13 @@ def grade(
     from rotflex.instructor.running.runner import Limits
 
     if not math.isfinite(deadline):
-        raise typer.BadParameter(_("It should be a number of seconds."), param_hint="--deadline")
+        raise typer.BadParameter("It should be a number of seconds.", param_hint="--deadline")
     if not submissions.exists():  # or nothing is made
-        raise GradingError(_("There is no folder {folder}.").format(folder=submissions))
+        raise GradingError(f"There is no folder {submissions}.")
     if submissions.is_dir() and not any(submissions.iterdir()):
-        raise GradingError(_("There is nothing in {folder}.").format(folder=submissions))
+        raise GradingError(f"There is nothing in {submissions}.")
     if out.resolve().is_relative_to(submissions.resolve()):
-        raise GradingError(
-            _("{out} lies among the submissions: choose another folder for the results.").format(out=out)
-        )
+        raise GradingError(f"{out} lies among the submissions: choose another folder for the results.")
     zone = _zone(time_zone)
     when, untold = handing_in.read(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
@@ -146,7 +143,7 @@ def _zone(name: str) -> tzinfo:
         return UTC if name == "UTC" else ZoneInfo(name)
     except (ValueError, OSError, LookupError):
         raise typer.BadParameter(
-            _("There is no time zone {name!r}; write it as Europe/Berlin.").format(name=name), param_hint="--time-zone"
+            f"There is no time zone {name!r}; write it as Europe/Berlin.", param_hint="--time-zone"
         ) from None
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -68,7 +68,7 @@ def regrade(
                 continue
             if done.problem:
                 say(
-                    _("{student}: {why} The marks stay as they were.").format(student=told.student, why=done.problem),
+                    f"{told.student}: {done.problem} The marks stay as they were.",
                     err=True,
                 )
             if told.parts:
@@ -77,11 +77,11 @@ def regrade(
         say(line, err=True)
     if not as_json:
         typer.echo(
-            _("Other marks than before: {students}.").format(
+            "Other marks than before: {students}.".format(
                 students=plural(changed, "{count} student", "{count} students")
             )
             if changed
-            else _("Nobody's marks changed.")
+            else "Nobody's marks changed."
         )
     if failed or faults:
         raise typer.Exit(SOME_TROUBLE)
@@ -102,7 +102,7 @@ def report(
     with open_existing(gradebook) as book:
         reports = Reports(out, found, book)
         count = reports.write_all()
-    typer.echo(_("{students}: {out}").format(students=plural(count, "{count} student", "{count} students"), out=out))
+    typer.echo(f"{plural(count, '{count} student', '{count} students')}: {out}")
     for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
         typer.echo(line)
 
@@ -132,11 +132,7 @@ def mark(
         book.set_mark(student, question, part, points, reason, by, _expected(seen, expect))
     given = " ".join(seen.given.split()) if seen is not None else ""
     shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}…"
-    say(
-        _("{student}, {question}, {part}: {points:g}, for the answer {shown!r}. rotflex report writes it down.").format(
-            student=student, question=question, part=part, points=points, shown=shown
-        )
-    )
+    say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. rotflex report writes it down.")
 
 
 def _seen(book: Gradebook, student: str, question: str, part: str) -> MarkRecord | None:
@@ -170,12 +166,10 @@ def comment(
         graded = book.current(student)
         if question is not None and graded is not None and question not in {one.question for one in graded.marks}:
             raise GradingError(
-                _("{student!r} has no marks for a question {question!r}: a word on it would be seen nowhere.").format(
-                    student=student, question=question
-                )
+                f"{student!r} has no marks for a question {question!r}: a word on it would be seen nowhere."
             )
         book.comment(student, text, by, question)
-    say(_("{student}: noted. rotflex report writes it down.").format(student=student))
+    say(f"{student}: noted. rotflex report writes it down.")
 
 
 def history(
@@ -190,13 +184,8 @@ def history(
             before, after = (
                 "–" if one is None else f"{one.points:g} ({one.status})" for one in (entry.before, entry.after)
             )
-            words = _("{when:%Y-%m-%d %H:%M} UTC  {student}  {question} {part}: {before} → {after}").format(
-                when=entry.when,
-                student=entry.student,
-                question=entry.question,
-                part=entry.part,
-                before=before,
-                after=after,
+            words = (
+                f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}: {before} → {after}"
             )
             say(f"{words}  {entry.actor}: {entry.reason}")
 
@@ -224,7 +213,7 @@ def roster(
     Exit code: 0 all taken, 1 some lines were not, or somebody was not removed, 2 nothing taken.
     """
     if file is None and not remove:
-        raise GradingError(_("Say what the roster is: a CSV file; or by --remove whom to take out."))
+        raise GradingError("Say what the roster is: a CSV file; or by --remove whom to take out.")
     troubles: list[str] = []
     # Without a roster a slip in the gradebook's name must not make a new one.
     with open_existing(gradebook) if file is None else open_or_make(gradebook) as book:
@@ -236,7 +225,7 @@ def roster(
             except GradebookError as error:
                 troubles.append(str(error))
             else:
-                say(_("{student} is no longer in the gradebook.").format(student=gone.student))
+                say(f"{gone.student} is no longer in the gradebook.")
     for trouble in troubles:
         say(trouble, err=True)
     if troubles:
@@ -246,10 +235,6 @@ def roster(
 def _taken_in(book: Gradebook, file: Path, again: Sequence[str]) -> tuple[str, ...]:
     """Take a roster in, and tell of it; what was not taken."""
     taken = book.import_roster(file, again)
-    typer.echo(
-        _("{added} added, {changed} changed, {unchanged} as they were.").format(
-            added=taken.added, changed=taken.changed, unchanged=taken.unchanged
-        )
-    )
+    typer.echo(f"{taken.added} added, {taken.changed} changed, {taken.unchanged} as they were.")
     say(*taken.notes)
     return taken.problems

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
@@ -24,7 +23,7 @@ CourseFolder = Annotated[
         envvar=courses.SETTING,
         metavar="FOLDER",
         help="The course's folder, which holds course.py.",
-        show_default=_("{folder}/ here").format(folder=courses.USUAL),
+        show_default=f"{courses.USUAL}/ here",
     ),
 ]
 Book = Annotated[str, typer.Option("--gradebook", help="A file, the folder of results, or the URL of a database.")]
@@ -33,7 +32,7 @@ Marks = Annotated[
 ]
 Out = Annotated[
     Path | None,
-    typer.Option(help="The folder of results.", file_okay=False, show_default=_("that of the gradebook")),
+    typer.Option(help="The folder of results.", file_okay=False, show_default="that of the gradebook"),
 ]
 Again = Annotated[
     list[str] | None,
@@ -73,13 +72,9 @@ def _file_of(path: Path) -> Path:
     """A gradebook's file, by its own name or that of the folder of results."""
     inside = path / GRADEBOOK_FILE
     if path.is_dir() and not inside.is_file():
-        raise GradingError(
-            _("There is no gradebook {file} in the folder {folder}. (rotflex grade makes one.)").format(
-                file=GRADEBOOK_FILE, folder=path
-            )
-        )
+        raise GradingError(f"There is no gradebook {GRADEBOOK_FILE} in the folder {path}. (rotflex grade makes one.)")
     if not path.exists():
-        raise GradingError(_("There is no gradebook {path}. (rotflex grade makes one.)").format(path=path))
+        raise GradingError(f"There is no gradebook {path}. (rotflex grade makes one.)")
     return inside if path.is_dir() else path
 
 
@@ -94,7 +89,7 @@ def results_in(marks: str, out: Path | None) -> Path:
     """The folder of results, for what cannot do without one. Raises GradingError if none is known."""
     found = results_beside(marks, out)
     if found is None:
-        raise GradingError(_("Say by --out into which folder it is to be written."))
+        raise GradingError("Say by --out into which folder it is to be written.")
     return found
 
 

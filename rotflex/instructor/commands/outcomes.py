@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import CourseFolder, Marks, Out, open_existing, results_in, say
 
@@ -37,9 +37,9 @@ def outcomes(
     with open_existing(marks) as book:
         done = class_report.write(folder, found, book, by is Groups.SECTION)
     students = plural(done.students, "{count} student", "{count} students")
-    typer.echo(_("{students}: {page}").format(students=students, page=folder / class_report.PAGE_FILE))
+    typer.echo(f"{students}: {folder / class_report.PAGE_FILE}")
     say(*done.notes)
-    say(_("{file} has names: it is for you, and not for an accreditation.").format(file=class_report.STUDENTS_FILE))
+    say(f"{class_report.STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
 
 
 def sheets(
@@ -60,5 +60,5 @@ def sheets(
     with open_existing(marks) as book:
         count, notes = sheet_files.write(folder, found, book, student or ())
     students = plural(count, "{count} student", "{count} students")
-    typer.echo(_("{students}: {folder}").format(students=students, folder=folder / sheet_files.FOLDER))
+    typer.echo(f"{students}: {folder / sheet_files.FOLDER}")
     say(*notes)

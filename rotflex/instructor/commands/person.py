@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -58,10 +57,10 @@ def forget(
         say(*_what_goes(told, results))
         handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
         if dry_run:
-            say(*_what_stays(told, []), _("Nothing was erased: --dry-run."))
+            say(*_what_stays(told, []), "Nothing was erased: --dry-run.")
             return
-        if not yes and not typer.confirm(_("Erase all of it? It cannot be taken back.")):
-            raise GradingError(_("Nothing was erased."))
+        if not yes and not typer.confirm("Erase all of it? It cannot be taken back."):
+            raise GradingError("Nothing was erased.")
         there = [] if results is None else results.of_class()
         if results is not None:
             results.remove(student)  # first, so that it can be done again if what follows cannot be
@@ -71,7 +70,7 @@ def forget(
             unwritten = [] if results is None else results.write(book, there)
     named = [] if folder is None else [*remains.in_folder(folder, done.about)]
     named += [*handed_in, *remains.in_settings(found, done.about)]
-    say(_("{student} is erased.").format(student=done.about.student), *_what_stays(done, named))
+    say(f"{done.about.student} is erased.", *_what_stays(done, named))
     say(*_what_cannot_be_seen(done, folder, submissions))
     say(*unwritten, err=True)
     if named or done.left or unwritten:
@@ -86,73 +85,69 @@ def _known(book: Gradebook, student: str, look: Callable[[], Erased]) -> Erased:
         if not book.scores.acts(actor=student) and student not in {one.actor for one in book.audit()}:
             raise
         raise GradingError(
-            _(
-                "{error} {name!r} is named as who scored or marked. That stays: who decided is part of what others "
-                "were given. Nothing was erased."
-            ).format(error=error, name=student)
+            f"{error} {student!r} is named as who scored or marked. That stays: who decided is part of what "
+            "others were given. Nothing was erased."
         ) from None
 
 
 def _what_goes(told: Erased, results: Results | None) -> Iterator[str]:
     about = told.about
-    yield _("What there is of {who}:").format(who=", ".join(filter(None, (about.student, about.name, about.email))))
+    yield "What there is of {who}:".format(who=", ".join(filter(None, (about.student, about.name, about.email))))
     called = {
-        "deliveries": _("files that were handed in, each version"),
-        "submissions": _("hand-ins"),
-        "runs": _("runs"),
-        "answers": _("records of answers"),
-        "marks": _("marks by the software"),
-        "decisions": _("marks by persons"),
-        "audit": _("lines of the audit trail"),
-        "scores": _("acts of scorers"),
-        "claims": _("answers that are being read"),
-        "comments": _("words to them"),
-        "requests": _("requests to look again"),
+        "deliveries": "files that were handed in, each version",
+        "submissions": "hand-ins",
+        "runs": "runs",
+        "answers": "records of answers",
+        "marks": "marks by the software",
+        "decisions": "marks by persons",
+        "audit": "lines of the audit trail",
+        "scores": "acts of scorers",
+        "claims": "answers that are being read",
+        "comments": "words to them",
+        "requests": "requests to look again",
     }
     for name, what in called.items():
         if told.counts[name]:
             yield f"{told.counts[name]:8}  {what}"
     if results is None:
-        yield _("No folder of results is named (--out): what lies in one is not looked at.")
+        yield "No folder of results is named (--out): what lies in one is not looked at."
     else:
-        yield from (_("  folder  {path}").format(path=path) for path in results.own(about.student))
-        yield from (_("    anew  {path}").format(path=path) for path in results.of_class())
+        yield from (f"  folder  {path}" for path in results.own(about.student))
+        yield from (f"    anew  {path}" for path in results.of_class())
     if told.struck:
-        yield _("Their name is struck out of what is said of others:")
+        yield "Their name is struck out of what is said of others:"
         yield from _some(told.struck)
 
 
 def _what_stays(told: Erased, named: Sequence[str]) -> Iterator[str]:
     if told.left:
-        yield _("They are named still in what others wrote themselves, or as who decided; this is left as it is:")
+        yield "They are named still in what others wrote themselves, or as who decided; this is left as it is:"
         yield from _some(told.left)
     if named:
-        yield _("They are named still here, and this is yours to delete:")
+        yield "They are named still here, and this is yours to delete:"
         yield from _some(named)
     if told.unsought:
-        yield _("Too short to be looked for in texts of others: {words}.").format(
-            words=", ".join(map(repr, told.unsought))
-        )
+        yield f"Too short to be looked for in texts of others: {', '.join(map(repr, told.unsought))}."
 
 
 def _some(lines: Sequence[str]) -> Iterator[str]:
     yield from (f"  {line}" for line in lines[:_MOST_TOLD])
     if len(lines) > _MOST_TOLD:
-        yield _("  and {count} more").format(count=len(lines) - _MOST_TOLD)
+        yield f"  and {len(lines) - _MOST_TOLD} more"
 
 
 def _what_cannot_be_seen(done: Erased, folder: Path | None, submissions: Path | None) -> Iterator[str]:
-    yield _("What cannot be seen from here, and is yours to look after:")
+    yield "What cannot be seen from here, and is yours to look after:"
     if submissions is None:
-        came_in = _(" (they came in: {sources})").format(sources=", ".join(done.sources)) if done.sources else ""
-        yield _(
-            "  what they handed in, where you keep it{came_in}. rotflex grade does not take it in again; it says so."
-        ).format(came_in=came_in)
+        came_in = f" (they came in: {', '.join(done.sources)})" if done.sources else ""
+        yield (
+            f"  what they handed in, where you keep it{came_in}. rotflex grade does not take it in again; it says so."
+        )
     if folder is None:
-        yield _("  the folder of results, which was not named")
-    yield _("  texts that name them otherwise, as by a first name")
-    yield _("  backups, tables and zips that were written elsewhere, the learning platform, e-mails")
-    yield _("  their own folder and computer")
+        yield "  the folder of results, which was not named"
+    yield "  texts that name them otherwise, as by a first name"
+    yield "  backups, tables and zips that were written elsewhere, the learning platform, e-mails"
+    yield "  their own folder and computer"
 
 
 def copy(
@@ -171,9 +166,9 @@ def copy(
     from rotflex.instructor.erasure.results import Results
 
     if into.exists() and not force:
-        raise GradingError(_("{path} is there already; add --force to write over it.").format(path=into))
+        raise GradingError(f"{into} is there already; add --force to write over it.")
     found, folder = courses.find(course), results_beside(gradebook, out)
     with open_existing(gradebook) as book:
         results = None if folder is None else Results(folder, found)
         count = copied.write(into, book, results, student)
-    say(_("All records and {count} files that were handed in: {path}").format(count=count, path=into))
+    say(f"All records and {count} files that were handed in: {into}")

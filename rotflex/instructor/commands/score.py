@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing, say
@@ -46,7 +46,7 @@ def score(
         items = rubric.read(found.folder, found.catalogue)
         desk = Desk(book, found.catalogue, items, found.settings.levels, show_names)
         if write is not None and read is not None:
-            raise GradingError(_("Give --write or --read, and not both at once."))
+            raise GradingError("Give --write or --read, and not both at once.")
         if write is not None:
             _write(desk, write, force)
         elif read is not None:
@@ -63,16 +63,16 @@ def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -
 
     told = [name.strip() for name in names]
     if not told or not all(told):
-        raise GradingError(_("Say who scores: --as NAME, once for each. The gradebook keeps who gave which points."))
+        raise GradingError("Say who scores: --as NAME, once for each. The gradebook keeps who gave which points.")
     if len({name.casefold() for name in told}) < len(told):
-        raise GradingError(_("Two of those who score have one name; the gradebook could not tell them apart."))
+        raise GradingError("Two of those who score have one name; the gradebook could not tell them apart.")
     scorers = [Scorer(name) for name in told]
     with server.listening(port) as listener:
         listener.listen()
         there = listener.getsockname()[1]
         for one in scorers:
             typer.echo(f"{one.name}: {one.address(there)}")
-        typer.echo(_("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost."))
+        typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
         if browser:
             webbrowser.open(scorers[0].address(there))
         server.serve(server.application(desk, scorers, there, title), listener)
@@ -83,22 +83,15 @@ def _write(desk: Desk, path: Path, force: bool) -> None:
 
     if path.exists() and not force:
         raise GradingError(
-            _(
-                "{path} is there already, and scores may stand in it: take them by --read first, name another file, or "
-                "add --force to write over it."
-            ).format(path=path)
+            f"{path} is there already, and scores may stand in it: take them by --read first, name another file, "
+            "or add --force to write over it."
         )
     count, asked = tables.write(desk, path)
-    typer.echo(
-        _("{answers}: {path}. rotflex score --read takes it in again.").format(
-            answers=plural(count, "{count} answer", "{count} answers"), path=path
-        )
-    )
+    typer.echo(f"{plural(count, '{count} answer', '{count} answers')}: {path}. rotflex score --read takes it in again.")
     if asked:
         typer.echo(
-            _("Of {answers} the instructor is asked: the column “state” says by whom, and what.").format(
-                answers=plural(asked, "{count} answer", "{count} answers")
-            )
+            f"Of {plural(asked, '{count} answer', '{count} answers')} the instructor is asked: the column "
+            "“state” says by whom, and what."
         )
 
 
@@ -106,12 +99,12 @@ def _read(desk: Desk, path: Path, by: str | None) -> None:
     from rotflex.instructor.scoring import tables
 
     if not (by or "").strip():
-        raise GradingError(_("Say who scored in the table: --by NAME."))
+        raise GradingError("Say who scored in the table: --by NAME.")
     taken = tables.read(desk, path, (by or "").strip())
     typer.echo(str(taken))
     say(*taken.replaced)
     say(*taken.problems, err=True)
     if taken.changed:
-        typer.echo(_("Pages and tables are as they were until rotflex report writes them anew."))
+        typer.echo("Pages and tables are as they were until rotflex report writes them anew.")
     if taken.problems:
         raise typer.Exit(SOME_TROUBLE)

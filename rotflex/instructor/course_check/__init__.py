@@ -10,7 +10,6 @@ What is found is told in words that name the place; nothing is changed.
 ``starts``        where a class may begin in the middle: what is given, and what is left without an answer
 ``texts``         numbers of the course that a text has otherwise
 ``times``         how long a notebook takes, where it says so otherwise than one formula for all has it
-``translations``  of the notebooks: not of what they are now, or refused
 ``solved``        what the key makes of the solutions, and of wrong answers made of them
 ================  =====================================================================================
 """
@@ -20,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rotflex.instructor.course import Course
-from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, starts, texts, times, translations
+from rotflex.instructor.course_check import cells, key, outcomes, rubric, solved, starts, texts, times
 from rotflex.instructor.course_check.finding import Finding
 
 __all__ = ["Finding", "check"]
@@ -42,6 +41,5 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     yield from starts.check(course)
     yield from texts.check(course)
     yield from times.check(course)
-    yield from translations.check(course)
     if run:
         yield from solved.check(course)

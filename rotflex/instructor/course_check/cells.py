@@ -9,7 +9,6 @@ from typing import Any
 from nbformat import NotebookNode
 
 from rotflex.courseware import words
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import skippable_cells
 from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor.course import Course
@@ -41,37 +40,35 @@ def check(course: Course) -> Iterator[Finding]:
                 if one.cell in worded and part.kind != "prose":
                     yield Finding(
                         where,
-                        _("{name} is no answer in words, but of kind {kind}.").format(name=part.name, kind=part.kind),
+                        f"{part.name} is no answer in words, but of kind {part.kind}.",
                     )
                 asked.setdefault((question.number, part.name), []).append(where)
             if question.notebook != name:
                 yield Finding(
                     where,
-                    _("it records question {number}, which the catalogue has in {notebook}.").format(
-                        number=question.number, notebook=question.notebook
-                    ),
+                    f"it records question {question.number}, which the catalogue has in {question.notebook}.",
                 )
         for index, cell in enumerate(notebook.cells):
             if student_notebooks.is_answer(cell) and index not in recording:
                 yield Finding(
                     in_cell(path.name, cell.id),
-                    _("an answer cell, but the cell after it records nothing (lab.answer(...))."),
+                    "an answer cell, but the cell after it records nothing (lab.answer(...)).",
                 )
     for question in course.catalogue.everything.values():
         if question.notebook not in by_name:
             yield Finding(
-                _("question {number}").format(number=question.number),
-                _("there is no notebook {notebook}.").format(notebook=question.notebook),
+                f"question {question.number}",
+                f"there is no notebook {question.notebook}.",
             )
             continue
         for part in question.parts:
             places = asked.get((question.number, part.name), [])
             if len(places) != 1:
                 yield Finding(
-                    _("question {number}, {part}").format(number=question.number, part=part.name),
-                    _("no cell of {notebook} records it.").format(notebook=question.notebook)
+                    f"question {question.number}, {part.name}",
+                    f"no cell of {question.notebook} records it."
                     if not places
-                    else _("{count} cells record it: {places}.").format(count=len(places), places="; ".join(places)),
+                    else f"{len(places)} cells record it: {'; '.join(places)}.",
                 )
 
 
@@ -85,19 +82,17 @@ def in_words(name: str, cells: Iterable[Mapping[str, Any]]) -> Iterator[Finding]
         if words.where_of(cell) is None:
             yield Finding(
                 where,
-                _('its metadata should have "{key}": {{"question": ..., "part": ...}}.').format(key=words.KEY),
+                f'its metadata should have "{words.KEY}": {{"question": ..., "part": ...}}.',
             )
         found = words.headings(words.source_of(cell).partition(words.BEGIN)[0])
         if len(found) != 1:
             yield Finding(
                 where,
-                _("it should begin with one heading for students, such as {example}").format(
-                    example=words.heading("Your answer: 1.1, why")
-                ),
+                f"it should begin with one heading for students, such as {words.heading('Your answer: 1.1, why')}",
             )
         for heading in found:
             if heading in seen:
-                yield Finding(where, _("it has the heading of cell {other!r}, too.").format(other=seen[heading]))
+                yield Finding(where, f"it has the heading of cell {seen[heading]!r}, too.")
             seen[heading] = cell["id"]
 
 
@@ -107,17 +102,13 @@ def _form(course: Course, name: str, notebook: NotebookNode) -> Iterator[Finding
     if len(tagged) != 1:
         yield Finding(
             name,
-            _("{count} cells are tagged 'parameters'; one should be: a run tells its student there.").format(
-                count=len(tagged)
-            ),
+            f"{len(tagged)} cells are tagged 'parameters'; one should be: a run tells its student there.",
         )
     for cell in notebook.cells:
         released = student_notebooks.INSTRUCTOR_TAG not in cell.metadata.get("tags", [])
         solved = student_notebooks.BEGIN in cell.source or words.BEGIN in cell.source
         if released and solved and not student_notebooks.is_answer(cell):
-            yield Finding(
-                in_cell(name, cell.id), _("it has a solution, but its metadata do not make it an answer cell.")
-            )
+            yield Finding(in_cell(name, cell.id), "it has a solution, but its metadata do not make it an answer cell.")
     try:
         students = student_notebooks.student_version(notebook, name, course.catalogue)
         yield from _not_preset(name, students)
@@ -137,9 +128,7 @@ def _not_preset(name: str, students: NotebookNode) -> Iterator[Finding]:
                 for missing in sorted(skippable_cells.uses(cell.source) - known):
                     yield Finding(
                         in_cell(name, cell.id),
-                        _("{name} is not there until a solution is written: preset it, as {name} = None.").format(
-                            name=missing
-                        ),
+                        f"{missing} is not there until a solution is written: preset it, as {missing} = None.",
                     )
             known |= skippable_cells.bound(cell.source)
         except SyntaxError:
@@ -151,7 +140,7 @@ def check_derived(course: Course) -> Iterator[Finding]:
     try:
         texts = student_course.derived(course)
     except GradingError as error:
-        yield Finding(_("the student notebooks"), str(error))
+        yield Finding("the student notebooks", str(error))
         return
     folder = course.student_notebooks
     if not folder.is_dir():
@@ -159,4 +148,4 @@ def check_derived(course: Course) -> Iterator[Finding]:
     there = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.ipynb")}
     for name in sorted(texts.keys() | there.keys()):
         if texts.get(name) != there.get(name):
-            yield Finding(f"{folder.name}/{name}", _("it is not what is derived now: say rotflex notebooks."))
+            yield Finding(f"{folder.name}/{name}", "it is not what is derived now: say rotflex notebooks.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
 
 
@@ -21,9 +20,9 @@ class Finding:
 
 def in_cell(notebook: str, cell: str) -> str:
     """The place of a cell."""
-    return _("{notebook}, cell {cell!r}").format(notebook=notebook, cell=cell)
+    return f"{notebook}, cell {cell!r}"
 
 
 def in_key(question: Question, part: Part) -> str:
     """The place of a check."""
-    return _("the key, {number} {part}").format(number=question.number, part=part.name)
+    return f"the key, {question.number} {part.name}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.course import Course
 from rotflex.instructor.course_check.finding import Finding, in_key
 from rotflex.instructor.marking.checks import ForAPerson
@@ -14,19 +13,17 @@ def check(course: Course) -> Iterator[Finding]:
     """Questions without a key, parts marked otherwise than the catalogue says, follow-through without its words."""
     for number, question in course.catalogue.marked.items():
         if number not in course.key:
-            yield Finding(_("the key"), _("question {number} has no entry.").format(number=number))
+            yield Finding("the key", f"question {number} has no entry.")
             continue
         for part in question.parts:
             one = course.key[number][part.name]
             for_a_person = isinstance(one, ForAPerson)
             if _follows_unnamed(one):
-                yield Finding(in_key(question, part), _("it has follow, and no follow_what: what feedback says of it."))
+                yield Finding(in_key(question, part), "it has follow, and no follow_what: what feedback says of it.")
             if for_a_person != (part.marked == "person"):
                 yield Finding(
                     in_key(question, part),
-                    _("the catalogue says that it is marked by {marked}, the key does otherwise.").format(
-                        marked=part.marked
-                    ),
+                    f"the catalogue says that it is marked by {part.marked}, the key does otherwise.",
                 )
 
 

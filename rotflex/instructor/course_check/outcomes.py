@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import OUTCOMES_FILE, SHEETS_FILE, Course
 from rotflex.instructor.course_check.finding import Finding
@@ -28,7 +27,5 @@ def check(course: Course) -> Iterator[Finding]:
         if part.outcome:
             yield Finding(
                 SHEETS_FILE,
-                _("{question}, {part}: it carries {code}, and is on no sheet.").format(
-                    question=number, part=part.name, code=part.outcome
-                ),
+                f"{number}, {part.name}: it carries {part.outcome}, and is on no sheet.",
             )

@@ -8,7 +8,6 @@ from typing import Any
 
 from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question
 from rotflex.courseware.run.handed_in import Cell, as_released, cells_of
 from rotflex.courseware.run.merge import merged
@@ -35,7 +34,7 @@ def check(course: Course) -> Iterator[Finding]:
     """Answers of the solutions that the key does not mark as right, or marks as right when they are changed."""
     claims = answers_of_solutions(course)
     for problem in claims.problems:
-        yield Finding(_("the solutions"), problem)
+        yield Finding("the solutions", problem)
     yield from judged(course, claims)
 
 
@@ -49,7 +48,7 @@ def judged(course: Course, claims: Claims) -> Iterator[Finding]:
             own = _Own(case.own, course.catalogue)
             yield from _judged(question, part, checks[part.name], claims, replace(case, own=own))
             for said in own.unknown:
-                yield Finding(in_key(question, part), _("it follows what there is not. {error}").format(error=said))
+                yield Finding(in_key(question, part), f"it follows what there is not. {said}")
 
 
 class _Own:
@@ -124,40 +123,34 @@ def _judged(question: Question, part: Part, one: Check, claims: Claims, case: Ca
         yield Finding(where, _fails(error))
         return
     if mark.status is Status.MISSING:
-        yield Finding(where, _("the solution records no answer: does its cell run to its end?"))
+        yield Finding(where, "the solution records no answer: does its cell run to its end?")
         return
     if mark.status is not (Status.FOR_A_PERSON if for_a_person else Status.RIGHT):
         yield Finding(
             where,
-            _("the solution gets {points:g} of {out_of:g} points, {status}: {reason}").format(
-                points=mark.points, out_of=mark.out_of, status=mark.status.value, reason=mark.reason
-            ),
+            f"the solution gets {mark.points:g} of {mark.out_of:g} points, {mark.status.value}: {mark.reason}",
         )
     value = claims.values.get((question.number, part.name))
     if for_a_person or value is None:
         return
     if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:
         yield Finding(
-            _("the catalogue, {number} {part}").format(number=question.number, part=part.name),
-            _("the solution, {value:g}, is outside of what is plausible: right answers would draw a hint.").format(
-                value=value
-            ),
+            f"the catalogue, {question.number} {part.name}",
+            f"the solution, {value:g}, is outside of what is plausible: right answers would draw a hint.",
         )
     try:
         verdict = one.verdict(part, wrong_answer(part, value), case)
     except Exception as error:
-        yield Finding(where, _("on a wrong answer, {fails}").format(fails=_fails(error)))
+        yield Finding(where, f"on a wrong answer, {_fails(error)}")
         return
     if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
         yield Finding(
             where,
-            _("a wrong answer ({value}) is taken for right: {reason}").format(
-                value=str(wrong_answer(part, value))[:60], reason=verdict.reason
-            ),
+            f"a wrong answer ({str(wrong_answer(part, value))[:60]}) is taken for right: {verdict.reason}",
         )
 
 
 def _fails(error: Exception) -> str:
     if isinstance(error, KeyFault):
-        return _("it fails: {error}").format(error=error)
-    return _("it fails: {kind}: {error}").format(kind=type(error).__name__, error=error)
+        return f"it fails: {error}"
+    return f"it fails: {type(error).__name__}: {error}"

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from rotflex.courseware import forms, starts
 from rotflex.courseware.benches import SAME, BenchPolicy
-from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import CODE
 from rotflex.courseware.starts import Start, Where
 from rotflex.errors import AnswerError
@@ -19,7 +18,7 @@ from rotflex.instructor.release import student_notebooks
 def check(course: Course) -> Iterator[Finding]:
     """What of each start names what there is not, has no value, or leaves a cell without an answer that it needs."""
     for start in course.catalogue.starts:
-        place = _("start {name}").format(name=start.name)
+        place = f"start {start.name}"
         wrong = [*_names(course, start)]
         yield from (Finding(place, text) for text in wrong)
         if not wrong:
@@ -30,7 +29,7 @@ def check(course: Course) -> Iterator[Finding]:
 def _names(course: Course, start: Start) -> Iterator[str]:
     for name in start.skips:
         if name not in course.catalogue.notebooks:
-            yield _("it skips the notebook {name}, which there is not.").format(name=name)
+            yield f"it skips the notebook {name}, which there is not."
     for number, part in start.gives:
         try:
             question = course.catalogue.find(number)
@@ -39,24 +38,20 @@ def _names(course: Course, start: Start) -> Iterator[str]:
             yield str(error)
         else:
             if question.notebook not in start.skips:
-                yield _("it gives {question}, {part}, which {notebook} asks for; that is not skipped.").format(
-                    question=number, part=part, notebook=question.notebook
-                )
+                yield f"it gives {number}, {part}, which {question.notebook} asks for; that is not skipped."
 
 
 def _values(course: Course, start: Start) -> Iterator[str]:
     """On a bench that everybody has: there, each value has to be one."""
     if course.given is None:
-        yield _("course.py does not say what is given (Course.given).")
+        yield "course.py does not say what is given (Course.given)."
         return
     values = course.given(start.name, "", BenchPolicy(SAME, seed=1, draw=course.draw))
     for number, part in start.gives:
         try:
             forms.encode(course.catalogue.find(number).part(part), values[number, part], 0)
         except (KeyError, forms.FormError, forms.NotAnswered) as error:
-            yield _("{question}, {part} has no value that it could have: {error}").format(
-                question=number, part=part, error=error
-            )
+            yield f"{number}, {part} has no value that it could have: {error}"
 
 
 def _left_without(course: Course, start: Start) -> Iterator[Finding]:
@@ -70,9 +65,7 @@ def _left_without(course: Course, start: Start) -> Iterator[Finding]:
                 if where not in there and where[0] in course.catalogue.everything:
                     yield Finding(
                         f"{path.name}, {cell.id}",
-                        _("it needs {question}, {part}, which a class that begins with {start} has not.").format(
-                            question=where[0], part=where[1], start=start.name
-                        ),
+                        f"it needs {where[0]}, {where[1]}, which a class that begins with {start.name} has not.",
                     )
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.course import Course
 from rotflex.instructor.course_check.finding import Finding, in_cell
 from rotflex.instructor.release import student_notebooks
@@ -25,16 +24,12 @@ def check(course: Course) -> Iterator[Finding]:
         found = [(where, match[1]) for where, text in cells for match in pattern.finditer(text)]
         if not found:
             yield Finding(
-                _("stated, {what}").format(what=stated.what),
-                _("no text has it as {pattern!r} any more: mend the pattern, or take it out.").format(
-                    pattern=stated.pattern
-                ),
+                f"stated, {stated.what}",
+                f"no text has it as {stated.pattern!r} any more: mend the pattern, or take it out.",
             )
         for where, number in found:
             if not np.isclose(float(number.replace("−", "-")), stated.value, rtol=1e-9, atol=0):
                 yield Finding(
                     where,
-                    _("{what} is {value:g}; this text says {number}.").format(
-                        what=stated.what, value=stated.value, number=number
-                    ),
+                    f"{stated.what} is {stated.value:g}; this text says {number}.",
                 )

@@ -24,7 +24,6 @@ from nbformat import NotebookNode
 
 from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -126,9 +125,7 @@ def check(course: Course) -> Iterator[Finding]:
 
 
 def _otherwise(notebook: str, time: ReadingTime, given: str) -> str:
-    return _("{notebook} takes {right} minutes by the formula ({exact:.1f}); this text says {given}.").format(
-        notebook=notebook, right=time.stated, exact=time.minutes, given=given
-    )
+    return f"{notebook} takes {time.stated} minutes by the formula ({time.minutes:.1f}); this text says {given}."
 
 
 def _kind(part: Part) -> str:

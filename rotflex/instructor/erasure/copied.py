@@ -10,7 +10,6 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.erasure.results import Results
 from rotflex.instructor.gradebook import Gradebook
@@ -54,7 +53,7 @@ def write(path: Path, book: Gradebook, results: Results | None, student: str) ->
     try:
         files.write(path, packed.getvalue())
     except OSError as error:
-        raise GradingError(_("{path} cannot be written: {why}.").format(path=path, why=error.strerror)) from None
+        raise GradingError(f"{path} cannot be written: {error.strerror}.") from None
     return len(handed_in)
 
 

@@ -6,7 +6,6 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADEBOOK_FILE, caseless
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Person, StudentRecord
@@ -24,7 +23,7 @@ def in_folder(folder: Path, about: StudentRecord) -> Iterator[str]:
         if not path.is_file() or path.name.startswith(GRADEBOOK_FILE):
             continue
         if person.named_in(str(path.relative_to(folder))):
-            yield _("{path}: its name").format(path=path)
+            yield f"{path}: its name"
         elif path.suffix.lower() in _UNREADABLE:
             continue  # those of this software go with the folder of their student
         else:
@@ -32,7 +31,7 @@ def in_folder(folder: Path, about: StudentRecord) -> Iterator[str]:
                 if _names(path, person):
                     yield str(path)
             except (OSError, zipfile.BadZipFile, RuntimeError):
-                yield _("{path} (it could not be looked into)").format(path=path)
+                yield f"{path} (it could not be looked into)"
 
 
 def _names(path: Path, person: Person) -> bool:
@@ -53,7 +52,7 @@ def in_submissions(submissions: Path, book: Gradebook, student: str) -> Iterator
             yield from (str(submissions / piece.source) for piece in one.pieces)
         elif caseless(student) in map(caseless, (one.bench_of, *one.partners)):
             for piece in one.pieces:
-                yield _("{path}, which is also {other}'s").format(path=submissions / piece.source, other=one.student)
+                yield f"{submissions / piece.source}, which is also {one.student}'s"
 
 
 def in_settings(course: Course, about: StudentRecord) -> Iterator[str]:
@@ -61,4 +60,4 @@ def in_settings(course: Course, about: StudentRecord) -> Iterator[str]:
     known_by = {caseless(one) for one in (about.student, *about.aliases)}
     for one in course.settings.extensions:
         if known_by & set(map(caseless, one.students)):
-            yield _("course.toml, in an extension until {when:%Y-%m-%d}").format(when=one.until)
+            yield f"course.toml, in an extension until {one.until:%Y-%m-%d}"

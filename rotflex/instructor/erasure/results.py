@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -54,9 +53,7 @@ class Results:
                 path.unlink()
         except OSError as error:
             raise GradingError(
-                _("{path} cannot be removed: {why}. The gradebook is as it was; nobody is erased.").format(
-                    path=error.filename, why=error.strerror
-                )
+                f"{error.filename} cannot be removed: {error.strerror}. The gradebook is as it was; nobody is erased."
             ) from None
 
     def write(self, book: Gradebook, there: list[Path]) -> list[str]:
@@ -68,9 +65,7 @@ class Results:
                     write(book)
                 except GradingError as error:
                     missing = ", ".join(sorted(before & set(names)))
-                    untold.append(
-                        _("{names}: taken away, and not written anew. {why}").format(names=missing, why=error)
-                    )
+                    untold.append(f"{missing}: taken away, and not written anew. {error}")
         return untold
 
     def _writers(self) -> dict[tuple[str, ...], Callable[[Gradebook], object]]:
@@ -95,4 +90,4 @@ class Results:
         try:
             files.write(page, shown.page(glance.at(book, self._course)))
         except OSError as error:
-            raise GradingError(_("{page} cannot be written: {why}.").format(page=page, why=error.strerror)) from None
+            raise GradingError(f"{page} cannot be written: {error.strerror}.") from None

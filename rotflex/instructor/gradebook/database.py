@@ -17,7 +17,6 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 
 PATIENCE = 30.0  #: s
@@ -99,9 +98,7 @@ class Database:
         try:
             yield
         except DBAPIError as error:
-            raise GradebookError(
-                _("The gradebook {where}: {message}").format(where=self.where, message=_message(error))
-            ) from error
+            raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
 
 
 def _address(url: str | Path) -> URL:
@@ -114,33 +111,25 @@ def _address(url: str | Path) -> URL:
         driver = "sqlite"
     else:
         raise GradebookError(
-            _(
-                "A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME; {scheme}://... is none of these."
-            ).format(scheme=scheme)
+            f"A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME; {scheme}://... is none of these."
         )
     try:
         return make_url(url).set(drivername=driver)
     except (ArgumentError, ValueError):
-        raise GradebookError(
-            _("The address {scheme}://... of the gradebook cannot be read.").format(scheme=scheme)
-        ) from None
+        raise GradebookError(f"The address {scheme}://... of the gradebook cannot be read.") from None
 
 
 def _sqlite(address: URL) -> Engine:
     path = Path(address.database or "")
     if not address.database or address.database == ":memory:":
-        raise GradebookError(_("A gradebook in SQLite needs a file, as in sqlite:///gradebook.sqlite."))
+        raise GradebookError("A gradebook in SQLite needs a file, as in sqlite:///gradebook.sqlite.")
     try:  # made for its owner only: there are marks in it, and a secret
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
     except PermissionError:
         if not path.is_file():  # one that is there may perhaps be read
-            raise GradebookError(
-                _("The gradebook {path} cannot be made: permission denied.").format(path=path)
-            ) from None
+            raise GradebookError(f"The gradebook {path} cannot be made: permission denied.") from None
     except OSError as error:
-        raise GradebookError(
-            _("The gradebook {path} cannot be opened: {why}.").format(path=path, why=error.strerror)
-        ) from None
+        raise GradebookError(f"The gradebook {path} cannot be opened: {error.strerror}.") from None
     engine = create_engine(address, poolclass=NullPool, connect_args={"timeout": PATIENCE})
 
     @event.listens_for(engine, "connect")
@@ -156,7 +145,7 @@ def _postgres(address: URL) -> Engine:
     try:
         return create_engine(address, pool_pre_ping=True)
     except (ImportError, NoSuchModuleError):
-        raise GradebookError(_("PostgreSQL needs its driver: pip install 'rotflex-instructor[postgres]'.")) from None
+        raise GradebookError("PostgreSQL needs its driver: pip install 'rotflex-instructor[postgres]'.") from None
 
 
 def _message(error: DBAPIError) -> str:
@@ -165,7 +154,5 @@ def _message(error: DBAPIError) -> str:
     if "file is not a database" in message:
         return "this file is not a gradebook. It is left as it is; choose another."
     if "database is locked" in message or "lock timeout" in message:
-        return _("another process has been writing to it for {seconds:g} s. Try again when that has ended.").format(
-            seconds=PATIENCE
-        )
-    return _("the database says: {message}").format(message=message)
+        return f"another process has been writing to it for {PATIENCE:g} s. Try again when that has ended."
+    return f"the database says: {message}"

@@ -8,7 +8,6 @@ from typing import Any
 
 from sqlalchemy import Connection, delete, insert, select
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import rows, storable
 from rotflex.instructor.gradebook.records import GIVEN_BY_A_PERSON, MarkRecord
@@ -19,7 +18,7 @@ def run_of(connection: Connection, student: str) -> rows.Stored:
     """The run of a student that counts. Raises GradebookError if there is none."""
     found = rows.current_run(connection, rows.known_student(connection, storable.text(student)))
     if found is None:
-        raise GradebookError(_("Nothing of {student!r} has been graded.").format(student=student))
+        raise GradebookError(f"Nothing of {student!r} has been graded.")
     return found
 
 
@@ -29,20 +28,14 @@ def mark_of(stored: rows.Stored, where: rows.Where) -> MarkRecord:
         if mark.where == where:
             return mark
     question, part = where
-    raise GradebookError(
-        _("{student!r} has no mark for question {question}, {part}.").format(
-            student=stored.graded.run.student, question=question, part=part
-        )
-    )
+    raise GradebookError(f"{stored.graded.run.student!r} has no mark for question {question}, {part}.")
 
 
 def check_points(mark: MarkRecord, points: float) -> None:
     """Refuse points that there are not for a part."""
     if not 0 <= points <= mark.out_of:  # nor not a number
         raise GradebookError(
-            _("Question {question}, {part}: give 0 to {out_of:g} points, not {points:g}.").format(
-                question=mark.question, part=mark.part, out_of=mark.out_of, points=points
-            )
+            f"Question {mark.question}, {mark.part}: give 0 to {mark.out_of:g} points, not {points:g}."
         )
 
 
@@ -85,18 +78,8 @@ def taken(connection: Connection, stored: rows.Stored, mark: MarkRecord) -> Grad
     which = (audit.c.student_id == stored.student_id, audit.c.question == mark.question, audit.c.part == mark.part)
     last = connection.execute(select(audit).where(*which).order_by(audit.c.id.desc()).limit(1)).one()
     return GradebookError(
-        _(
-            "Question {question}, {part}: {student!r} has {points:g} points ({status}) by now, from {actor}, "
-            "{when:%Y-%m-%d %H:%M} UTC: {why!r}. Nothing was changed. If that is to be replaced, say that you expect "
-            "{points:g} (rotflex mark --expect {points:g})."
-        ).format(
-            question=mark.question,
-            part=mark.part,
-            student=stored.graded.run.student,
-            points=mark.points,
-            status=mark.status,
-            actor=last.actor,
-            when=last.changed,
-            why=mark.reason,
-        )
+        f"Question {mark.question}, {mark.part}: {stored.graded.run.student!r} has {mark.points:g} points "
+        f"({mark.status}) by now, from {last.actor}, {last.changed:%Y-%m-%d %H:%M} UTC: {mark.reason!r}. Nothing "
+        f"was changed. If that is to be replaced, say that you expect {mark.points:g} (rotflex mark --expect "
+        f"{mark.points:g})."
     )

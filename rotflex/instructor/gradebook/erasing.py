@@ -15,7 +15,6 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, Table, and_, delete, func, insert, select, update
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import rows
 from rotflex.instructor.gradebook.naming import Person
@@ -173,13 +172,13 @@ def _others(connection: Connection, table: Table, number: int) -> list[Row[Any]]
 
 def _place(table: Table, about: Mapping[str, Any], whose: Mapping[int, str]) -> str:
     called = {
-        comments: _("word to them"),
-        decisions: _("reason of a mark"),
-        audit: _("audit trail"),
-        scores: _("remark"),
-        requests: _("request to look again"),
-        publications: _("note on what was given back"),
-        deliveries: _("name of what they handed in"),
+        comments: "word to them",
+        decisions: "reason of a mark",
+        audit: "audit trail",
+        scores: "remark",
+        requests: "request to look again",
+        publications: "note on what was given back",
+        deliveries: "name of what they handed in",
     }[table]
     parts = [called, about.get("question"), about.get("part"), about.get("name"), about.get("actor")]
     if table is publications:
@@ -204,7 +203,7 @@ def _rewrite(
         connection.execute(update(runs).where(runs.c.id == run_id).values(values))
         if new.answers != stored.answers:
             connection.execute(update(answers).where(answers.c.run_id == run_id).values(content=new.answers))
-        yield _("{student}: what is said of their run").format(student=whose[student_id])
+        yield f"{whose[student_id]}: what is said of their run"
     for row in connection.execute(select(deliveries).where(deliveries.c.student_id != number)).all():
         content = of_others.file(row.name, bytes(row.content), person)
         if content != row.content:
@@ -238,24 +237,22 @@ def _left(connection: Connection, person: Person, whose: Mapping[int, str]) -> I
     for table, column in _ACTORS.items():
         for actor in connection.scalars(select(table.c[column]).distinct()):
             if _is_named(person, actor):
-                yield _("{actor} is named as who marked, wrote, published or erased").format(actor=actor)
+                yield f"{actor} is named as who marked, wrote, published or erased"
 
 
 def _in_own_work(connection: Connection, person: Person, whose: Mapping[int, str]) -> Iterator[str]:
     """Where others wrote of a person, in what they handed in."""
     for row in connection.execute(select(deliveries.c.student_id, deliveries.c.name, deliveries.c.content)):
         if _is_named(person, row.name, row.content):
-            yield _("{student} handed in: {name}").format(student=whose[row.student_id], name=row.name)
+            yield f"{whose[row.student_id]} handed in: {row.name}"
     for row in connection.execute(select(runs, answers.c.content).join(answers, isouter=True)):
         if _is_named(person, *row):
-            yield _("{student}: what their run left").format(student=whose[row.student_id])
+            yield f"{whose[row.student_id]}: what their run left"
     of_runs = select(runs.c.student_id, marks).join(runs, runs.c.id == marks.c.run_id)
     for found in (of_runs, select(decisions), select(scores)):
         for row in connection.execute(found):
             if _is_named(person, row.given, row._mapping.get("status") and row.reason):
-                yield _("{student}: answer {question}, {part}").format(
-                    student=whose[row.student_id], question=row.question, part=row.part
-                )
+                yield f"{whose[row.student_id]}: answer {row.question}, {row.part}"
 
 
 def _is_named(person: Person, *contents: Any) -> bool:

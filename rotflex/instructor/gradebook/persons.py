@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import erasing, storable
 from rotflex.instructor.gradebook.database import Database
@@ -50,10 +49,8 @@ class Persons:
             self._database.rebuild([table.name for table in metadata.sorted_tables])
         except GradebookError as error:
             raise GradebookError(
-                _(
-                    "{student!r} is erased from the gradebook's tables, but the space where they stood could not be "
-                    "written anew, as the next rotflex forget will do: {why}"
-                ).format(student=student, why=error)
+                f"{student!r} is erased from the gradebook's tables, but the space where they stood could not be "
+                f"written anew, as the next rotflex forget will do: {error}"
             ) from error
         return done
 

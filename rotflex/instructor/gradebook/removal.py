@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from sqlalchemy import Connection, delete, select
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import rows
 from rotflex.instructor.gradebook.records import StudentRecord
@@ -12,11 +11,11 @@ from rotflex.instructor.gradebook.tables import metadata, students
 
 #: Each table that holds something of students → what that is, for people.
 THEIRS = {
-    **dict.fromkeys(("deliveries", "submissions"), _("files that were handed in")),
-    **dict.fromkeys(("runs", "decisions", "audit"), _("marks")),
-    **dict.fromkeys(("scores", "claims"), _("what scorers did")),
-    "comments": _("words to them"),
-    "requests": _("requests to look again"),
+    **dict.fromkeys(("deliveries", "submissions"), "files that were handed in"),
+    **dict.fromkeys(("runs", "decisions", "audit"), "marks"),
+    **dict.fromkeys(("scores", "claims"), "what scorers did"),
+    "comments": "words to them",
+    "requests": "requests to look again",
 }
 
 
@@ -27,9 +26,8 @@ def remove(connection: Connection, student: str) -> StudentRecord:
     there = dict.fromkeys(THEIRS[name] for name in THEIRS if _has(connection, name, student_id))
     if there:
         raise GradebookError(
-            _("{student!r} is not removed: the gradebook has more of them than a line of a roster, {what}.").format(
-                student=record.student, what=", ".join(there)
-            )
+            f"{record.student!r} is not removed: the gradebook has more of them than a line of a roster, "
+            f"{', '.join(there)}."
         )
     connection.execute(delete(students).where(students.c.id == student_id))
     return record

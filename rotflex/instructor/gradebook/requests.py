@@ -7,7 +7,6 @@ from typing import Any
 
 from sqlalchemy import Connection, insert, select, update
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import deciding, rows, storable
 from rotflex.instructor.gradebook.database import Database
@@ -35,7 +34,7 @@ class Requests:
         GradebookError
             If there is no mark for that part, or the request says nothing.
         """
-        words = _said(text, _("A request says what is to be looked at again; this one is empty."))
+        words = _said(text, "A request says what is to be looked at again; this one is empty.")
         with self._database.writing() as connection:
             run = deciding.run_of(connection, student)
             mark = deciding.mark_of(run, where)
@@ -52,16 +51,15 @@ class Requests:
         GradebookError
             If there is no such request, it was answered before (the message says by whom), or the answer is empty.
         """
-        words = _said(text, _("An answer to a request says something; this one is empty."))
+        words = _said(text, "An answer to a request says something; this one is empty.")
         with self._database.writing() as connection:
             there = _found(connection, requests.c.id == number)
             if not there:
-                raise GradebookError(_("There is no request {number}.").format(number=number))
+                raise GradebookError(f"There is no request {number}.")
             if not there[0].is_open:
                 raise GradebookError(
-                    _("Request {number} was answered by {actor} on {when:%Y-%m-%d %H:%M} UTC: {answer!r}").format(
-                        number=number, actor=there[0].answered_by, when=there[0].answered, answer=there[0].answer
-                    )
+                    f"Request {number} was answered by {there[0].answered_by} on "
+                    f"{there[0].answered:%Y-%m-%d %H:%M} UTC: {there[0].answer!r}"
                 )
             values = {"answered_by": storable.text(actor), "answer": words, "answered": rows.now()}
             connection.execute(update(requests).where(requests.c.id == number).values(values))

@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import student_id
-from rotflex.courseware.messages import _, listed
+from rotflex.courseware.messages import listed
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook import storable
@@ -74,14 +74,14 @@ class Entry:
             was = getattr(record, what)
             is_now = type(was)() if said in (_REMOVED, (_REMOVED,)) else said
             if not said and was:
-                word = _("{student}: {what} {was} stays; the roster's cell is empty.")
+                word = "{student}: {what} {was} stays; the roster's cell is empty."
             elif was and not is_now:
-                word = _("{student}: {what} {was} is removed.")
+                word = "{student}: {what} {was} is removed."
             else:
-                word = _("{student}: {what} {was} → {new}.") if was and is_now != was else ""
+                word = "{student}: {what} {was} → {new}." if was and is_now != was else ""
             new[what] = is_now if said else was
             if word:
-                called = _("other names") if what == "aliases" else what
+                called = "other names" if what == "aliases" else what
                 words.append(word.format(student=self.student, what=called, was=_shown(was), new=_shown(is_now)))
         return replace(record, student=self.student, enrolled=True, **new), words
 
@@ -109,7 +109,7 @@ class Roster:
         """What is passed over without harm, in a line."""
         if not self.unread:
             return []
-        return [_("Columns that are not read: {names}.").format(names=listed(self.unread, _MOST_TOLD))]
+        return [f"Columns that are not read: {listed(self.unread, _MOST_TOLD)}."]
 
 
 def read(path: Path) -> Roster:
@@ -130,9 +130,7 @@ def read(path: Path) -> Roster:
         entries, problems = _entries(columns, ((table.line_num + skipped, row) for row in table))
         return Roster(tuple(entries), tuple(problems), columns.unread)
     except csv.Error as error:
-        raise GradebookError(
-            _("The roster {path} is not a CSV that can be read: {error}.").format(path=path, error=error)
-        ) from None
+        raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
 
 
 def _text(path: Path) -> str:
@@ -141,13 +139,9 @@ def _text(path: Path) -> str:
         coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
         return data.decode(coding)
     except OSError as error:
-        raise GradebookError(
-            _("The roster {path} cannot be read: {why}.").format(path=path, why=error.strerror)
-        ) from None
+        raise GradebookError(f"The roster {path} cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError:
-        raise GradebookError(
-            _("The roster {path} is not UTF-8. Excel saves it so as 'CSV UTF-8'.").format(path=path)
-        ) from None
+        raise GradebookError(f"The roster {path} is not UTF-8. Excel saves it so as 'CSV UTF-8'.") from None
 
 
 def _headings(lines: Sequence[str], separator: str) -> list[str]:
@@ -184,10 +178,8 @@ class _Columns:
         student = first(_IDS)
         if student is None:
             raise GradebookError(
-                _(
-                    "The roster {path} has no column of IDs: call one 'student', in the first line. Besides it, "
-                    "'name', 'email' and 'section' are understood."
-                ).format(path=path)
+                f"The roster {path} has no column of IDs: call one 'student', in the first line. Besides it, "
+                "'name', 'email' and 'section' are understood."
             )
         self._student = student
         self.id_heading = _on_one_line(line[student])
@@ -235,13 +227,13 @@ def _entries(columns: _Columns, rows: Iterable[tuple[int, list[str]]]) -> tuple[
         try:
             entry = columns.entry(row)
         except _NoID:
-            problem = _("Line {line} has no ID in the column {column!r}: not taken.")
+            problem = "Line {line} has no ID in the column {column!r}: not taken."
             problems.append(problem.format(line=line, column=columns.id_heading))
         except StudentIDError as error:
-            problems.append(_("Line {line}: {why} It is not taken.").format(line=line, why=error))
+            problems.append(f"Line {line}: {error} It is not taken.")
         else:
             first, same = taken.setdefault(caseless(entry.student), (line, entry))
             if same != entry:
-                problem = _("Line {line}: {student!r} is in line {first} already: not taken.")
+                problem = "Line {line}: {student!r} is in line {first} already: not taken."
                 problems.append(problem.format(line=line, student=entry.student, first=first))
     return [entry for _line, entry in taken.values()], problems

@@ -10,7 +10,6 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, Select, delete, func, insert, select, update
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook.records import (
@@ -74,7 +73,7 @@ def known_student(connection: Connection, student: str) -> int:
     """The number of a student's row. Raises GradebookError if there is none."""
     student_id = find_student(connection, student)
     if student_id is None:
-        raise GradebookError(_("There is no student {student!r} in the gradebook.").format(student=student))
+        raise GradebookError(f"There is no student {student!r} in the gradebook.")
     return student_id
 
 
@@ -245,10 +244,8 @@ def put_run(connection: Connection, student_id: int, graded: Graded, there: Stor
     """Write a run and what it left, unless that is there already; its row's number."""
     if there is not None and there.student_id != student_id:
         raise GradebookError(
-            _(
-                "The run {key} of {student!r} has the key of a run of {other!r}: a key should depend on "
-                "the student, too."
-            ).format(key=graded.run.key, student=graded.run.student, other=there.graded.run.student)
+            f"The run {graded.run.key} of {graded.run.student!r} has the key of a run of "
+            f"{there.graded.run.student!r}: a key should depend on the student, too."
         )
     run = graded.run
     if there and there.graded.run == run and there.graded.key_digest == graded.key_digest:
@@ -300,11 +297,7 @@ def put_marks(connection: Connection, run_id: int, new: Iterable[MarkRecord]) ->
     for mark in new:
         is_manual = mark.status == GIVEN_BY_A_PERSON
         if is_manual and mark.where not in beneath:
-            raise GradebookError(
-                _("Question {question}, {part}: a person's mark is set by set_mark only.").format(
-                    question=mark.question, part=mark.part
-                )
-            )
+            raise GradebookError(f"Question {mark.question}, {mark.part}: a person's mark is set by set_mark only.")
         wanted.append(beneath[mark.where] if is_manual else mark)
     if wanted == stored:
         return

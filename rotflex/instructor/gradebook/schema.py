@@ -15,7 +15,6 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection, inspect
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import tables
 from rotflex.instructor.gradebook.database import Database
@@ -55,19 +54,13 @@ def _revision(connection: Connection, scripts: ScriptDirectory, where: str) -> s
     revision = context.get_current_revision()
     if revision is None:
         if found:
-            raise GradebookError(
-                _("{where} holds something else than a gradebook. It is left as it is; choose another.").format(
-                    where=where
-                )
-            )
+            raise GradebookError(f"{where} holds something else than a gradebook. It is left as it is; choose another.")
         return None
     try:
         scripts.get_revision(revision)
     except CommandError:
         raise GradebookError(
-            _(
-                "The gradebook {where} was made by a newer rotflex (its tables are at revision {revision!r}): upgrade "
-                "rotflex, or choose another gradebook."
-            ).format(where=where, revision=revision)
+            f"The gradebook {where} was made by a newer rotflex (its tables are at revision {revision!r}): "
+            "upgrade rotflex, or choose another gradebook."
         ) from None
     return revision

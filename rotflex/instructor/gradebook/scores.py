@@ -12,7 +12,6 @@ from typing import Any
 
 from sqlalchemy import Connection
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import deciding, rows, score_rows, storable
@@ -89,7 +88,7 @@ class Scores:
             mark = deciding.mark_of(before, where)
             deciding.check_points(mark, points)
             deciding.check_expected(connection, before, mark, expected)
-            change = _change(actor, remark, _("scored") if level is None else _("level {n}").format(n=level))
+            change = _change(actor, remark, "scored" if level is None else f"level {level}")
             act = _act(before, mark, change.actor, storable.text(remark), level=level, points=float(points) + 0.0)
             was = deciding.stored_decision(connection, before.student_id, where)
             done = score_rows.put_act(connection, before.student_id, act, was)
@@ -106,7 +105,7 @@ class Scores:
             before = deciding.run_of(connection, student)
             mark = deciding.mark_of(before, where)
             deciding.check_expected(connection, before, mark, expected)
-            change = _change(actor, remark, _("the instructor is asked"))
+            change = _change(actor, remark, "the instructor is asked")
             act = _act(before, mark, change.actor, storable.text(remark), asked=True)
             was = deciding.stored_decision(connection, before.student_id, where)
             done = score_rows.put_act(connection, before.student_id, act, was)
@@ -126,7 +125,7 @@ class Scores:
             act = _own_act(connection, number, storable.text(actor))
             before = deciding.run_of(connection, act.student)
             mark = deciding.mark_of(before, act.where)
-            change = _change(actor, "", _("taken back: act {n}").format(n=number))
+            change = _change(actor, "", f"taken back: act {number}")
             undoing = _act(before, mark, change.actor, "", undoes=number)
             now = deciding.stored_decision(connection, before.student_id, act.where)
             if not _is_as_left(now, act):
@@ -221,9 +220,9 @@ def _own_act(connection: Connection, number: int, actor: str) -> Act:
     """An act that its scorer may take back."""
     found = score_rows.acts(connection, scores.c.id == number)
     if not found or found[0].undoes is not None or found[0].actor != actor:
-        raise GradebookError(_("{actor} has no act {number} to take back.").format(actor=actor, number=number))
+        raise GradebookError(f"{actor} has no act {number} to take back.")
     if score_rows.acts(connection, scores.c.undoes == number):
-        raise GradebookError(_("Act {number} was taken back before.").format(number=number))
+        raise GradebookError(f"Act {number} was taken back before.")
     return found[0]
 
 

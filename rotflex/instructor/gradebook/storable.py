@@ -16,7 +16,6 @@ from datetime import UTC
 from typing import Any
 
 from rotflex.courseware import student_id
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook.records import Delivery, Graded, MarkRecord, RunRecord
 
@@ -67,11 +66,7 @@ def graded(given: Graded) -> Graded:
 
 def _run(given: RunRecord) -> RunRecord:
     if given.probe_seed not in _INTEGERS:
-        raise GradebookError(
-            _("The probe seed {probe_seed} does not fit into 64 bits: choose a smaller one.").format(
-                probe_seed=given.probe_seed
-            )
-        )
+        raise GradebookError(f"The probe seed {given.probe_seed} does not fit into 64 bits: choose a smaller one.")
     return replace(
         given,
         student=student(given.student),
@@ -96,9 +91,8 @@ def _bounded(name: str, given: Any) -> Any:
     size = len(json.dumps(kept))
     if size > MOST_CHARACTERS:
         raise GradebookError(
-            _(
-                "What is to be recorded of a run as {name} takes {size} characters, of which there may be {most}."
-            ).format(name=name, size=size, most=MOST_CHARACTERS)
+            f"What is to be recorded of a run as {name} takes {size} characters, of which there may be "
+            f"{MOST_CHARACTERS}."
         )
     return kept
 
@@ -116,20 +110,15 @@ def _plain(name: str, given: Any, levels: int) -> Any:
     if isinstance(given, float) and math.isfinite(given):
         return given
     raise GradebookError(
-        _("What is to be recorded of a run as {name} holds what is not plain data, or too deep in it: {what}.").format(
-            name=name, what=type(given).__name__
-        )
+        f"What is to be recorded of a run as {name} holds what is not plain data, or too deep in it: "
+        f"{type(given).__name__}."
     )
 
 
 def delivery(given: Delivery) -> Delivery:
     """A file that was handed in as it is kept, its time in UTC. Raises GradebookError if it is too large."""
     if len(given.content) > MOST_BYTES:
-        raise GradebookError(
-            _("{name} has {count} bytes, of which there may be {most}.").format(
-                name=given.name, count=len(given.content), most=MOST_BYTES
-            )
-        )
+        raise GradebookError(f"{given.name} has {len(given.content)} bytes, of which there may be {MOST_BYTES}.")
     return Delivery(
         name=text(given.name),
         digest=text(given.digest),
@@ -145,9 +134,7 @@ def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
     seen = set()
     for mark in kept:
         if mark.where in seen:
-            raise GradebookError(
-                _("Question {question}, {part} has two marks.").format(question=mark.question, part=mark.part)
-            )
+            raise GradebookError(f"Question {mark.question}, {mark.part} has two marks.")
         seen.add(mark.where)
     return kept
 
@@ -155,9 +142,7 @@ def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
 def _mark(given: MarkRecord) -> MarkRecord:
     if not (math.isfinite(given.points) and math.isfinite(given.out_of)):
         raise GradebookError(
-            _("Question {question}, {part}: {points} of {out_of} points is not a mark.").format(
-                question=given.question, part=given.part, points=given.points, out_of=given.out_of
-            )
+            f"Question {given.question}, {given.part}: {given.points} of {given.out_of} points is not a mark."
         )
     return MarkRecord(
         question=text(given.question),

@@ -10,7 +10,6 @@ from typing import Any
 
 from sqlalchemy import insert, select, update
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import deciding, removal, roster, rows, schema, storable
@@ -83,9 +82,7 @@ class Gradebook:
         with self._database.reading() as connection:
             value = connection.scalar(select(meta.c.value).where(meta.c.name == "secret"))
         if value is None:
-            raise GradebookError(
-                _("The gradebook {where} has lost its secret: it is damaged.").format(where=self._database.where)
-            )
+            raise GradebookError(f"The gradebook {self._database.where} has lost its secret: it is damaged.")
         return bytes(value)
 
     # --- students -----------------------------------------------------------------------------------------------------
@@ -120,7 +117,7 @@ class Gradebook:
                 elif new != record:
                     connection.execute(update(students).where(students.c.id == student_id).values(vars(new)))
                     changed += 1
-        told = _("{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in.")
+        told = "{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
         problems = (*found.problems, *(told.format(student=one, when=when) for one, when in kept_out.items()))
         unchanged = len(found.entries) - len(kept_out) - added - changed
         return RosterReport(added, changed, unchanged, problems, tuple(notes))

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import thin
 from rotflex.courseware.kinds.recordings import Sampled
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import WHOLE, Part
 from rotflex.errors import RotflexError
 from rotflex.instructor.verdicts import Case, Own, OwnBench, Verdict, follow_through, for_a_person, right, wrong
@@ -38,7 +37,7 @@ class ForAPerson:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Leave it to a person."""
-        return for_a_person(_("A person will read this."))
+        return for_a_person("A person will read this.")
 
 
 @dataclass(frozen=True)
@@ -73,27 +72,17 @@ class Number:
         """Compare with the bench, then with the student's own answers."""
         expected = self.expected(case.bench)
         if _near(value, expected, self.rtol):
-            return right(_("Within {percent:g} % of {what}.").format(percent=100 * self.rtol, what=self.what))
+            return right(f"Within {100 * self.rtol:g} % of {self.what}.")
         if self.fewest_digits and _near(value, float(f"{expected:.{self.fewest_digits}g}"), 1e-9):
-            return right(_("It is {what}, rounded.").format(what=self.what))
+            return right(f"It is {self.what}, rounded.")
         own = self._from_own(case)
         if own is not None and _near(value, own, self.follow_rtol):
-            return follow_through(
-                _("Not {what}, but it agrees with {follow_what}.").format(what=self.what, follow_what=self.follow_what)
-            )
+            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
         for slip, number in self.slips(case.bench).items():
             if _near(value, number, self.rtol):
-                return wrong(_("Not {what}: {slip}.").format(what=self.what, slip=slip))
-        disagrees = (
-            _(" It does not agree with {follow_what} either.").format(follow_what=self.follow_what)
-            if own is not None
-            else ""
-        )
-        return wrong(
-            _("More than {percent:g} % off {what}.{disagrees}").format(
-                percent=100 * self.rtol, what=self.what, disagrees=disagrees
-            )
-        )
+                return wrong(f"Not {self.what}: {slip}.")
+        disagrees = f" It does not agree with {self.follow_what} either." if own is not None else ""
+        return wrong(f"More than {100 * self.rtol:g} % off {self.what}.{disagrees}")
 
     def _from_own(self, case: Case) -> float | None:
         """What the student's own answers lead to; None where they lead nowhere."""
@@ -134,10 +123,10 @@ class ChoiceIs:
         if self.follow is not None:
             try:
                 if value == self.follow(case.own, case.bench):
-                    return follow_through(_("It agrees with {follow_what}.").format(follow_what=self.follow_what))
+                    return follow_through(f"It agrees with {self.follow_what}.")
             except NOT_TO_BE_HAD:
                 pass  # nothing of their own to compare with
-        return wrong(_("Look again at what decides it."))
+        return wrong("Look again at what decides it.")
 
 
 @dataclass(frozen=True)
@@ -170,34 +159,28 @@ class RecordingOf:
         of_run = (said_run(value["metadata"]),) if self.runs else ()
         expected = self.recording(case.bench, *of_run)
         if value["n"] != len(expected) or not _near(value["sample_time"], expected.sample_time, 1e-3):
-            return wrong(_("It has another length or sample time than the experiment as the notebook describes it."))
+            return wrong("It has another length or sample time than the experiment as the notebook describes it.")
         samples = value["channels"][self.channel]["values"]
         wanted = expected.channels[self.channel].values
         difference = misfit(samples, wanted[thin(len(expected), samples.size)])
         if difference <= self.rtol:
-            return right(_("Your bench gives the same when the experiment is run again."))
+            return right("Your bench gives the same when the experiment is run again.")
         for (name, usual), slip in self.slips.items():
             if value["metadata"].get(name, usual) != usual:
                 return wrong(slip)
         return wrong(
-            _(
-                "Not a recording of your bench: run again on your own bench as the notebook describes it, the "
-                "experiment gives another {channel}."
-            ).format(channel=self.channel)
+            "Not a recording of your bench: run again on your own bench as the notebook describes it, the "
+            f"experiment gives another {self.channel}."
         )
 
 
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
     """The verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
     if not case.virtual:
-        return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
+        return for_a_person("It does not come from a bench that is known here; a person will look at it.")
     for name, wanted in part.settings:
         if value["metadata"].get(name) != wanted:
-            return wrong(
-                _("It is not the recording that is asked for: its {name} should be {wanted!r}.").format(
-                    name=name, wanted=wanted
-                )
-            )
+            return wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
     try:
         said_run(value["metadata"])
     except ValueError as error:
@@ -218,10 +201,8 @@ def said_run(metadata: Mapping[str, Any]) -> int:
     if isinstance(run, int) and not isinstance(run, bool) and _FIRST_RUN <= run <= MOST_RUNS:
         return run
     raise ValueError(
-        _(
-            "It says that it is run {run} of the bench. Runs have whole numbers from {first} to {most}: record it "
-            "again with one of these."
-        ).format(run=repr(run)[:_LONGEST_SHOWN], first=_FIRST_RUN, most=MOST_RUNS)
+        f"It says that it is run {repr(run)[:_LONGEST_SHOWN]} of the bench. Runs have whole numbers from "
+        f"{_FIRST_RUN} to {MOST_RUNS}: record it again with one of these."
     )
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 from rotflex.courseware import answers, expressions, forms, reports
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import WHOLE
 from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.words import Words
@@ -57,13 +56,13 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     """
     claims = Claims()
     if data is None:
-        claims.notes.append(_("No answer was recorded when the notebooks were run."))
+        claims.notes.append("No answer was recorded when the notebooks were run.")
         return claims
     try:
         _strict(data)
         content = answers.parse(data)
     except AnswerError as error:
-        claims.problems.append(_("answers.json cannot be read. {error}").format(error=error))
+        claims.problems.append(f"answers.json cannot be read. {error}")
         return claims
     import sympy  # noqa: F401 - here, before the time of an answer begins: a starved machine needs longer for it
 
@@ -74,7 +73,7 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     if content["probe_seed"] != probe_seed:
         _drop_functions(claims, catalogue)
     if len(claims.notes) > _MOST_NOTES:
-        claims.notes[_MOST_NOTES:] = [_("And {count} more of this sort.").format(count=len(claims.notes) - _MOST_NOTES)]
+        claims.notes[_MOST_NOTES:] = [f"And {len(claims.notes) - _MOST_NOTES} more of this sort."]
     return claims
 
 
@@ -83,11 +82,7 @@ def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer:
     # Not by find(), which takes its time to look for what may have been meant: there may be thousands of them.
     everything = catalogue.everything
     if number not in everything or name not in everything[number].names:
-        claims.notes.append(
-            _("Ignored an answer to {number!r}, {name!r}: there is no such thing.").format(
-                number=number[:_SHOWN], name=name[:_SHOWN]
-            )
-        )
+        claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
         return
     claims.contents[number, name] = answer
     try:
@@ -96,9 +91,7 @@ def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer:
     except AnswerError as error:
         claims.malformed[number, name] = str(error)
     except (ArithmeticError, ValueError, RecursionError, MemoryError) as error:
-        claims.malformed[number, name] = _("It cannot be worked out ({error_type}).").format(
-            error_type=type(error).__name__
-        )
+        claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
 
 
 def with_words(claims: Claims, written: Mapping[tuple[str, str], Words], catalogue: Catalogue) -> Claims:
@@ -167,7 +160,7 @@ def _drop_functions(claims: Claims, catalogue: Catalogue) -> None:
     """Outputs on other inputs than those that were drawn say nothing."""
     for where in [where for where in claims.values if catalogue.everything[where[0]].part(where[1]).kind == "function"]:
         del claims.values[where]
-        claims.malformed[where] = _("The function was not tried on the inputs that were drawn for it.")
+        claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
 
 
 # --- JSON, strictly ---------------------------------------------------------------------------------------------------
@@ -186,14 +179,14 @@ def _strict(data: bytes) -> None:
     try:
         content = json.loads(data, object_pairs_hook=_unique, parse_int=_bounded)
     except RecursionError:
-        raise AnswerError(_("It is nested too deeply.")) from None
+        raise AnswerError("It is nested too deeply.") from None
     except ValueError as error:
-        raise AnswerError(_("It is not JSON: {error}").format(error=error)) from None
+        raise AnswerError(f"It is not JSON: {error}") from None
     level, depth = [content], 0
     while level:
         depth += 1
         if depth > MAX_DEPTH:
-            raise AnswerError(_("It is nested too deeply."))
+            raise AnswerError("It is nested too deeply.")
         level = [inner for item in level if isinstance(item, list | dict) for inner in _inside(item)]
 
 
@@ -204,11 +197,11 @@ def _inside(item: list[Any] | dict[str, Any]) -> list[Any]:
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     content = dict(pairs)
     if len(content) != len(pairs):
-        raise ValueError(_("a name is there twice in one object"))
+        raise ValueError("a name is there twice in one object")
     return content
 
 
 def _bounded(digits: str) -> int:
     if len(digits) > 25 or abs(int(digits)) > MAX_INTEGER:
-        raise ValueError(_("an integer is too large"))
+        raise ValueError("an integer is too large")
     return int(digits)

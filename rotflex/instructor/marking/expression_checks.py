@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
 
@@ -37,7 +36,7 @@ def at(expression: Any, point: Point) -> float:
     number = sympy.sympify(expression).xreplace({sympy.Symbol(name): sympy.Float(v) for name, v in point.items()})
     value = complex(number)
     if not np.isfinite(value) or abs(value.imag) > 1e-9 * abs(value.real):
-        raise ArithmeticError(_("not a real number"))
+        raise ArithmeticError("not a real number")
     return value.real
 
 
@@ -79,18 +78,14 @@ class ExpressionIs:
         """Compare at random points."""
         where = points(part.symbols, case.probe_seed)
         if _agree(value, self.expected, where):
-            return right(_("Equal to what the derivation gives."))
+            return right("Equal to what the derivation gives.")
         own, why_not = _from_own(self.follow, case.own, where)
         if own is not None and _agree(value, own, where):
-            return follow_through(
-                _("Not what the derivation gives, but it agrees with {follow_what}.").format(
-                    follow_what=self.follow_what
-                )
-            )
+            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
         for slip, rule in (self.slips or {}).items():
             if _agree(value, rule, where):
-                return wrong(_("Not equal to what the derivation gives: {slip}.").format(slip=slip))
-        return wrong(_("Not equal to what the derivation gives.") + why_not)
+                return wrong(f"Not equal to what the derivation gives: {slip}.")
+        return wrong("Not equal to what the derivation gives." + why_not)
 
 
 def _from_own(
@@ -133,18 +128,14 @@ class EquationIs:
         where = points(part.symbols, case.probe_seed)
         residual = value.lhs - value.rhs
         if any(self._proportional(residual, rule, where) for rule in (self.expected, *self.others)):
-            return right(_("Equivalent to what the derivation gives."))
+            return right("Equivalent to what the derivation gives.")
         own, why_not = _from_own(self.follow, case.own, where)
         if own is not None and self._proportional(residual, own, where):
-            return follow_through(
-                _("Not what the derivation gives, but it agrees with {follow_what}.").format(
-                    follow_what=self.follow_what
-                )
-            )
+            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
         for slip, rule in (self.slips or {}).items():
             if self._proportional(residual, rule, where):
-                return wrong(_("Not equivalent to what the derivation gives: {slip}.").format(slip=slip))
-        return wrong(_("Not equivalent to what the derivation gives.") + why_not)
+                return wrong(f"Not equivalent to what the derivation gives: {slip}.")
+        return wrong("Not equivalent to what the derivation gives." + why_not)
 
     def _proportional(self, residual: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
         """Whether a residual is a rule times a factor that the parameters may be in, but not the motion."""
@@ -186,19 +177,13 @@ class SymbolicMatrixIs:
         """Compare the entries at random points."""
         where = points((*part.symbols, *self.own_symbols), case.probe_seed)
         if np.all(self._entries(value, self.expected, where)):
-            return right(_("Every entry equals what the derivation gives."))
+            return right("Every entry equals what the derivation gives.")
         own, why_not = _from_own(self.follow, case.own, where)
         if own is not None and np.all(self._entries(value, own, where)):
-            return follow_through(
-                _("Not what the derivation gives, but it agrees with {follow_what}.").format(
-                    follow_what=self.follow_what
-                )
-            )
+            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
         rows = [i + 1 for i in range(part.shape[0]) if not all(self._entries(value, self.expected, where)[i])]
         share = 1 - len(rows) / part.shape[0]
-        reason = (
-            _("Rows that are not what the derivation gives: {rows}.").format(rows=", ".join(map(str, rows))) + why_not
-        )
+        reason = f"Rows that are not what the derivation gives: {', '.join(map(str, rows))}." + why_not
         return partly(share, reason) if share >= _WORTH_A_SHARE else wrong(reason)
 
     def _entries(self, matrix: Any, rule: Callable[[Point], Any], where: list[dict[str, float]]) -> list[list[bool]]:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.courseware.kinds.recordings import Sampled
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.instructor.marking.checks import misfit
 from rotflex.instructor.marking.curve_following import Curve, Trace, curves
@@ -52,26 +51,20 @@ class FigureFollows:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for a curve that follows, then at the labels of its axes."""
         if not case.virtual:
-            return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
+            return for_a_person("It does not come from a bench that is known here; a person will look at it.")
         lacking = ""
         for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
             seen = best(find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
             if seen is None:
                 continue
             if seen.faults and not seen.lacking:
-                return partly(
-                    HALF, _("The curve is there, but {missing}.").format(missing=_(" and ").join(seen.faults))
-                )
+                return partly(HALF, f"The curve is there, but {' and '.join(seen.faults)}.")
             if not seen.lacking:
-                return verdict(
-                    _("A curve of {channel} over time, with units.{whose}").format(channel=self.channel, whose=whose)
-                )
-            lacking = lacking or _(" ({lacking})").format(lacking=seen.lacking)
+                return verdict(f"A curve of {self.channel} over time, with units.{whose}")
+            lacking = lacking or f" ({seen.lacking})"
         return wrong(
-            _(
-                "No curve in the figure follows {channel} over half of the recording or more{lacking}. Plot the "
-                "recording of your bench against its time."
-            ).format(channel=self.channel, lacking=lacking)
+            f"No curve in the figure follows {self.channel} over half of the recording or more{lacking}. Plot "
+            "the recording of your bench against its time."
         )
 
 
@@ -104,7 +97,7 @@ class FigureOfSpectrum:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for a curve with the right peak, then at the labels of its axes."""
         if not case.virtual:
-            return for_a_person(_("It does not come from a bench that is known here; a person will look at it."))
+            return for_a_person("It does not come from a bench that is known here; a person will look at it.")
         elsewhere = ""
         for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
             found = sorted(self._readings(value, trace), key=lambda one: (bool(one[1].fault), one[1].says_another))
@@ -112,20 +105,18 @@ class FigureOfSpectrum:
                 continue
             curve, reading, in_decibels = found[0]
             if reading.says_another:  # its peak is not where the axis says that it is
-                elsewhere = elsewhere or _(" ({fault})").format(fault=reading.fault)
+                elsewhere = elsewhere or f" ({reading.fault})"
                 continue
             if reading.fault:
-                return partly(HALF, _("The spectrum is there, but {fault}.").format(fault=reading.fault))
+                return partly(HALF, f"The spectrum is there, but {reading.fault}.")
             if not curve.axis["ylabel"]:
-                return partly(HALF, _("The spectrum is there, but the vertical axis has no label."))
+                return partly(HALF, "The spectrum is there, but the vertical axis has no label.")
             if in_decibels and "db" not in curve.axis["ylabel"].lower():
-                return partly(HALF, _("The spectrum is there, but the vertical axis lacks its unit: write dB."))
-            return verdict(_("A spectrum with its peak in the right place.{whose}").format(whose=whose))
+                return partly(HALF, "The spectrum is there, but the vertical axis lacks its unit: write dB.")
+            return verdict(f"A spectrum with its peak in the right place.{whose}")
         return wrong(
-            _(
-                "No curve in the figure has its peak where the spectrum of your recording has it{elsewhere}. Plot the "
-                "amplitude against frequency, its peak in sight."
-            ).format(elsewhere=elsewhere)
+            f"No curve in the figure has its peak where the spectrum of your recording has it{elsewhere}. Plot "
+            "the amplitude against frequency, its peak in sight."
         )
 
     def _readings(self, figure: dict[str, Any], trace: Trace) -> Iterator[tuple[Curve, Reading, bool]]:
@@ -135,7 +126,7 @@ class FigureOfSpectrum:
         if peak is None:
             return
         for curve in curves(figure, _FEWEST_OF_A_SPECTRUM):
-            for reading in readings(curve.axis["xlabel"], FREQUENCY, _("horizontal")):
+            for reading in readings(curve.axis["xlabel"], FREQUENCY, "horizontal"):
                 f = reading.unit.size * curve.x
                 for amplitude, in_decibels in _amplitudes(curve):
                     if f.min() <= peak <= f.max() and self._is_it(f, amplitude, spectrum, peak):
@@ -206,5 +197,5 @@ def _traces(
     yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), right, ""
     trace = own_trace(case, own, channel, largest)
     if trace is not None:
-        whose = _(" It is that of your own recording, which is not what your bench gives.")
+        whose = " It is that of your own recording, which is not what your bench gives."
         yield trace, follow_through, whose

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware import forms
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.courseware.report_files import ReportFile
 from rotflex.errors import RotflexError
@@ -20,15 +19,15 @@ from rotflex.instructor.marking.decoding import Claims, with_reports
 from rotflex.instructor.marking.time_limit import within
 from rotflex.instructor.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
-_MISSING = N_("No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty.")
-_NO_WORDS = N_("Nothing is written in its text cell of the notebook that was handed in.")
-_NO_REPORT = N_("Nothing of the report is written in the notebook that was handed in.")
-_SUPPLIED = N_(
+_MISSING = "No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty."
+_NO_WORDS = "Nothing is written in its text cell of the notebook that was handed in."
+_NO_REPORT = "Nothing of the report is written in the notebook that was handed in."
+_SUPPLIED = (
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
 
-KEY_FAILED = N_("{number}, {part} is not marked: the key failed. {fault}")  #: a problem; its fault comes last
-UNMARKED = N_("was answered; the key does not mark it.")  #: how a note on that ends
+KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: a problem; its fault comes last
+UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
 _NONE = Verdict(Status.MISSING, 0.0, _MISSING)
 _PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
@@ -110,13 +109,13 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
             try:
                 one = mark_part(question, part, checks[part.name], claims, case)
             except KeyFault as fault:
-                claims.problems.append(_(KEY_FAILED).format(number=number, part=part.name, fault=fault))
-                why = _("The key that it is marked by has a fault; it will be marked when that is mended.")
+                claims.problems.append(KEY_FAILED.format(number=number, part=part.name, fault=fault))
+                why = "The key that it is marked by has a fault; it will be marked when that is mended."
                 given = _given(part, claims.contents[where], claims.values[where]) if where in claims.values else ""
                 one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
             if where in about.supplied:
                 why = about.missing.get(where, "")
-                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_(_SUPPLIED)}".strip())
+                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
             elif one.status is Status.MISSING and where in about.missing:
                 one = replace(one, reason=about.missing[where])
             marks.append(one)
@@ -155,11 +154,11 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
         verdict = _verdict(check, part, claims.values[where], case)
         given = _given(part, claims.contents[where], claims.values[where])
     elif where in claims.malformed:
-        verdict = wrong(_("Malformed: {why}").format(why=claims.malformed[where]))
+        verdict = wrong(f"Malformed: {claims.malformed[where]}")
     else:
         verdict = _left_out(part, check, case)
     points = round(verdict.share * part.points, 6)
-    return Mark(question.number, part.name, verdict.status, points, part.points, _(verdict.reason), given)
+    return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
 
 
 def _left_out(part: Part, check: Check, case: Case) -> Verdict:
@@ -181,11 +180,7 @@ def _judged(judge: Callable[[], Verdict]) -> Verdict:
         with np.errstate(all="ignore"), within(_PATIENCE):
             return judge()
     except (ArithmeticError, LookupError, ValueError, MemoryError, RecursionError, RotflexError) as error:
-        return for_a_person(
-            _("It could not be compared ({error_type}: {error}); a person will look at it.").format(
-                error_type=type(error).__name__, error=error
-            )
-        )
+        return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
     except Exception as error:
         raise KeyFault(_where(error)) from error
 
@@ -197,9 +192,7 @@ def _where(error: Exception) -> str:
     what = f"{type(error).__name__}: {error}"
     if not lines:
         return what
-    return _("{what} ({file}, line {line})").format(
-        what=what, file=Path(lines[-1].filename).name, line=lines[-1].lineno
-    )
+    return f"{what} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
 
 
 def _given(part: Part, content: dict[str, Any], value: Any) -> str:
@@ -215,7 +208,7 @@ def _given(part: Part, content: dict[str, Any], value: Any) -> str:
 def unmarked(key: Key, claims: Claims) -> list[str]:
     """A message on answers to questions that the key does not have."""
     numbers = dict.fromkeys(number for number, _part in claims.contents if number not in key)
-    return [_("Question {number} {unmarked}").format(number=number, unmarked=UNMARKED) for number in numbers]
+    return [f"Question {number} {UNMARKED}" for number in numbers]
 
 
 def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING, about: About = About()) -> list[Mark]:

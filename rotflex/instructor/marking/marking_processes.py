@@ -21,7 +21,6 @@ from typing import Any, TypeVar
 
 from rotflex.courseware import student_id
 from rotflex.courseware.benches import BenchPolicy
-from rotflex.courseware.messages import _
 from rotflex.courseware.words import Words
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
@@ -123,9 +122,7 @@ class Marker:
         try:
             return _submit(alone, _mark, asked).result(timeout=_PATIENCE)
         except (BrokenExecutor, TimeoutError) as error:
-            raise GradingError(
-                _("The answers could not be marked ({error_type}).").format(error_type=type(error).__name__)
-            ) from None
+            raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
         finally:
             self._end(alone)
 
@@ -180,9 +177,7 @@ def _mark(asked: Asked) -> Marked:
     (course,) = _courses
     claims = decoding.decode(asked.answers, asked.probe_seed, course.catalogue)
     if claims.student and student_id.caseless(claims.student) != student_id.caseless(asked.student):
-        claims.notes.append(
-            _("The answers say that they are {student!r}'s.").format(student=claims.student[: student_id.LONGEST])
-        )
+        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
     bench = course.true_bench(asked.student, asked.policy, asked.evidence)
     claims.problems.extend(getattr(bench, "problems", ()))
     claims.notes.extend(getattr(bench, "notes", ()))
@@ -203,9 +198,8 @@ def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
     # Earlier releases may have said less of a bench.
     if all(claims.bench[name] == value for name, value in identity.items() if name in claims.bench):
         return []
+    claimed = json.dumps(claims.bench, sort_keys=True)[:_LONGEST_BENCH]
     return [
-        _(
-            "The answers say that they come from another bench than the one on which they were run: {claimed}. They "
-            "are marked by the one on which they were run."
-        ).format(claimed=json.dumps(claims.bench, sort_keys=True)[:_LONGEST_BENCH])
+        f"The answers say that they come from another bench than the one on which they were run: {claimed}. They are "
+        "marked by the one on which they were run."
     ]

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rotflex.courseware.json_values import thin
 from rotflex.courseware.kinds.axis_labels import unit_places
-from rotflex.courseware.messages import _
 from rotflex.instructor.marking.curve_following import ENOUGH, FEWEST_POINTS, SMALLEST_SWING, Curve, Trace, curves
 from rotflex.instructor.marking.named_units import named
 from rotflex.instructor.marking.unit_words import TIME, Named, Quantity
@@ -147,10 +146,10 @@ def _read(curve: Curve, wanted: Wanted) -> Iterable[tuple[Vector, Vector, tuple[
     """Times and values (SI) of a curve, by what its axes say; then by what they may be, with faults."""
     numbered = Reading(
         Named("", wanted.trace.step),
-        _("the curve is drawn against the number of the sample: draw it against time, in {unit}").format(unit="s"),
+        "the curve is drawn against the number of the sample: draw it against time, in s",
     )
-    vertical = readings(curve.axis["ylabel"], wanted.quantity, _("vertical"))
-    for across in (*readings(curve.axis["xlabel"], TIME, _("horizontal")), numbered):
+    vertical = readings(curve.axis["ylabel"], wanted.quantity, "vertical")
+    for across in (*readings(curve.axis["xlabel"], TIME, "horizontal"), numbered):
         x = across.unit.size * curve.x
         if across.fault and not np.ptp(x) >= ENOUGH * wanted.shortest:
             continue
@@ -172,16 +171,16 @@ def _follow(curve: Curve, wanted: Wanted, shifts: Sequence[float], search: bool)
         return Seen(curve, shift, misfit, lacking=_too_little(trace.shows(x, shift), wanted))
     misfit, shift = min((trace.misfit(x, -y, shift), shift) for shift in shifts)
     if misfit <= wanted.rtol:
-        return Seen(curve, shift, misfit, lacking=_("a curve follows it upside down: look at its sign"))
+        return Seen(curve, shift, misfit, lacking="a curve follows it upside down: look at its sign")
     return None
 
 
 def _too_little(shown: tuple[float, float], wanted: Wanted) -> str:
     time, swing = shown
     if time < ENOUGH * wanted.shortest:
-        return _("a curve follows it, but over too short a time")
+        return "a curve follows it, but over too short a time"
     if swing < SMALLEST_SWING:
-        return _("a curve follows it, but only where hardly anything happens")
+        return "a curve follows it, but only where hardly anything happens"
     return ""
 
 

@@ -8,8 +8,6 @@ import threading
 from collections.abc import Iterator
 from types import FrameType
 
-from rotflex.courseware.messages import _
-
 
 class TooSlow(ArithmeticError):
     """A calculation was stopped because it took too long."""
@@ -27,7 +25,7 @@ def within(seconds: float) -> Iterator[None]:
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
-        raise TooSlow(_("stopped after {seconds:g} s").format(seconds=seconds))
+        raise TooSlow(f"stopped after {seconds:g} s")
 
     previous = signal.signal(signal.SIGALRM, stop)
     # Again and again: the first may be caught by something that takes it for an error of arithmetic.

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import fmean
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.outcomes.levels import Evidence, Judged, LevelOf, Standing, evidence
 from rotflex.instructor.outcomes.small_groups import withheld
 from rotflex.instructor.settings import OutcomeSettings
@@ -68,12 +67,12 @@ class Attainment:
 
 def too_few(fewest: int) -> str:
     """In place of the figures of a small group."""
-    return _("fewer than {fewest}: not shown").format(fewest=fewest)
+    return f"fewer than {fewest}: not shown"
 
 
 def too_telling(fewest: int) -> str:
     """In place of the figures from which those of a small group could be worked out."""
-    return _("not shown: it would tell of a group of fewer than {fewest}").format(fewest=fewest)
+    return f"not shown: it would tell of a group of fewer than {fewest}"
 
 
 def attainments(
@@ -126,7 +125,7 @@ def _by_group(shares: Mapping[str, list[Evidence]], level_of: LevelOf, goal: Out
 
 def _cell(counted: Sequence[Evidence], level_of: LevelOf, goal: OutcomeSettings) -> Cell:
     if not counted:
-        return Cell(why=_("nothing decided yet"))
+        return Cell(why="nothing decided yet")
     if len(counted) < goal.fewest:
         return Cell(why=too_few(goal.fewest), withheld=True)
     shares = [one.share for one in counted if one.share is not None]

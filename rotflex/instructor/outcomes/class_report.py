@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -76,7 +76,7 @@ def write(out: Path, course: Course, book: Gradebook, by_section: bool = True) -
     mapped = outcome_map.find(course.folder, catalogue)
     everybody = list(standings(book, catalogue, course.settings.marks))
     group_of = _sections(everybody) if by_section else None
-    kinds = [_kind("code", _("Criteria"), catalogue.outcomes, codes_of(catalogue), everybody, level_of, goal, group_of)]
+    kinds = [_kind("code", "Criteria", catalogue.outcomes, codes_of(catalogue), everybody, level_of, goal, group_of)]
     if mapped is not None:
         criteria = mapped.criteria()
         kinds.append(_kind("outcome", mapped.scheme, mapped.outcomes, criteria, everybody, level_of, goal, group_of))
@@ -92,15 +92,13 @@ def write(out: Path, course: Course, book: Gradebook, by_section: bool = True) -
         for name, text in content.items():
             files.write(out / name, text)
     except OSError as error:
-        raise GradingError(
-            _("{path} cannot be written: {why}.").format(path=error.filename or out, why=error.strerror)
-        ) from None
+        raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
     return Written(len(everybody), tuple(notes))
 
 
 def _sections(everybody: Iterable[Standing]) -> Callable[[Standing], str]:
     """The section that a student is in, as the first of its students has it: "a" and "A" are one, as in deadlines."""
-    spelt = {caseless(""): _("no section")}
+    spelt = {caseless(""): "no section"}
     for one in everybody:
         spelt.setdefault(caseless(one.about.section), one.about.section)
     return lambda one: spelt[caseless(one.about.section)]
@@ -127,17 +125,13 @@ def _withheld(kinds: Sequence[Kind], goal: OutcomeSettings) -> list[str]:
     if not hidden:
         return []
     what = (
-        _("This report shows no figures at all: each of its {rows} is withheld").format(
-            rows=plural(there, "{count} row", "{count} rows")
-        )
+        (f"This report shows no figures at all: each of its {plural(there, '{count} row', '{count} rows')} is withheld")
         if hidden == there
-        else _("Withheld: {hidden} of {rows}").format(hidden=hidden, rows=plural(there, "{count} row", "{count} rows"))
+        else f"Withheld: {hidden} of {plural(there, '{count} row', '{count} rows')}"
     )
     return [
-        _(
-            "{what}, as it is of fewer than {fewest} students, or would tell of so few "
-            "(fewest, in [outcomes] of course.toml)."
-        ).format(what=what, fewest=goal.fewest)
+        f"{what}, as it is of fewer than {goal.fewest} students, or would tell of so few (fewest, in [outcomes] "
+        "of course.toml)."
     ]
 
 
@@ -154,22 +148,22 @@ def _notes(
     absent = len(known - {caseless(one.about.student) for one in everybody})
     if absent:
         notes.append(
-            _("In the gradebook, and in no figure: {students} without marks (nothing handed in, or not graded yet).")
+            "In the gradebook, and in no figure: {students} without marks (nothing handed in, or not graded yet)."
             .format(students=plural(absent, "{count} student", "{count} students"))
         )  # fmt: skip
     waiting = [sum(not part.decided for part in one.parts) for one in everybody]
     if any(waiting):
         notes.append(
-            _("Not decided, as it waits for a person or could not be marked: {parts} of {students}. Levels may change.")
+            "Not decided, as it waits for a person or could not be marked: {parts} of {students}. Levels may change."
             .format(
                 parts=plural(sum(waiting), "{count} part", "{count} parts"),
                 students=plural(sum(count > 0 for count in waiting), "{count} student", "{count} students"),
             )
         )  # fmt: skip
     if not codes:
-        notes.append(_("The questions of this course carry no codes: there is nothing to say of levels."))
+        notes.append("The questions of this course carry no codes: there is nothing to say of levels.")
     if dropped := course.settings.marks.drop:
-        notes.append(_("Dropped by course.toml, and no evidence: {parts}.").format(parts=", ".join(dropped)))
+        notes.append(f"Dropped by course.toml, and no evidence: {', '.join(dropped)}.")
     if mapped is None:
         notes.append(outcome_map.no_map(course.folder))
     else:
@@ -212,9 +206,7 @@ def percent(share: float) -> str:
 def by_question(one: Attainment, goal: OutcomeSettings) -> list[str]:
     """The questions that give evidence of a criterion, each with its mean share."""
     return [
-        _("{question}: fewer than {fewest} students").format(question=question, fewest=goal.fewest)
-        if found is None
-        else f"{question}: {percent(found[0])}"
+        f"{question}: fewer than {goal.fewest} students" if found is None else f"{question}: {percent(found[0])}"
         for question, found in one.questions.items()
     ]
 
@@ -246,7 +238,7 @@ def _figures(cell: Cell, goal: OutcomeSettings) -> list[str]:
         str(found.attained),
         f"{found.attainment:.1f}",
         f"{goal.share:g}",
-        _("yes") if found.attainment >= goal.share else _("no"),
+        "yes" if found.attainment >= goal.share else "no",
         f"{100 * found.mean:.1f}",
         "",
     ]

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue, enumeration
-from rotflex.courseware.messages import _
 from rotflex.instructor.course import OUTCOMES_FILE
 from rotflex.instructor.settings import toml_file
 
@@ -49,14 +48,10 @@ class OutcomeMap:
         unused = [outcome for outcome in self.outcomes if outcome not in self.criteria()]
         notes = []
         if without:
-            notes.append(
-                _("{codes}: no outcome in {file}, so they are in no outcome's figures.").format(
-                    codes=enumeration(without), file=OUTCOMES_FILE
-                )
-            )
+            notes.append(f"{enumeration(without)}: no outcome in {OUTCOMES_FILE}, so they are in no outcome's figures.")
         if unused:
             notes.append(
-                _("Of these outcomes the course gives no evidence: {outcomes}.").format(
+                "Of these outcomes the course gives no evidence: {outcomes}.".format(
                     outcomes="; ".join(f"{one} ({self.outcomes[one]})" for one in unused)
                 )
             )
@@ -87,29 +82,30 @@ def find(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
 
 def no_map(folder: Path) -> str:
     """What to say where levels in outcomes are asked for and the course has no map."""
-    return _(
-        "This course has no {file} in {folder}: its codes have levels, and outcomes of an accreditation have none."
-    ).format(file=OUTCOMES_FILE, folder=folder)
+    return (
+        f"This course has no {OUTCOMES_FILE} in {folder}: its codes have levels, and outcomes of an "
+        "accreditation have none."
+    )
 
 
 def listed(names: Collection[str]) -> str:
     """What there is, for who named something else."""
-    return enumeration([*names]) if names else _("none")
+    return enumeration([*names]) if names else "none"
 
 
 def _misfits(found: Mapping[str, Any]) -> Iterator[str]:
     """What has another form than is expected."""
     for name in found:
         if name not in _SECTIONS:
-            yield _("{name}: there is no such entry; there are {known}.").format(name=name, known=", ".join(_SECTIONS))
+            yield f"{name}: there is no such entry; there are {', '.join(_SECTIONS)}."
     if not _is_line(found.get("scheme")):
-        yield _('scheme: it should name the scheme in a line, as in: scheme = "ABET 1–7, since 2019–20"')
+        yield 'scheme: it should name the scheme in a line, as in: scheme = "ABET 1–7, since 2019–20"'
     outcomes = found.get("outcomes")
     if not isinstance(outcomes, Mapping) or not outcomes or not all(map(_is_line, outcomes.values())):
-        yield _('[outcomes]: it should have a line for each outcome, its key and a short name, as in: 1 = "problems"')
+        yield '[outcomes]: it should have a line for each outcome, its key and a short name, as in: 1 = "problems"'
     codes = found.get("codes")
     if not isinstance(codes, Mapping) or not all(map(toml_file.are_texts, codes.values())):
-        yield _('[codes]: it should have a line for each code, with the keys of its outcomes, as in: A-1 = ["1"]')
+        yield '[codes]: it should have a line for each code, with the keys of its outcomes, as in: A-1 = ["1"]'
 
 
 def _is_line(value: object) -> bool:
@@ -121,12 +117,11 @@ def _strangers(found: Mapping[str, Any], catalogue: Catalogue) -> Iterator[str]:
     for code, goes_to in found["codes"].items():
         if code not in catalogue.outcomes:
             near = get_close_matches(code, catalogue.outcomes, n=1)
-            meant = _(" Did you mean {near}?").format(near=near[0]) if near else ""
-            yield _("codes.{code}: the course has no such code; it has {known}.{meant}").format(
-                code=code, known=listed(catalogue.outcomes), meant=meant
-            )
+            meant = f" Did you mean {near[0]}?" if near else ""
+            yield f"codes.{code}: the course has no such code; it has {listed(catalogue.outcomes)}.{meant}"
         for outcome in goes_to:
             if outcome not in found["outcomes"]:
-                yield _("codes.{code}: there is no outcome {outcome!r} under [outcomes]; there are {known}.").format(
-                    code=code, outcome=outcome, known=listed(found["outcomes"])
+                yield (
+                    f"codes.{code}: there is no outcome {outcome!r} under [outcomes]; there are "
+                    f"{listed(found['outcomes'])}."
                 )

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.outcomes.attainment import Attainment, Figures
 from rotflex.instructor.reports.safe_text import no_escapes
 
@@ -76,11 +75,11 @@ def levels(found: Sequence[Attainment], names: Mapping[str, str], target: float,
         axes.set_yticks(range(len(shown)), [criterion for criterion, _figures in shown])
         axes.set_ylim(len(shown) - 0.5, -0.5)
         axes.axvline(target, color=_INK, linestyle=(0, (4, 2)), linewidth=1.6)
-        axes.text(target, -0.62, _("target {target:g} %").format(target=target), ha="center", va="bottom", fontsize=10)
+        axes.text(target, -0.62, f"target {target:g} %", ha="center", va="bottom", fontsize=10)
         axes.set_xlim(0, 100)
-        axes.set_xlabel(_("students (%), from the highest level on the left; in the bars, level: students"))
+        axes.set_xlabel("students (%), from the highest level on the left; in the bars, level: students")
 
-    alt = _("Levels of the class. {all}").format(
+    alt = "Levels of the class. {all}".format(
         all=" ".join(f"{name}, {names.get(name, name)}: {in_words(figures)}." for name, figures in shown)
     )
     return _svg(draw, len(shown), alt, salt)
@@ -88,11 +87,8 @@ def levels(found: Sequence[Attainment], names: Mapping[str, str], target: float,
 
 def in_words(figures: Figures) -> str:
     """As "level 4: 3, level 3: 10 of 13 students"."""
-    each = ", ".join(
-        _("level {level}: {count}").format(level=level, count=figures.levels[level])
-        for level in sorted(figures.levels, reverse=True)
-    )
-    return _("{each} of {students} students").format(each=each, students=figures.students)
+    each = ", ".join(f"level {level}: {figures.levels[level]}" for level in sorted(figures.levels, reverse=True))
+    return f"{each} of {figures.students} students"
 
 
 def groups(found: Sequence[Attainment], target: float, salt: str) -> Markup:
@@ -121,15 +117,15 @@ def groups(found: Sequence[Attainment], target: float, salt: str) -> Markup:
         axes.grid(axis="y", color=_FAINT)
         axes.set_axisbelow(True)
         axes.axvline(target, color=_INK, linestyle=(0, (4, 2)), linewidth=1.6)
-        axes.text(target, -0.62, _("target {target:g} %").format(target=target), ha="center", va="bottom", fontsize=10)
+        axes.text(target, -0.62, f"target {target:g} %", ha="center", va="bottom", fontsize=10)
         axes.set_xlim(-2, 102)  # so that a mark at 0 stands free of the axis
-        axes.set_xlabel(_("students who attain it (%)"))
+        axes.set_xlabel("students who attain it (%)")
         axes.legend(
             marks, [no_escapes(name) for name in names], loc="upper left", bbox_to_anchor=(1.02, 1), frameon=False
         )
 
-    alt = _("Attainment of the groups {groups}, in each criterion; the table below has the numbers.").format(
-        groups=no_escapes(", ".join(names))
+    alt = (
+        f"Attainment of the groups {no_escapes(', '.join(names))}, in each criterion; the table below has the numbers."
     )
     return _svg(draw, len(rows), alt, salt)
 

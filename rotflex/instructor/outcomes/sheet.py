@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.gradebook import StudentRecord
 from rotflex.instructor.outcomes.levels import Evidence, Judged, LevelOf, Standing, evidence
 from rotflex.instructor.outcomes.sheet_layout import Layout, Where
@@ -98,13 +97,8 @@ class Sheet:
         decided = sum(one.all.decided for one in self.totals.values())
         possible = sum(one.all.possible for one in self.totals.values())
         if decided == possible:
-            return _("{earned} of {possible} points").format(earned=points(earned), possible=points(possible))
-        return _("{earned} of {decided} points; {waiting} of {possible} wait").format(
-            earned=points(earned),
-            decided=points(decided),
-            waiting=points(possible - decided),
-            possible=points(possible),
-        )
+            return f"{points(earned)} of {points(possible)} points"
+        return f"{points(earned)} of {points(decided)} points; {points(possible - decided)} of {points(possible)} wait"
 
 
 def filled(layout: Layout, standing: Standing, level_of: LevelOf) -> Sheet:

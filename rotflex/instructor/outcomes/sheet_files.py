@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -61,9 +60,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     unknown = [one for one in students if caseless(one) not in known]
     if unknown:
         raise GradingError(
-            _("There is no student {student!r} in this gradebook. (rotflex report lists them in grades.csv.)").format(
-                student=unknown[0]
-            )
+            f"There is no student {unknown[0]!r} in this gradebook. (rotflex report lists them in grades.csv.)"
         )
     wanted = dict.fromkeys(map(caseless, students)) or known
     made = [filled(layout, everybody[one], level_of) for one in wanted if one in everybody for layout in layouts]
@@ -73,9 +70,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
         out.mkdir(parents=True, exist_ok=True)
         files.write(out / CLASS_FILE, joined(made))
     except OSError as error:
-        raise GradingError(
-            _("{path} cannot be written: {why}.").format(path=error.filename or out, why=error.strerror)
-        ) from None
+        raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
     absent = [known[one] for one in wanted if one not in everybody]
     return len(wanted) - len(absent), [*_notes(layouts, course, absent)]
 
@@ -83,11 +78,11 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
 def _notes(layouts: Sequence[sheet_layout.Layout], course: Course, absent: Sequence[str]) -> Iterator[str]:
     left_out = [f"{number} {part.name}" for number, part in sheet_layout.on_no_sheet(layouts, course.catalogue)]
     if left_out:
-        yield _("On no sheet, as no row and code has it: {parts}.").format(parts=", ".join(left_out))
+        yield f"On no sheet, as no row and code has it: {', '.join(left_out)}."
     if dropped := course.settings.marks.drop:
-        yield _("Dropped by course.toml, and on no sheet: {parts}.").format(parts=", ".join(dropped))
+        yield f"Dropped by course.toml, and on no sheet: {', '.join(dropped)}."
     if absent:
-        yield _("Without marks, and so without sheets: {students}.").format(students=", ".join(absent))
+        yield f"Without marks, and so without sheets: {', '.join(absent)}."
 
 
 def _write(folder: Path, sheet: Sheet, course: Course) -> None:
@@ -108,13 +103,13 @@ def content(sheet: Sheet, course: Course) -> dict[str, Any]:
         "who": [
             [heading, no_escapes(value)]
             for heading, value in (
-                (_("Student name"), about.name),
-                (_("ID"), about.student),
-                (_("Section"), about.section),
+                ("Student name", about.name),
+                ("ID", about.student),
+                ("Section", about.section),
             )
             if value
         ],
-        "first": _("Item") if any(line.group for line in sheet.lines) else _("Question"),
+        "first": "Item" if any(line.group for line in sheet.lines) else "Question",
         "codes": list(layout.codes),
         "format": list(layout.format),
         "rows": [*_rows(sheet)],
@@ -128,12 +123,10 @@ def content(sheet: Sheet, course: Course) -> dict[str, Any]:
 def legend() -> list[str]:
     """What stands in a cell, in words."""
     return [
-        _(
-            "In a cell: the level, 4 to 1 (0 where nothing is of worth), by the share of the points that are decided; "
-            "then the points earned of the points possible."
-        ),
-        _("{machine}: marked by the machine. {person}: marked by a person.").format(machine=MACHINE, person=PERSON),
-        _("{waits}: waits for a person, or could not be marked; a level before it may change.").format(waits=WAITS),
+        "In a cell: the level, 4 to 1 (0 where nothing is of worth), by the share of the points that are decided; "
+        "then the points earned of the points possible.",
+        f"{MACHINE}: marked by the machine. {PERSON}: marked by a person.",
+        f"{WAITS}: waits for a person, or could not be marked; a level before it may change.",
     ]
 
 

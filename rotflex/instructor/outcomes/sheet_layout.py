@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part, Question, ReportItem
 from rotflex.errors import GradingError
 from rotflex.instructor.course import SHEETS_FILE
@@ -85,14 +84,12 @@ def read(folder: Path, catalogue: Catalogue) -> list[Layout]:
         found = toml_file.read(file)
     except FileNotFoundError:
         raise GradingError(
-            _("This course has no scoring sheets: there is no {file}. (docs/outcomes.md says what it holds.)").format(
-                file=file
-            )
+            f"This course has no scoring sheets: there is no {file}. (docs/outcomes.md says what it holds.)"
         ) from None
     toml_file.refuse(file, (fault for name, given in found.items() for fault in _faults(name, given, catalogue)))
     layouts = [_layout(name, given, catalogue) for name, given in found.items()]
     twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
-    told = _("{question}, {part}: it is scored in two places.")
+    told = "{question}, {part}: it is scored in two places."
     toml_file.refuse(file, (told.format(question=question, part=part) for question, part in twice))
     return layouts
 
@@ -112,31 +109,25 @@ def on_no_sheet(layouts: Collection[Layout], catalogue: Catalogue) -> Iterator[t
 def _faults(name: str, given: Any, catalogue: Catalogue) -> Iterator[str]:
     """What is wrong with a section of the file, in words."""
     if not isinstance(given, Mapping):
-        yield _("{name}: it should be a section, a line [{name}] with its entries below.").format(name=name)
+        yield f"{name}: it should be a section, a line [{name}] with its entries below."
         return
     if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-        yield _("{name!r}: files are named by it, so it should be letters, digits, _ and -.").format(name=name)
+        yield f"{name!r}: files are named by it, so it should be letters, digits, _ and -."
     for key in given.keys() - {"title", "section", "report", "codes", "format", "also"}:
-        yield _("{name}.{key}: there is no such entry.").format(name=name, key=key)
+        yield f"{name}.{key}: there is no such entry."
     if not isinstance(given.get("title"), str):
-        yield _('{name}.title: it should be a line of text, as in: title = "Scoring sheet"').format(name=name)
+        yield f'{name}.title: it should be a line of text, as in: title = "Scoring sheet"'
     sections = dict.fromkeys(question.section for question in catalogue.questions.values())
     if ("section" in given) == ("report" in given):
-        yield _("{name}: its rows are those of a section or of a report; name one of them.").format(name=name)
+        yield f"{name}: its rows are those of a section or of a report; name one of them."
     elif given.get("section", next(iter(sections), None)) not in sections:
-        yield _("{name}.section: no question is of a section {given!r}; there are {known}.").format(
-            name=name, given=given["section"], known=listed(sections)
-        )
+        yield f"{name}.section: no question is of a section {given['section']!r}; there are {listed(sections)}."
     elif "report" in given and given["report"] not in catalogue.reports:
-        yield _("{name}.report: there is no report {given!r}; there are {known}.").format(
-            name=name, given=given["report"], known=listed(catalogue.reports)
-        )
+        yield f"{name}.report: there is no report {given['report']!r}; there are {listed(catalogue.reports)}."
     for entry in ("codes", "format"):
         codes = given.get(entry, [] if entry == "format" else None)
         if not toml_file.are_texts(codes) or not set(codes) <= set(catalogue.outcomes):
-            yield _("{name}.{entry}: it should be a list of codes, of {known}.").format(
-                name=name, entry=entry, known=listed(catalogue.outcomes)
-            )
+            yield f"{name}.{entry}: it should be a list of codes, of {listed(catalogue.outcomes)}."
     yield from _misplaced(name, given, catalogue)
 
 
@@ -144,15 +135,15 @@ def _misplaced(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Ite
     """What is wrong with what else is scored in a row."""
     also = given.get("also", {})
     if not isinstance(also, Mapping) or not all(map(toml_file.are_texts, also.values())):
-        yield _('{name}.also: it should have a line for a row, as in: "II.1" = ["1.2"]').format(name=name)
+        yield f'{name}.also: it should have a line for a row, as in: "II.1" = ["1.2"]'
         return
     rows = {item.number for item in catalogue.items(str(given.get("report", "")))}
     for row, numbers in also.items():
         if row not in rows:
-            yield _("{name}.also: the report has no item {row!r}.").format(name=name, row=row)
+            yield f"{name}.also: the report has no item {row!r}."
         for number in numbers:
             if number not in catalogue.marked:
-                yield _("{name}.also: there is no question {number!r}.").format(name=name, number=number)
+                yield f"{name}.also: there is no question {number!r}."
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------
@@ -161,11 +152,11 @@ def _misplaced(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Ite
 def _layout(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Layout:
     codes, form = tuple(given["codes"]), tuple(given.get("format", ()))
     if "section" in given:
-        about = _("The rows are the questions of Section {section}.").format(section=given["section"])
+        about = f"The rows are the questions of Section {given['section']}."
         questions = [one for one in catalogue.questions.values() if one.section == given["section"]]
         rows = [_of_question(question, codes + form) for question in questions]
     else:
-        about = _("The rows are the items of the {report}.").format(report=given["report"])
+        about = f"The rows are the items of the {given['report']}."
         also = given.get("also", {})
         rows = [
             _of_item(item, also.get(item.number, ()), codes + form, catalogue)

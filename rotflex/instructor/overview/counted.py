@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.instructor.gradebook import Answer, Graded
 from rotflex.instructor.graded_run import key_faults
 from rotflex.instructor.settings import MarkSettings
@@ -44,6 +43,7 @@ def left_out(settings: MarkSettings) -> str:
     """What is left out, in a line; "" where nothing is."""
     if not settings.drop:
         return ""
-    return _("Left out, as course.toml drops it: {names}. Requests and changed marks are told all the same.").format(
-        names=", ".join(settings.drop)
+    return (
+        f"Left out, as course.toml drops it: {', '.join(settings.drop)}. Requests and changed marks are told all "
+        "the same."
     )

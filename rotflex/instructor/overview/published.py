@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor.gradebook import AuditRecord, Gradebook, MarkState, Publication
 from rotflex.instructor.overview import counted
 from rotflex.instructor.overview.section import Section, Table, moment
@@ -54,21 +54,21 @@ def _told(mark: MarkState | None) -> tuple[float, float] | None:
 
 def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -> Section:
     """When feedback was given back, and who has to be told of what changed since."""
-    title = _("Feedback given back")
+    title = "Feedback given back"
     if not publications:
-        return Section(title, _("Feedback was not given back yet (rotflex publish)."))
+        return Section(title, "Feedback was not given back yet (rotflex publish).")
     last = publications[-1]
     found = changed_since(trail, last.when)
     by_student: dict[str, list[Changed]] = {}
     for one in found:
         by_student.setdefault(one.student, []).append(one)
-    first = _("Last given back on {when}, by {actor}.").format(when=moment(last.when), actor=last.actor)
+    first = f"Last given back on {moment(last.when)}, by {last.actor}."
     first += (
-        _(" Marks of {students} have changed since; they should be told (rotflex publish).").format(
+        " Marks of {students} have changed since; they should be told (rotflex publish).".format(
             students=plural(len(by_student), "{count} student", "{count} students")
         )
         if found
-        else _(" No mark has changed since.")
+        else " No mark has changed since."
     )
     changes = tuple(
         (student, "\n".join(f"{one.question} {one.part}: {_of(one.before)} → {_of(one.after)}" for one in those))
@@ -76,18 +76,18 @@ def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -
     )
     times = tuple((moment(one.when), one.actor, one.note) for one in publications)
     tables = (
-        Table((_("Student"), _("Changed")), changes, caption=_("Changed since")),
-        Table((_("When"), _("By"), _("Note")), times, caption=_("Given back")),
+        Table(("Student", "Changed"), changes, caption="Changed since"),
+        Table(("When", "By", "Note"), times, caption="Given back"),
     )
     return Section(title, first, (), tables, urgent=bool(found))
 
 
 def _of(mark: MarkState | None) -> str:
     if mark is None:
-        return _("no mark")
+        return "no mark"
     if mark.status in UNDECIDED:
-        return _("not decided")
-    return _("{points} of {out_of}").format(points=points(mark.points), out_of=points(mark.out_of))
+        return "not decided"
+    return f"{points(mark.points)} of {points(mark.out_of)}"
 
 
 def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> list[str]:
@@ -99,7 +99,7 @@ def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> list[
     found = []
     if waiting:
         found.append(
-            _("Still to be read by a person: {answers} of {students}; their pages say so.").format(
+            "Still to be read by a person: {answers} of {students}; their pages say so.".format(
                 answers=plural(len(waiting), "{count} answer", "{count} answers"),
                 students=plural(students, "{count} student", "{count} students"),
             )
@@ -108,16 +108,14 @@ def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> list[
         found.append(counted.left_out(settings.marks))
     if open_ones:
         found.append(
-            _("{requests} not answered yet (rotflex requests).").format(
+            "{requests} not answered yet (rotflex requests).".format(
                 requests=plural(open_ones, "{count} request", "{count} requests")
             )
         )
     seen = settings.feedback
     if seen.opens is not None and not seen.is_open(now):
         found.append(
-            _(
-                "Feedback opens on {when:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no "
-                "more. So nothing is given back: say rotflex publish again then."
-            ).format(when=seen.opens)
+            f"Feedback opens on {seen.opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more. "
+            "So nothing is given back: say rotflex publish again then."
         )
     return found

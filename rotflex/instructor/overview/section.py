@@ -6,7 +6,6 @@ import re
 from dataclasses import dataclass
 from datetime import datetime
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.gradebook import StudentRecord
 
 
@@ -55,7 +54,7 @@ class Section:
 
 def moment(when: datetime) -> str:
     """A time as "2026-03-02 12:00 UTC"."""
-    return _("{when:%Y-%m-%d %H:%M} UTC").format(when=when)
+    return f"{when:%Y-%m-%d %H:%M} UTC"
 
 
 def named(about: StudentRecord) -> str:
@@ -65,4 +64,4 @@ def named(about: StudentRecord) -> str:
 
 def share(part: int, of: int) -> str:
     """As "12 of 60 (20 %)"; nothing of nothing is no share."""
-    return f"{part} of {of} ({100 * part / of:.0f} %)" if of else _("{part} of {of}").format(part=part, of=of)
+    return f"{part} of {of} ({100 * part / of:.0f} %)" if of else f"{part} of {of}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.overview.glance import Glance
 from rotflex.instructor.overview.section import Section, Table
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -33,7 +32,7 @@ def lines(glance: Glance) -> Iterator[str]:
 
 
 def _section(section: Section) -> Iterator[str]:
-    yield section.title.upper() + (_(" (to do)") if section.urgent else "")
+    yield section.title.upper() + (" (to do)" if section.urgent else "")
     for sentence in (section.first, *section.more):
         yield from textwrap.wrap(sentence, _WIDTH, initial_indent=_GAP, subsequent_indent=_GAP)
     for table in section.tables:

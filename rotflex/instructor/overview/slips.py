@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor.gradebook import Graded, MarkRecord
 from rotflex.instructor.overview.section import Section, Table, share
 from rotflex.instructor.verdicts import Status
@@ -81,25 +81,19 @@ def section(everybody: Sequence[Graded], titles: Mapping[str, str]) -> Section:
         for one in found
     )
     first = (
-        _("{parts} went wrong for many; most of all {question} {part}, for {share} who answered it.").format(
-            parts=plural(len(found), "{count} part", "{count} parts"),
-            question=found[0].question,
-            part=found[0].part,
-            share=share(found[0].wrong, found[0].judged),
+        (
+            f"{plural(len(found), '{count} part', '{count} parts')} went wrong for many; most of all "
+            f"{found[0].question} {found[0].part}, for {share(found[0].wrong, found[0].judged)} who answered it."
         )
         if found
-        else _("No part went wrong for many.")
+        else "No part went wrong for many."
     )
-    more = (
-        (_("Many are {share:.0f} % or more of those whose answer the key judged.").format(share=100 * MANY),)
-        if found
-        else ()
-    )
-    head = (_("Part"), _("Question"), _("Went wrong for"), _("Commonest reasons"))
-    return Section(_("Went wrong for many"), first, more, (Table(head, rows),))
+    more = (f"Many are {100 * MANY:.0f} % or more of those whose answer the key judged.",) if found else ()
+    head = ("Part", "Question", "Went wrong for", "Commonest reasons")
+    return Section("Went wrong for many", first, more, (Table(head, rows),))
 
 
 def _reasons(one: Slips) -> str:
     shown = [f"{count} × {reason}" for reason, count in one.reasons[:_MOST_REASONS]]
     left = sum(count for _reason, count in one.reasons[_MOST_REASONS:])
-    return "\n".join([*shown, *([_("{left} × other reasons").format(left=left)] if left else [])])
+    return "\n".join([*shown, *([f"{left} × other reasons"] if left else [])])

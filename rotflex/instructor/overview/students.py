@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from statistics import median
 
-from rotflex.courseware.messages import _, listed, plural
+from rotflex.courseware.messages import listed, plural
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Graded, MarkRecord, StudentRecord
 from rotflex.instructor.graded_run import facts_of, key_faults
@@ -63,38 +63,38 @@ def handed_in(everybody: Sequence[Student], notebooks: Sequence[str]) -> Section
     nothing = [one for one in everybody if not one.handed_in]
     waiting = [one.about.student for one in there if one.graded is None]
     due = [name for name in notebooks if any(name in one.received or name in one.unread for one in there)]
-    more = [_("Handed in and not graded yet: {names}.").format(names=listed(waiting, 20))] if waiting else []
+    more = [f"Handed in and not graded yet: {listed(waiting, 20)}."] if waiting else []
     if any(one.about.enrolled for one in everybody):
         unknown = [one.about.student for one in there if not one.about.enrolled]
-        more += [_("Not on the roster: {names}.").format(names=listed(unknown, 20))] if unknown else []
+        more += [f"Not on the roster: {listed(unknown, 20)}."] if unknown else []
     else:
-        more.append(_("The gradebook has no roster, so nobody is missed here who handed in nothing (rotflex roster)."))
+        more.append("The gradebook has no roster, so nobody is missed here who handed in nothing (rotflex roster).")
     if due and len(due) < len(notebooks):
         nobody = [_short(name) for name in notebooks if name not in due]
-        more.append(_("Notebooks that nobody handed in: {names}.").format(names=", ".join(nobody)))
-    first = _("{there} of {all} handed something in; {nothing} nothing.").format(
+        more.append(f"Notebooks that nobody handed in: {', '.join(nobody)}.")
+    first = "{there} of {all} handed something in; {nothing} nothing.".format(
         there=len(there), all=plural(len(everybody), "{count} student", "{count} students"), nothing=len(nothing)
     )
     if behind := [one for one in everybody if one.late or one.overdue]:
-        first += _(" Late: {late}; something is missing after its deadline: {overdue}.").format(
+        first += " Late: {late}; something is missing after its deadline: {overdue}.".format(
             late=plural(sum(bool(one.late) for one in behind), "{count} student", "{count} students"),
             overdue=plural(sum(bool(one.overdue) for one in behind), "{count} student", "{count} students"),
         )
     return Section(
-        _("Handed in"),
+        "Handed in",
         first,
         tuple(more),
         (
-            Table((_("Student"),), tuple((named(one.about),) for one in nothing), caption=_("Nothing handed in")),
+            Table(("Student",), tuple((named(one.about),) for one in nothing), caption="Nothing handed in"),
             Table(
-                (_("Student"), _("Notebooks"), _("Not handed in"), _("Last at")),
+                ("Student", "Notebooks", "Not handed in", "Last at"),
                 tuple(_row(one, due) for one in there),
-                caption=_("Handed in, of the notebooks that anybody did"),
+                caption="Handed in, of the notebooks that anybody did",
             ),
             Table(
-                (_("Student"), _("Late"), _("Missing after the deadline")),
+                ("Student", "Late", "Missing after the deadline"),
                 tuple((named(one.about), ", ".join(_late(one)), ", ".join(map(_short, one.overdue))) for one in behind),
-                caption=_("After the deadline, with extensions and hours of grace"),
+                caption="After the deadline, with extensions and hours of grace",
             ),
         ),
         urgent=bool(waiting),
@@ -103,10 +103,10 @@ def handed_in(everybody: Sequence[Student], notebooks: Sequence[str]) -> Section
 
 def _row(one: Student, due: Sequence[str]) -> tuple[str, ...]:
     if not one.received and not one.unread:
-        return named(one.about), _("not known"), "", ""
+        return named(one.about), "not known", "", ""
     there = [_short(name) for name in due if name in one.received]
     missing = [_short(name) for name in due if name not in one.received and name not in one.unread]
-    missing += [_("{name} not readable").format(name=_short(name)) for name in due if name in one.unread]
+    missing += [f"{_short(name)} not readable" for name in due if name in one.unread]
     last = moment(max(one.received.values())) if one.received else ""
     return named(one.about), ", ".join(there), ", ".join(missing), last
 
@@ -131,14 +131,14 @@ def in_trouble(everybody: Sequence[Student]) -> Section:
     found = [(one, why) for one in everybody if one.graded is not None for why in [reasons(one.graded, usual)] if why]
     found.sort(key=lambda item: (-len(item[1]), caseless(item[0].about.student)))
     first = (
-        _("{students} to look at: a run that stopped, problems, much missing, or far below the class.").format(
+        "{students} to look at: a run that stopped, problems, much missing, or far below the class.".format(
             students=plural(len(found), "{count} student", "{count} students")
         )
         if found
-        else _("Nobody is in trouble, as far as marks and runs tell.")
+        else "Nobody is in trouble, as far as marks and runs tell."
     )
     rows = tuple((named(one.about), "\n".join(why)) for one, why in found)
-    return Section(_("In trouble"), first, (), (Table((_("Student"), _("Why")), rows),), urgent=bool(found))
+    return Section("In trouble", first, (), (Table(("Student", "Why"), rows),), urgent=bool(found))
 
 
 def reasons(graded: Graded, usual: float | None = None) -> list[str]:
@@ -152,31 +152,25 @@ def reasons(graded: Graded, usual: float | None = None) -> list[str]:
     run, ended = graded.run, facts_of(graded.run).ended
     faults = key_faults(graded)  # the key's, and not the student's
     problems = [line for line in run.problems if line not in (*faults, *ended)]
-    found = [_("Their run stopped: {why}").format(why=why) for why in ended]
+    found = [f"Their run stopped: {why}" for why in ended]
     found += problems[:_MOST_TOLD]
     left = len(problems) - _MOST_TOLD
-    found += (
-        [_("{problems} more, in their feedback.").format(problems=plural(left, "{count} problem", "{count} problems"))]
-        if left > 0
-        else []
-    )
+    found += [f"{plural(left, '{count} problem', '{count} problems')} more, in their feedback."] if left > 0 else []
     missing = [one for one in graded.marks if one.status == Status.MISSING]
     lost, all_points = _sum(missing), _sum(graded.marks)
     if all_points and lost > MUCH * all_points:
         found.append(
-            _("Missing: {parts}, worth {lost} of {all}.").format(
+            "Missing: {parts}, worth {lost} of {all}.".format(
                 parts=plural(len(missing), "{count} part", "{count} parts"), lost=points(lost), all=worth(all_points)
             )
         )
     if run.supplied:
-        found.append(_("Values were supplied for them: {names}.").format(names=", ".join(run.supplied)))
+        found.append(f"Values were supplied for them: {', '.join(run.supplied)}.")
     found += [lapse(one) for one in graded.lapsed]
     own = decided_share(graded.marks)
     if usual is not None and own is not None and own < FAR_BELOW * usual:
         found.append(
-            _("Far below the class: {own:.0f} % of the points that are decided; the median is {usual:.0f} %.").format(
-                own=100 * own, usual=100 * usual
-            )
+            f"Far below the class: {100 * own:.0f} % of the points that are decided; the median is {100 * usual:.0f} %."
         )
     return found
 

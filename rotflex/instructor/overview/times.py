@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor.gradebook import Act, Answer, AuditRecord
 from rotflex.instructor.overview.section import Section, Table, moment
 from rotflex.instructor.scoring.desk import Where
@@ -106,39 +106,41 @@ def section(runs: int, trail: Sequence[AuditRecord], acts: Sequence[Act], answer
     batches, found = sessions(trail), paces(acts)
     remaining = left(found, answers)
     waiting = sum(one.waiting for one in answers)
-    first = _("{runs} counted.").format(runs=plural(runs, "{count} run", "{count} runs"))
+    first = f"{plural(runs, '{count} run', '{count} runs')} counted."
     if remaining is not None and waiting:
-        first += _(" Left to score: {answers}, about {time} for one person.").format(
-            answers=plural(waiting, "{count} answer", "{count} answers"), time=lasting(remaining)
+        first += (
+            f" Left to score: {plural(waiting, '{count} answer', '{count} answers')}, about {lasting(remaining)} "
+            "for one person."
         )
     elif waiting:
-        first += _(" Left to score: {answers}; how long that takes is known once a few have been scored.").format(
-            answers=plural(waiting, "{count} answer", "{count} answers")
+        first += (
+            f" Left to score: {plural(waiting, '{count} answer', '{count} answers')}; how long that takes is "
+            "known once a few have been scored."
         )
     batch_rows = tuple(
         (one.actor, moment(one.began), lasting((one.ended - one.began).total_seconds()), str(one.students))
         for one in batches
     )
     pace_rows = tuple(
-        (one.actor, str(one.acts), _("not known yet") if one.usual is None else lasting(one.usual)) for one in found
+        (one.actor, str(one.acts), "not known yet" if one.usual is None else lasting(one.usual)) for one in found
     )
-    more = (_("How long a run took is not kept; the first to the last change of a mark is."),) if batches else ()
+    more = ("How long a run took is not kept; the first to the last change of a mark is.",) if batches else ()
     return Section(
-        _("Time"),
+        "Time",
         first,
         more,
         (
             Table(
-                (_("Command"), _("From"), _("First to last change of a mark"), _("Students")),
+                ("Command", "From", "First to last change of a mark", "Students"),
                 batch_rows,
                 frozenset({3}),
-                _("Grading"),
+                "Grading",
             ),
             Table(
-                (_("Scorer"), _("Answers"), _("Median time of an answer")),
+                ("Scorer", "Answers", "Median time of an answer"),
                 pace_rows,
                 frozenset({1}),
-                _("Scoring; pauses of ten minutes and more, and what came from a table, are left out"),
+                "Scoring; pauses of ten minutes and more, and what came from a table, are left out",
             ),
         ),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.instructor.gradebook import Answer, Graded, Request
 from rotflex.instructor.graded_run import key_faults
 from rotflex.instructor.overview.section import Section, Table, moment
@@ -39,17 +39,15 @@ def for_persons(answers: Sequence[Answer], titles: Mapping[str, str]) -> Section
         if (left := [one for one in those if one.waiting])
     )
     first = (
-        _("To be read: {answers}, worth {points}.").format(
+        "To be read: {answers}, worth {points}.".format(
             answers=plural(len(waiting), "{count} answer", "{count} answers"),
             points=worth(sum(one.mark.out_of for one in waiting)),
         )
         if waiting
-        else _("No answer waits for a person.")
+        else "No answer waits for a person."
     )
-    head = (_("Part"), _("Question"), _("Waiting"), _("Of"), _("Points"))
-    return Section(
-        _("Waiting for a person"), first, (), (Table(head, rows, frozenset({2, 3, 4})),), urgent=bool(waiting)
-    )
+    head = ("Part", "Question", "Waiting", "Of", "Points")
+    return Section("Waiting for a person", first, (), (Table(head, rows, frozenset({2, 3, 4})),), urgent=bool(waiting))
 
 
 def asked(answers: Sequence[Answer]) -> Section:
@@ -59,14 +57,14 @@ def asked(answers: Sequence[Answer]) -> Section:
         (one.student, f"{one.question} {one.part}", act.actor, moment(act.when), _cut(act.remark)) for one, act in found
     )
     first = (
-        _("For you to decide, as a scorer asked: {answers}.").format(
+        "For you to decide, as a scorer asked: {answers}.".format(
             answers=plural(len(found), "{count} answer", "{count} answers")
         )
         if found
-        else _("No scorer asks you.")
+        else "No scorer asks you."
     )
-    head = (_("Student"), _("Part"), _("Asked by"), _("When"), _("What"))
-    return Section(_("Asked of the instructor"), first, (), (Table(head, rows),), urgent=bool(found))
+    head = ("Student", "Part", "Asked by", "When", "What")
+    return Section("Asked of the instructor", first, (), (Table(head, rows),), urgent=bool(found))
 
 
 def requests(there: Sequence[Request]) -> Section:
@@ -76,16 +74,16 @@ def requests(there: Sequence[Request]) -> Section:
         (str(one.number), one.student, f"{one.question} {one.part}", moment(one.made), _cut(one.text)) for one in left
     )
     first = (
-        _("{open} not answered; {answered} answered.").format(
+        "{open} not answered; {answered} answered.".format(
             open=plural(len(left), "{count} request", "{count} requests"), answered=len(there) - len(left)
         )
         if there
-        else _("Nobody asks to have anything looked at again.")
+        else "Nobody asks to have anything looked at again."
     )
-    more = (_("rotflex answer NUMBER TEXT --by NAME answers one."),) if left else ()
-    head = (_("Number"), _("Student"), _("Part"), _("Since"), _("What"))
+    more = ("rotflex answer NUMBER TEXT --by NAME answers one.",) if left else ()
+    head = ("Number", "Student", "Part", "Since", "What")
     table = Table(head, rows, frozenset({0}))
-    return Section(_("Requests to look again"), first, more, (table,), urgent=bool(left))
+    return Section("Requests to look again", first, more, (table,), urgent=bool(left))
 
 
 def faults(everybody: Sequence[Graded]) -> Section:
@@ -99,14 +97,15 @@ def faults(everybody: Sequence[Graded]) -> Section:
         lines |= dict.fromkeys(key_faults(graded))
     rows = tuple((f"{question} {part}", str(number)) for (question, part), number in count.items())
     first = (
-        _("Could not be marked: {parts}. Mend the key, and say rotflex regrade.").format(
-            parts=plural(len(count), "{count} part", "{count} parts")
+        (
+            f"Could not be marked: {plural(len(count), '{count} part', '{count} parts')}. Mend the key, and say "
+            "rotflex regrade."
         )
         if count
-        else _("The key had no fault.")
+        else "The key had no fault."
     )
-    table = Table((_("Part"), _("Students")), rows, frozenset({1}))
-    return Section(_("Faults of the key"), first, tuple(lines), (table,), urgent=bool(count))
+    table = Table(("Part", "Students"), rows, frozenset({1}))
+    return Section("Faults of the key", first, tuple(lines), (table,), urgent=bool(count))
 
 
 def _cut(text: str) -> str:

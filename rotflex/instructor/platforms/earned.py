@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from rotflex.courseware.messages import _, listed
+from rotflex.courseware.messages import listed
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.accounts.account import Account
 from rotflex.instructor.accounts.exact import exact
@@ -41,16 +41,16 @@ def earned(book: Gradebook, course: Course) -> dict[str, Earned]:
 def _of_student(book: Gradebook, course: Course, about: StudentRecord, handed_in: bool) -> Earned:
     graded = book.current(about.student)
     if graded is None:
-        why = _("handed in, and not graded yet") if handed_in else _("nothing handed in")
+        why = "handed in, and not graded yet" if handed_in else "nothing handed in"
         return Earned(None, why_none=why)
     account = result_in(book, course, graded, about).account
-    return Earned(None, why_none=_("it is out of no points")) if account is None else of_account(account)
+    return Earned(None, why_none="it is out of no points") if account is None else of_account(account)
 
 
 def of_account(account: Account) -> Earned:
     """What an account comes to, with weights, lateness and rounding; undecided, as far as it is decided."""
     if not account.out_of:
-        return Earned(None, why_none=_("it is out of no points"))
+        return Earned(None, why_none="it is out of no points")
     if account.final is None:
         waits = listed([f"{mark.question} {mark.part}" for mark in account.undecided], _NAMED)
         return Earned(account.earned / account.out_of, waits)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook
@@ -63,24 +63,22 @@ def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) ->
         raise GradingError(_why_not(export.platform))
     if not submissions:
         raise GradingError(
-            _(
-                "{platform} takes feedback only under the names that it gave what was handed in. Download all "
-                "submissions of the assignment there, and give that zip by --submissions."
-            ).format(platform=export.platform)
+            f"{export.platform} takes feedback only under the names that it gave what was handed in. Download "
+            "all submissions of the assignment there, and give that zip by --submissions."
         )
     return (_canvas if export.platform == CANVAS else _brightspace)(export, matches, submissions)
 
 
 def _why_not(platform: str) -> str:
     if platform == labels.MOODLE:
-        return _(
+        return (
             "Moodle takes feedback files by the numbers of an assignment's participants, which are in its grading "
             "worksheet and not in this file. In the assignment, download the worksheet and give it by --into."
         )
-    return _(
-        "{platform} takes no feedback files of a whole class: they are attached one by one. Leave --feedback out; "
-        "rotflex report writes a page for each student."
-    ).format(platform=platform)
+    return (
+        f"{platform} takes no feedback files of a whole class: they are attached one by one. Leave --feedback "
+        "out; rotflex report writes a page for each student."
+    )
 
 
 def _moodle(export: Export, matches: Matches) -> Places:
@@ -89,7 +87,7 @@ def _moodle(export: Export, matches: Matches) -> Places:
     for row, about in matches.found.items():
         number = export.table.cell(row, place).split()[-1:]
         if not number or not number[0].isdigit():
-            found.without[about.student] = _("the worksheet has no number of theirs.")
+            found.without[about.student] = "the worksheet has no number of theirs."
             continue
         name = _NOT_IN_A_NAME.sub(" ", export.name(row)).strip(" .") or "Participant"
         found.paths[about.student] = f"{name}_{number[0]}_assignsubmission_file_/{FEEDBACK_FILE}"
@@ -110,10 +108,10 @@ def _canvas(export: Export, matches: Matches, submissions: Sequence[str]) -> Pla
         if fit:
             found.paths[about.student] = max(fit)[1]
         elif there:
-            why = _("Canvas would show the page as {name!r}, which it is not; only a zip or a page can take its place.")
+            why = "Canvas would show the page as {name!r}, which it is not; only a zip or a page can take its place."
             found.without[about.student] = why.format(name=max(there)[1])
         else:
-            found.without[about.student] = _("nothing of theirs is in the download of submissions.")
+            found.without[about.student] = "nothing of theirs is in the download of submissions."
     return found
 
 
@@ -135,14 +133,14 @@ def _brightspace(export: Export, matches: Matches, submissions: Sequence[str]) -
         there = folders.get(row, [])
         numbers = sorted({_NUMBERS.findall(folder)[0] for _time, folder in there})
         if len(numbers) > 1:
-            why = _("folders of several numbers bear the name {name!r}, and may be of several students: {numbers}.")
+            why = "folders of several numbers bear the name {name!r}, and may be of several students: {numbers}."
             found.without[about.student] = why.format(name=export.name(row), numbers=", ".join(numbers))
         elif there:
             found.paths[about.student] = f"{max(there)[1]}/{FEEDBACK_FILE}"
         elif len(named[names.letters(export.name(row))]) > 1:
-            found.without[about.student] = _("several in the file are called {name!r}.").format(name=export.name(row))
+            found.without[about.student] = f"several in the file are called {export.name(row)!r}."
         else:
-            found.without[about.student] = _("no folder of the download bears their name.")
+            found.without[about.student] = "no folder of the download bears their name."
     return found
 
 
@@ -158,7 +156,7 @@ def submissions_in(path: Path) -> list[str]:
         with zipfile.ZipFile(path) as archive:
             return [name for name in archive.namelist() if not name.endswith("/")]
     except (OSError, zipfile.BadZipFile) as error:
-        raise GradingError(_("{path} cannot be read as a zip: {why}.").format(path=path, why=error)) from None
+        raise GradingError(f"{path} cannot be read as a zip: {error}.") from None
 
 
 def pages(book: Gradebook, course: Course, students: Collection[str]) -> dict[str, bytes]:
@@ -172,9 +170,7 @@ def pages(book: Gradebook, course: Course, students: Collection[str]) -> dict[st
     opens = course.settings.feedback.opens
     if opens is not None and not course.settings.feedback.is_open(datetime.now(UTC)):
         raise GradingError(
-            _(
-                "Feedback opens at {when:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
-            ).format(when=opens)
+            f"Feedback opens at {opens:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
         )
     with tempfile.TemporaryDirectory() as folder:
         Reports(Path(folder), course, book).write_all()
@@ -196,9 +192,9 @@ def packed(where: Places, made: Mapping[str, bytes]) -> tuple[bytes, list[str]]:
         for student in written:
             name, page = where.paths[student], made[student]
             archive.writestr(_about(name), _zipped(page) if name.lower().endswith(".zip") else page)
-    without = where.without | {one: _("nothing of theirs is graded.") for one in where.paths if one not in made}
-    told = [_("{pages} of feedback in the zip.").format(pages=plural(len(written), "{count} page", "{count} pages"))]
-    told += [_("{student}: no page; {why}").format(student=one, why=why) for one, why in without.items()]
+    without = where.without | {one: "nothing of theirs is graded." for one in where.paths if one not in made}
+    told = ["{pages} of feedback in the zip.".format(pages=plural(len(written), "{count} page", "{count} pages"))]
+    told += [f"{one}: no page; {why}" for one, why in without.items()]
     return content.getvalue(), told
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.accounts.exact import half_up
 from rotflex.instructor.platforms.earned import Earned
@@ -128,7 +127,7 @@ def _why_left(export: Export, column: Column, row: int, mark: Earned, choice: Ch
     if not why and mark.share is None:
         why = f"{mark.why_none}."
     elif not why and mark.waits and not choice.unfinished:
-        why = _("still waits for a person: {waits}.").format(waits=mark.waits)
+        why = f"still waits for a person: {mark.waits}."
     return why
 
 
@@ -136,13 +135,13 @@ def _why_untouched(export: Export, column: Column, row: int) -> str:
     """Why a cell is not ours to write into; "" where it is."""
     before = export.table.cell(row, column.place).strip()
     if column.place >= len(export.table.rows[row]):
-        return _("line {line} of the file is too short: it has no such cell.").format(line=export.table.line(row))
+        return f"line {export.table.line(row)} of the file is too short: it has no such cell."
     if export.locked is not None and export.table.cell(row, export.locked).strip() == "No":
-        return _("Moodle takes no mark of theirs ('Grade can be changed' says No).")
+        return "Moodle takes no mark of theirs ('Grade can be changed' says No)."
     if before.casefold() in export.left:
         return export.left[before.casefold()]
     if not _is_empty(export, before) and number(before) is None:
-        return _("it says {before!r} there, which is no number.").format(before=before)
+        return f"it says {before!r} there, which is no number."
     return ""
 
 
@@ -156,9 +155,7 @@ def _must_be_points(export: Export, column: Column) -> None:
     there = [one for one in said if not _is_empty(export, one) and one.casefold() not in export.left]
     if there and all(number(one) is None for one in there):
         raise GradingError(
-            _("{heading!r} holds {found!r} and the like, and no points: letters, percentages or words.").format(
-                heading=column.heading, found=there[0]
-            )
+            f"{column.heading!r} holds {there[0]!r} and the like, and no points: letters, percentages or words."
         )
 
 
@@ -170,49 +167,40 @@ def _writes_commas(export: Export) -> bool:
 
 def _too_much(above: Mapping[str, str], column: Column, maximum: Decimal) -> str:
     listed = ", ".join(f"{student}: {value}" for student, value in above.items())
-    return _(
-        "Nothing is written: {heading!r} is out of {maximum}, and these would have more: {listed}. A platform cuts, "
-        "refuses or takes that as it likes. Raise its points on the platform and export the file again, or say --cap, "
-        "and {maximum} is written for them. (If it is by rounding, say more --decimals.)"
-    ).format(heading=column.heading, maximum=plain(maximum), listed=listed)
+    return (
+        f"Nothing is written: {column.heading!r} is out of {plain(maximum)}, and these would have more: "
+        f"{listed}. A platform cuts, refuses or takes that as it likes. Raise its points on the platform and "
+        f"export the file again, or say --cap, and {plain(maximum)} is written for them. (If it is by rounding, "
+        "say more --decimals.)"
+    )
 
 
 def told(export: Export, filled: Filled, matches: Matches, dry: bool = False) -> list[str]:
     """All that there is to tell, a line each, the sum first; where nothing is written, each new mark, too."""
     lines = [
-        _(
-            "{written} written ({replaced} of them in place of another mark), {unchanged} as they were, {left} left as "
-            "they are, {nobody} of theirs not found in the gradebook, {missing} of the gradebook not found in the file."
-        ).format(
-            written=len(filled.written) + len(filled.replaced),
-            replaced=len(filled.replaced),
-            unchanged=len(filled.unchanged),
-            left=len(filled.left),
-            nobody=len(matches.unknown) + len(matches.refused),
-            missing=len(matches.missing),
-        )
+        f"{len(filled.written) + len(filled.replaced)} written ({len(filled.replaced)} of them in place of "
+        f"another mark), {len(filled.unchanged)} as they were, {len(filled.left)} left as they are, "
+        f"{len(matches.unknown) + len(matches.refused)} of theirs not found in the gradebook, "
+        f"{len(matches.missing)} of the gradebook not found in the file."
     ]
     if dry and filled.written:
         listed = ", ".join(f"{one.student}: {one.after}" for one in filled.written)
-        lines.append(_("{count} into empty cells: {listed}").format(count=len(filled.written), listed=listed))
+        lines.append(f"{len(filled.written)} into empty cells: {listed}")
     if filled.replaced:
         listed = ", ".join(f"{one.student}: {one.before} → {one.after}" for one in filled.replaced)
-        lines.append(_("{count} replaced: {listed}").format(count=len(filled.replaced), listed=listed))
+        lines.append(f"{len(filled.replaced)} replaced: {listed}")
     if filled.capped:
         listed = ", ".join(f"{student} ({value})" for student, value in filled.capped.items())
-        lines.append(_("Cut to the maximum, as told: {listed}").format(listed=listed))
+        lines.append(f"Cut to the maximum, as told: {listed}")
     if filled.so_far:
         listed = "; ".join(f"{student} ({waits})" for student, waits in filled.so_far.items())
-        lines.append(_("Written with what is decided so far, though more still waits: {listed}").format(listed=listed))
-    lines += [_("{student}: left; {why}").format(student=student, why=why) for student, why in filled.left.items()]
-    lines += [
-        _("{student}: nobody's; {why}").format(student=export.shown(row), why=why)
-        for row, why in matches.refused.items()
-    ]
+        lines.append(f"Written with what is decided so far, though more still waits: {listed}")
+    lines += [f"{student}: left; {why}" for student, why in filled.left.items()]
+    lines += [f"{export.shown(row)}: nobody's; {why}" for row, why in matches.refused.items()]
     if matches.unknown:
         listed = "; ".join(map(export.shown, matches.unknown))
-        lines.append(_("In the file, and not in the gradebook: {listed}").format(listed=listed))
+        lines.append(f"In the file, and not in the gradebook: {listed}")
     if matches.missing:
         listed = ", ".join(one.student for one in matches.missing)
-        lines.append(_("In the gradebook, and not in the file: {listed}").format(listed=listed))
+        lines.append(f"In the gradebook, and not in the file: {listed}")
     return lines

@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import StudentRecord
 from rotflex.instructor.platforms.recognised import Export, Key
@@ -63,16 +62,14 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
             refused[row] = _several(led)
         elif not own and _contradicts(export.name(row), records[min(several)].name):
             (student,) = several
-            refused[row] = _("only a number of {platform}'s own leads to {student!r}, who has another name.").format(
-                platform=export.platform, student=student
-            )
+            refused[row] = f"only a number of {export.platform}'s own leads to {student!r}, who has another name."
         else:
             (candidates[row],) = several
     for student in set(candidates.values()):
         rows = [row for row, one in candidates.items() if one == student]
         for row in rows if len(rows) > 1 else ():
             del candidates[row]
-            refused[row] = _("several lines lead to {student!r}.").format(student=student)
+            refused[row] = f"several lines lead to {student!r}."
     missing = tuple(one for one in students if one.student not in seen)
     found = {row: records[student] for row, student in candidates.items()}
     return Matches(found, tuple(unknown), dict(sorted(refused.items())), missing)
@@ -104,11 +101,11 @@ def _values(export: Export, row: int) -> Iterator[tuple[Key, str]]:
 
 def _several(led: dict[Key, set[str]]) -> str:
     told = (
-        _("{heading} is that of {students}").format(heading=key.heading, students=", ".join(sorted(students)))
+        f"{key.heading} is that of {', '.join(sorted(students))}"
         for key, students in led.items()
         if students and not key.internal
     )
-    return _("it may be one or another: {told}.").format(told="; ".join(told) or _("its number is that of several"))
+    return f"it may be one or another: {'; '.join(told) or 'its number is that of several'}."
 
 
 def _contradicts(theirs: str, ours: str) -> bool:

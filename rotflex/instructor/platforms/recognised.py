@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from rotflex.courseware.messages import _, listed
+from rotflex.courseware.messages import listed
 from rotflex.errors import GradingError
 from rotflex.instructor.platforms.their_file import Table
 
@@ -82,7 +82,7 @@ class Export:
         """A student of theirs, for people: the first of what they are known by, and the name."""
         known = next(filter(None, (self.table.cell(row, key.place).strip() for key in self.keys)), "")
         name = self.name(row)
-        line = _("line {line}").format(line=self.table.line(row))
+        line = f"line {self.table.line(row)}"
         return f"{known} ({name}, {line})" if name else f"{known or '–'} ({line})"
 
     def name(self, row: int) -> str:
@@ -106,12 +106,8 @@ class Export:
             if len(open_ones) == 1:
                 return open_ones[0]
             if not open_ones:
-                raise GradingError(_("No column of it takes marks. {columns}").format(columns=self._closed_columns()))
-            raise GradingError(
-                _("Several columns of it take marks: say which by --column. {columns}").format(
-                    columns=self._candidates()
-                )
-            )
+                raise GradingError(f"No column of it takes marks. {self._closed_columns()}")
+            raise GradingError(f"Several columns of it take marks: say which by --column. {self._candidates()}")
         named = [one for one in self.columns if _same(asked, one.heading)]
         if not named:
             called = [one for one in self.columns if any(_same(asked, name) for name in one.names)]
@@ -119,33 +115,24 @@ class Export:
         if len(named) == 1:
             (found,) = named
             if found.why_not:
-                raise GradingError(
-                    _("The column {heading!r} takes no marks: {why} {columns}").format(
-                        heading=found.heading, why=found.why_not, columns=self._candidates()
-                    )
-                )
+                raise GradingError(f"The column {found.heading!r} takes no marks: {found.why_not} {self._candidates()}")
             return found
         if named:
-            raise GradingError(
-                _("{asked!r} may be any of {columns}: give the whole heading.").format(
-                    asked=asked, columns=_listed(named)
-                )
-            )
+            raise GradingError(f"{asked!r} may be any of {_listed(named)}: give the whole heading.")
         raise GradingError(
-            _(
-                "It has no column {asked!r}, and none is made: {platform} decides what a new one would be. {columns}"
-            ).format(asked=asked, platform=self.platform, columns=self._candidates())
+            f"It has no column {asked!r}, and none is made: {self.platform} decides what a new one would be. "
+            f"{self._candidates()}"
         )
 
     def _candidates(self) -> str:
         found = [one for one in self.columns if not one.why_not]
         if not found:
-            return _("There is none in it that does.")
-        return _("There is: {columns}.").format(columns=_listed(found))
+            return "There is none in it that does."
+        return f"There is: {_listed(found)}."
 
     def _closed_columns(self) -> str:
         told = (f"{one.heading!r}: {one.why_not}" for one in self.columns[:_SHOWN])
-        return " ".join(told) or _("It has no columns but those that say who is who.")
+        return " ".join(told) or "It has no columns but those that say who is who."
 
 
 def _same(one: str, other: str) -> bool:
@@ -173,22 +160,18 @@ def maximum(column: Column, platform: str, out_of: Decimal | None) -> Decimal:
     there = column.maximum
     if there is None and out_of is None:
         raise GradingError(
-            _("{platform}'s file does not say how many points {heading!r} is out of: say so by --out-of.").format(
-                platform=platform, heading=column.heading
-            )
+            f"{platform}'s file does not say how many points {column.heading!r} is out of: say so by --out-of."
         )
     if there is not None and out_of is not None and there != out_of:
         raise GradingError(
-            _(
-                "By the file, {heading!r} is out of {there}, and by --out-of it is {given}. Leave one of them out."
-            ).format(heading=column.heading, there=plain(there), given=plain(out_of))
+            f"By the file, {column.heading!r} is out of {plain(there)}, and by --out-of it is {plain(out_of)}. "
+            "Leave one of them out."
         )
     found = there if there is not None else out_of
     if found is None or found <= 0:
         raise GradingError(
-            _("{heading!r} is out of {found} points: set its points on {platform}, and export the file again.").format(
-                heading=column.heading, found=plain(found or Decimal(0)), platform=platform
-            )
+            f"{column.heading!r} is out of {plain(found or Decimal(0))} points: set its points on {platform}, "
+            "and export the file again."
         )
     return found
 
@@ -203,9 +186,7 @@ def stated(text: str, heading: str) -> Decimal | None:
     """
     if _THOUSANDS.fullmatch(text.strip()):
         raise GradingError(
-            _("{heading!r} is out of {text!r}, which may be a thousand, or a number with decimals.").format(
-                heading=heading, text=text.strip()
-            )
+            f"{heading!r} is out of {text.strip()!r}, which may be a thousand, or a number with decimals."
         )
     return number(text)
 

@@ -15,13 +15,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.platforms.recognised import Column, Export, Key, stated
 from rotflex.instructor.platforms.their_file import SEPARATORS, Table, Text, table
 from rotflex.instructor.running.intake.labels import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 
-WORKSHEET = _("Moodle's grading worksheet")  #: of one assignment, beside the export of Moodle's gradebook
+WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
 
 _CANVAS_ITEM = re.compile(r"(?P<title>.*\S)\s*\((?P<id>\d+)\)", re.DOTALL)
 #: Canvas passes over any heading that has one of these in it.
@@ -71,12 +70,11 @@ def recognised(source: Text) -> Export:
     if damaged:
         raise damaged[0]
     raise GradingError(
-        _(
-            "It is not a file of Canvas, Moodle, Blackboard or Brightspace, or not as the platform wrote it. Its first "
-            "line has {found}. Canvas's begins with 'Student', 'ID'; Moodle's has 'First name', 'Last name' and 'Email "
-            "address', or 'Identifier' and 'Grade'; Blackboard's 'Last Name', 'First Name', 'Username'; Brightspace's "
-            "'OrgDefinedId' or 'Username', and 'End-of-Line Indicator'. Export it again, with the platform in English."
-        ).format(found=", ".join(map(repr, headings[:8])) or _("nothing"))
+        "It is not a file of Canvas, Moodle, Blackboard or Brightspace, or not as the platform wrote it. Its "
+        f"first line has {', '.join(map(repr, headings[:8])) or 'nothing'}. Canvas's begins with 'Student', "
+        "'ID'; Moodle's has 'First name', 'Last name' and 'Email address', or 'Identifier' and 'Grade'; "
+        "Blackboard's 'Last Name', 'First Name', 'Username'; Brightspace's 'OrgDefinedId' or 'Username', and "
+        "'End-of-Line Indicator'. Export it again, with the platform in English."
     )
 
 
@@ -94,11 +92,11 @@ def _canvas(found: Table, head: Sequence[str]) -> Export | None:
         item = _CANVAS_ITEM.fullmatch(heading)
         why = ""
         if below == "(read only)":
-            why = _("Canvas has it as read only.")
+            why = "Canvas has it as read only."
         elif _CANVAS_SUM.search(heading):
-            why = _("by its name, Canvas takes it for what it computes itself.")
+            why = "by its name, Canvas takes it for what it computes itself."
         elif item is None:
-            why = _("it has no number in brackets, so it is a column of notes, or Canvas would make a new assignment.")
+            why = "it has no number in brackets, so it is a column of notes, or Canvas would make a new assignment."
         called = () if item is None else (str(item["title"]), str(item["id"]))
         most = None if why else stated(below, heading)
         columns.append(Column(place, heading, called, most, why))
@@ -108,8 +106,8 @@ def _canvas(found: Table, head: Sequence[str]) -> Export | None:
         if name in head
     ]
     left = {
-        "n/a": _("Canvas has not assigned it to them (N/A)."),
-        "ex": _("they are excused on Canvas (EX)."),
+        "n/a": "Canvas has not assigned it to them (N/A).",
+        "ex": "they are excused on Canvas (EX).",
     }
     names = tuple(head.index(name) for name in ("FirstName", "LastName", "Student") if name in head)
     return Export(CANVAS, found, tuple(students), tuple(keys), names, tuple(columns), ("-",), left)
@@ -127,15 +125,15 @@ def _worksheet(found: Table, head: Sequence[str]) -> Export | None:
     students = _filled_rows(found)
     why, most = "", None
     if "Scale" in head:
-        why = _("the assignment is graded by a scale, and not by points.")
+        why = "the assignment is graded by a scale, and not by points."
     elif "Maximum Grade" in head:
         stated_there = {found.cell(row, head.index("Maximum Grade")).strip() for row in students}
         if len(stated_there) > 1:
-            why = _("its rows have different maximum grades.")
+            why = "its rows have different maximum grades."
         most = None if why else stated(stated_there.pop(), "Grade") if stated_there else None
     grade = Column(head.index("Grade"), "Grade", (), most, why)
     others = [
-        Column(place, heading, (), None, _("marks of a grading worksheet stand under Grade."))
+        Column(place, heading, (), None, "marks of a grading worksheet stand under Grade.")
         for place, heading in enumerate(head)
         if heading not in ("Identifier", "Full name", "Email address", "ID number", "Username", "Grade")
     ]
@@ -161,15 +159,13 @@ def _moodle(found: Table, head: Sequence[str]) -> Export | None:
         title, kind = (item["title"], item["kind"]) if item else (heading, "")
         why = ""
         if told and item is None:
-            why = _("it is no grade.")
+            why = "it is no grade."
         elif kind == "Feedback":
-            why = _("it is for words.")
+            why = "it is for words."
         elif kind in ("Percentage", "Letter"):
-            why = _("it shows grades as {kind}, and marks are points. Export the gradebook with 'Real'.").format(
-                kind=kind.lower()
-            )
+            why = f"it shows grades as {kind.lower()}, and marks are points. Export the gradebook with 'Real'."
         elif _MOODLE_SUM.fullmatch(title):
-            why = _("Moodle computes it.")
+            why = "Moodle computes it."
         columns.append(Column(place, heading, (title, title.partition(": ")[2] or title), None, why))
     keys = tuple(Key(head.index(name), name) for name in known)
     names = (head.index("First name"), head.index(last))
@@ -190,19 +186,19 @@ def _blackboard(found: Table, head: Sequence[str]) -> Export | None:
         called: tuple[str, ...] = ()
         most, why = None, ""
         if item is None:
-            why = _("its heading has no number of Blackboard's, as '|123456': it would become a new column, worth 0.")
+            why = "its heading has no number of Blackboard's, as '|123456': it would become a new column, worth 0."
         else:
             called = (item["title"], item["id"])
             if item["sum"]:
-                why = _("Blackboard computes it.")
+                why = "Blackboard computes it."
             elif item["kind"] not in (None, "", "Score"):
-                why = _("its kind is {kind}, and marks are a Score.").format(kind=item["kind"])
+                why = f"its kind is {item['kind']}, and marks are a Score."
             else:
                 most = stated(item["most"], heading)
         columns.append(Column(place, heading, called, most, why))
     keys = tuple(Key(head.index(name), name) for name in ("Username", "Student ID") if name in head)
     names_at = tuple(head.index(name) for name in ("First Name", "Last Name") if name in head)
-    left = {"in progress": _("they are still at work on it on Blackboard (In Progress).")}
+    left = {"in progress": "they are still at work on it on Blackboard (In Progress)."}
     return Export(
         BLACKBOARD, found, tuple(_filled_rows(found)), keys, names_at, tuple(columns), ("Needs Grading",), left
     )
@@ -224,13 +220,13 @@ def _brightspace(found: Table, head: Sequence[str]) -> Export | None:
         called: tuple[str, ...] = ()
         most, why = None, ""
         if item is None:
-            why = _("it is none of the items whose points are entered: Brightspace computes it, or knows it otherwise.")
+            why = "it is none of the items whose points are entered: Brightspace computes it, or knows it otherwise."
         else:
             called = (item["title"],)
             about = item["about"] or ""
             if item["kind"] != "Points Grade" or (about and not about.startswith(("Numeric", "MaxPoints"))):
                 kind = item["kind"] if item["kind"] != "Points Grade" else about.split(" ")[0]
-                why = _("its kind is {kind}, and marks are a Points Grade that is Numeric.").format(kind=kind)
+                why = f"its kind is {kind}, and marks are a Points Grade that is Numeric."
             else:
                 said = _BRIGHTSPACE_MOST.search(about)
                 most = stated(said["most"], heading) if said else None

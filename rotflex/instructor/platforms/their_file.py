@@ -12,7 +12,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 
 SEPARATORS = (",", ";", "\t")  #: that platforms write
@@ -61,7 +60,7 @@ def read(data: bytes) -> Text:
     """
     if data.startswith(_EXCEL):
         raise GradingError(
-            _("It is a file of Excel's own. Export it from the platform as CSV again, and give that file as it comes.")
+            "It is a file of Excel's own. Export it from the platform as CSV again, and give that file as it comes."
         )
     mark, codec = next(((mark, codec) for mark, codec in _MARKS if data.startswith(mark)), (b"", ""))
     body = data[len(mark) :]
@@ -70,9 +69,8 @@ def read(data: bytes) -> Text:
         return Text(body.decode(codec), codec, mark)
     except UnicodeDecodeError as error:
         raise GradingError(
-            _("It says that it is {codec}, and its byte {place} is not: it is damaged. Export it again.").format(
-                codec=codec.upper(), place=len(mark) + error.start
-            )
+            f"It says that it is {codec.upper()}, and its byte {len(mark) + error.start} is not: it is damaged. "
+            "Export it again."
         ) from None
 
 
@@ -152,9 +150,7 @@ def table(source: Text, separator: str) -> Table:
         found = one_cell.match(text, place)
         if found is None:
             line = len(_LINE_END.findall(text, 0, place)) + 1
-            raise GradingError(
-                _("A quote that is opened in line {line} is never closed: the file is damaged.").format(line=line)
-            )
+            raise GradingError(f"A quote that is opened in line {line} is never closed: the file is damaged.")
         inside, rest, then = found["inside"], found["rest"], found["then"]
         said = rest if inside is None else inside.replace('""', '"') + rest
         cell = Cell(place, found.start("then"), said, inside is not None)

@@ -14,7 +14,6 @@ from rotflex.courseware import benches, files
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.course_file import RELEASE
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import NotebookError, cells_of
 from rotflex.errors import ConfigurationError, GradingError
 from rotflex.instructor.course import Course
@@ -132,10 +131,9 @@ def keep(course: Course, made: student_course.Release) -> Path:
         files.write(kept, made.archive.read_bytes())
     except OSError as error:
         raise GradingError(
-            _(
-                "The release is in {archive}, but it cannot be kept in {folder}: {why}. Put a copy there, or name "
-                "another folder in course.toml: grading needs it for work that is begun under this release."
-            ).format(archive=made.archive, folder=kept.parent, why=error.strerror)
+            f"The release is in {made.archive}, but it cannot be kept in {kept.parent}: {error.strerror}. Put a "
+            "copy there, or name another folder in course.toml: grading needs it for work that is begun under "
+            "this release."
         ) from None
     return kept
 
@@ -169,7 +167,7 @@ def _about(archive: Path, content: bytes) -> dict[str, Any]:
     except ValueError as error:
         raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
     if not isinstance(about, dict):
-        raise _unusable(archive, _("its {file} is no object").format(file=COURSE_FILE))
+        raise _unusable(archive, f"its {COURSE_FILE} is no object")
     return about
 
 
@@ -179,12 +177,12 @@ def _contents(archive: Path) -> dict[str, bytes]:
         with zipfile.ZipFile(archive) as packed:
             root = _root(packed)
             if root is None:
-                raise _unusable(archive, _("it holds no {file}").format(file=_PROJECT))
+                raise _unusable(archive, f"it holds no {_PROJECT}")
             found = dict(_counting(packed, root))
     except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as error:
         raise _unusable(archive, error) from None
     if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in found):
-        raise _unusable(archive, _("it holds no notebooks"))
+        raise _unusable(archive, "it holds no notebooks")
     return found
 
 
@@ -209,7 +207,5 @@ def _counting(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[st
 
 def _unusable(archive: Path, why: object) -> GradingError:
     return GradingError(
-        _(
-            "{archive} is not a release of the course: {why}. Replace it by the zip that was handed out, or remove it."
-        ).format(archive=archive, why=why)
+        f"{archive} is not a release of the course: {why}. Replace it by the zip that was handed out, or remove it."
     )

@@ -19,23 +19,20 @@ from typing import TYPE_CHECKING, Any
 from rotflex.courseware import course_file, files, starts
 from rotflex.courseware.benches import OWN, PRESET, REAL, SAME
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import N_, _
 from rotflex.errors import GradingError
 from rotflex.instructor.course import NOT_RELEASED, Course, package_folder
 from rotflex.instructor.release import dates, identity, student_notebooks
 from rotflex.instructor.release.dates import ZipTime
 from rotflex.instructor.release.identity import DATA, NOTEBOOKS
-from rotflex.instructor.translation import po_files, translated
 
 if TYPE_CHECKING:
-    from nbformat import NotebookNode
+    pass
 
 DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
 _COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
 _NEVER = ("__pycache__", "*.pyc", ".*", "*.po", "*.pot")  # of catalogues, Python reads the compiled ones
 
-_README = N_(
-    """\
+_README = """\
 # {title}
 
 You need Python {python} or newer. In this folder, once:
@@ -84,13 +81,12 @@ If your instructor hands out a newer release: unpack it somewhere else, not over
 `.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
 become the new ones, and copies of your notebooks as they were are kept.
 """
-)
 
 _BENCH = {
-    OWN: N_("Your own virtual bench is made from it."),
-    SAME: N_("Everybody in the course has the same virtual bench."),
-    PRESET: N_("Everybody in the course has the same virtual bench."),
-    REAL: N_(
+    OWN: "Your own virtual bench is made from it.",
+    SAME: "Everybody in the course has the same virtual bench.",
+    PRESET: "Everybody in the course has the same virtual bench.",
+    REAL: (
         """\
 You are marked by what you record at the laboratory's own bench: your
 notebooks keep it in the folder `recordings`, which is handed in with them."""
@@ -109,7 +105,7 @@ class Release:
 
 
 def derived(course: Course) -> dict[str, str]:
-    """The student notebooks of a course, in its language: file name → text, in order.
+    """The student notebooks of a course: file name → text, in order.
 
     Raises
     ------
@@ -117,29 +113,14 @@ def derived(course: Course) -> dict[str, str]:
         If there are none, or if one cannot be derived.
     """
     if not course.notebooks:
-        raise GradingError(_("There are no notebooks in {folder}.").format(folder=course.folder))
+        raise GradingError(f"There are no notebooks in {course.folder}.")
     found = {}
     for path in course.notebooks:
-        notebook = in_its_language(course, path)
+        notebook = student_notebooks.read(path)
         found[path.name] = student_notebooks.text(
             student_notebooks.student_version(notebook, path.name, course.catalogue)
         )
     return found
-
-
-def in_its_language(course: Course, path: Path) -> NotebookNode:
-    """A course's notebook with its text cells in the course's language, as far as they are translated into it.
-
-    Raises
-    ------
-    GradingError
-        If the notebook, or the file of its translation, cannot be read.
-    """
-    notebook = student_notebooks.read(path)
-    language = course.settings.language
-    if not po_files.file_of(course.folder, language, path.name).exists():
-        return notebook
-    return translated.translated(notebook, path.name, course.folder, language)[0]
 
 
 def write_notebooks(course: Course) -> list[Path]:
@@ -156,9 +137,7 @@ def write_notebooks(course: Course) -> list[Path]:
     strays = sorted({path.name for path in folder.glob("*.ipynb")} - texts.keys())
     if strays:
         raise GradingError(
-            _("{folder} holds {strays}, which no notebook in {source} leads to: remove it.").format(
-                folder=folder, strays=", ".join(strays), source=course.folder
-            )
+            f"{folder} holds {', '.join(strays)}, which no notebook in {course.folder} leads to: remove it."
         )
     for path in course.notebooks:
         notebook = student_notebooks.read(path)
@@ -185,9 +164,7 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     """
     if DISTRIBUTION not in course.packages:
         raise GradingError(
-            _("The course's packages are {packages}: students need {name}, too.").format(
-                packages=", ".join(course.packages) or _("none"), name=DISTRIBUTION
-            )
+            f"The course's packages are {', '.join(course.packages) or 'none'}: students need {DISTRIBUTION}, too."
         )
     texts = {name: text for name, text in derived(course).items() if not _is_skipped(course, name)}
     distribution = _distribution()
@@ -200,12 +177,12 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     (folder / NOTEBOOKS / COURSE_FILE).write_text(about, encoding="utf-8", newline="\n")
     if with_data:
         if not course.data.is_dir():
-            raise GradingError(_("There is no data to hand out: {folder} is missing.").format(folder=course.data))
+            raise GradingError(f"There is no data to hand out: {course.data} is missing.")
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
     (folder / "LICENSE").write_text(_licence(distribution), encoding="utf-8", newline="\n")
     python = (distribution.metadata["Requires-Python"] or "").removeprefix(">=")
     whose = _BENCH[course.settings.bench.which]
-    readme = _(_README).format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=_(whose))
+    readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=whose)
     (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
     project = _project_file(course, distribution, with_data)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
@@ -229,9 +206,7 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
     """
     folder, archive = out / course.name, out / f"{course.name}.zip"
     if folder.exists() and not replace:
-        raise GradingError(
-            _("There is {folder} already: remove it, choose another place, or say --replace.").format(folder=folder)
-        )
+        raise GradingError(f"There is {folder} already: remove it, choose another place, or say --replace.")
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".rotflex-release-", dir=out) as scratch:
         built = Path(scratch) / course.name
@@ -253,7 +228,6 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         course_file.STUDENT: "",
         "title": course.title,
         "term": settings.term,
-        course_file.LANGUAGE: settings.language,
         "draw": settings.bench.draw,
         "bench": settings.bench.plain(),
         course_file.REFLECT: settings.reflect.plain(),
@@ -278,7 +252,7 @@ def _given(course: Course) -> dict[str, Any]:
     if bench.which == OWN:
         return starts.plain(start, None)
     if course.given is None:
-        raise GradingError(_("The course does not say what is given: course.py should define it (Course.given)."))
+        raise GradingError("The course does not say what is given: course.py should define it (Course.given).")
     return starts.plain(start, course.given(start.name, "", bench))
 
 
@@ -298,9 +272,7 @@ def _distribution() -> importlib.metadata.Distribution:
         return importlib.metadata.distribution(DISTRIBUTION)
     except importlib.metadata.PackageNotFoundError:
         raise GradingError(
-            _("{name} is not installed here, so that its requirements are not known: pip install it.").format(
-                name=DISTRIBUTION
-            )
+            f"{DISTRIBUTION} is not installed here, so that its requirements are not known: pip install it."
         ) from None
 
 
@@ -309,7 +281,7 @@ def _licence(about: importlib.metadata.Distribution) -> str:
         text = about.read_text(f"licenses/{file}")
         if text is not None:
             return text
-    raise GradingError(_("{name} is installed without its licence.").format(name=DISTRIBUTION))
+    raise GradingError(f"{DISTRIBUTION} is installed without its licence.")
 
 
 def _project_file(course: Course, about: importlib.metadata.Distribution, with_data: bool) -> str:

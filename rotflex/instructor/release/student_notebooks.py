@@ -17,7 +17,6 @@ from urllib.parse import quote
 
 from rotflex.courseware import words
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import recorders
 from rotflex.courseware.run.recorders import Recorded
 from rotflex.errors import AnswerError, GradingError
@@ -56,13 +55,9 @@ def read(path: Path) -> NotebookNode:
         notebook: NotebookNode = nbformat.read(path, as_version=nbformat.NO_CONVERT)
         nbformat.validate(notebook)
     except (NotJSONError, ValidationError, OSError, UnicodeDecodeError) as error:
-        raise GradingError(_("{name} is not a valid notebook: {error}").format(name=path.name, error=error)) from None
+        raise GradingError(f"{path.name} is not a valid notebook: {error}") from None
     if (notebook.nbformat, notebook.nbformat_minor) < (4, 5):
-        raise GradingError(
-            _("{name} has format {major}.{minor}; save it as 4.5.").format(
-                name=path.name, major=notebook.nbformat, minor=notebook.nbformat_minor
-            )
-        )
+        raise GradingError(f"{path.name} has format {notebook.nbformat}.{notebook.nbformat_minor}; save it as 4.5.")
     return notebook
 
 
@@ -87,7 +82,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
-        source = _released_source(cell, _("{name}, cell {cell!r}").format(name=name, cell=cell.id))
+        source = _released_source(cell, f"{name}, cell {cell.id!r}")
         if cell.id in asked:
             cells.append(_band(cell.id, asked[cell.id]))
         if cell.id in asked and not source.startswith("%%"):  # a cell magic must come first
@@ -114,21 +109,13 @@ def _released_source(cell: NotebookNode, where: str) -> str:
     """What a cell holds for students."""
     in_words = is_answer(cell) and cell.cell_type == "markdown"
     if in_words and words.where_of(cell) is None:
-        raise GradingError(
-            _('{where}: its metadata should have "{key}": {{"question": ..., "part": ...}}.').format(
-                where=where, key=words.KEY
-            )
-        )
-    begin, end, stub = (words.BEGIN, words.END, _(words.STUB)) if in_words else (BEGIN, END, STUB)
+        raise GradingError(f'{where}: its metadata should have "{words.KEY}": {{"question": ..., "part": ...}}.')
+    begin, end, stub = (words.BEGIN, words.END, words.STUB) if in_words else (BEGIN, END, STUB)
     source = _without_solutions(cell.source, where, begin, end, stub)
     if is_answer(cell) and source == cell.source:
-        raise GradingError(
-            _("{where}: an answer cell without {begin!r} would be released with its solution.").format(
-                where=where, begin=begin
-            )
-        )
+        raise GradingError(f"{where}: an answer cell without {begin!r} would be released with its solution.")
     if cell.cell_type != "code" and not in_words and source != cell.source:
-        raise GradingError(_("{where}: a solution must be in a code cell, or in an answer cell.").format(where=where))
+        raise GradingError(f"{where}: a solution must be in a code cell, or in an answer cell.")
     return source
 
 
@@ -142,7 +129,7 @@ def _locks(cell: NotebookNode) -> dict[str, bool]:
 
 def _band(answer: str, questions: list[str]) -> NotebookNode:
     """The line in colour above an answer cell with code, which cannot have a colour itself."""
-    label = _("Your answer: {questions} (code, in the next cell)").format(questions=", ".join(questions))
+    label = f"Your answer: {', '.join(questions)} (code, in the next cell)"
     metadata = NotebookNode(deletable=False, editable=False)
     return NotebookNode(id=f"{answer}-here", cell_type="markdown", metadata=metadata, source=words.heading(label))
 
@@ -232,9 +219,7 @@ def parts_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[st
             question = catalogue.find(one.question)
             parts = [question.part(part).name for part in one.of(question)]
         except AnswerError as error:
-            raise GradingError(
-                _("{name}, cell {cell!r}: {error}").format(name=name, cell=one.cell, error=error)
-            ) from None
+            raise GradingError(f"{name}, cell {one.cell!r}: {error}") from None
         if latest:
             found[latest] += tuple((question.number, part) for part in parts)
     return found
@@ -262,19 +247,11 @@ def _without_solutions(source: str, where: str, begin: str, end: str, stub: str)
                 kept.append(line[: len(line) - len(line.lstrip())] + stub)
             inside = not inside
         elif word in (begin, end):
-            raise GradingError(
-                _("{where}: {word!r} without its {which}.").format(
-                    where=where, word=word, which=_("end") if inside else _("beginning")
-                )
-            )
+            raise GradingError(f"{where}: {word!r} without its {'end' if inside else 'beginning'}.")
         elif "BEGIN SOLUTION" in line.upper() or "END SOLUTION" in line.upper():
-            raise GradingError(
-                _("{where}: {word!r} should be exactly {begin!r} or {end!r}, alone on its line.").format(
-                    where=where, word=word, begin=begin, end=end
-                )
-            )
+            raise GradingError(f"{where}: {word!r} should be exactly {begin!r} or {end!r}, alone on its line.")
         elif not inside:
             kept.append(line)
     if inside:
-        raise GradingError(_("{where}: {begin!r} without its end.").format(where=where, begin=begin))
+        raise GradingError(f"{where}: {begin!r} without its end.")
     return "\n".join(kept)

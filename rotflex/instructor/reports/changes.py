@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord
 from rotflex.instructor.reports.result import points
@@ -30,9 +29,7 @@ class Change:
         """As in "1.2, speed: 2 of 2 (right) → 0 of 2 (wrong). Look at the unit."."""
         before, after = map(_in_words, (self.before, self.after))
         reason = "" if self.after is None else self.after.reason
-        return _("{question}, {part}: {before} → {after}. {reason}").format(
-            question=self.question, part=self.part, before=before, after=after, reason=reason
-        )
+        return f"{self.question}, {self.part}: {before} → {after}. {reason}"
 
     def as_data(self) -> dict[str, Any]:
         """The same as plain data."""
@@ -44,12 +41,10 @@ _SIDES = ("before", "after")
 
 def _in_words(mark: MarkRecord | None) -> str:
     if mark is None:
-        return _("no mark")
+        return "no mark"
     if mark.status in UNDECIDED:
-        return _("not decided, of {out_of} ({status})").format(out_of=points(mark.out_of), status=mark.status)
-    return _("{points} of {out_of} ({status})").format(
-        points=points(mark.points), out_of=points(mark.out_of), status=mark.status
-    )
+        return f"not decided, of {points(mark.out_of)} ({mark.status})"
+    return f"{points(mark.points)} of {points(mark.out_of)} ({mark.status})"
 
 
 def _data(mark: MarkRecord | None) -> dict[str, Any] | None:
@@ -80,12 +75,8 @@ class Changes:
 
     def __str__(self) -> str:
         """A line for the student, and one for each part."""
-        head = _("{student}: {before} → {after} of {out_of} points; {why}").format(
-            student=self.student,
-            before=points(self.before),
-            after=points(self.after),
-            out_of=points(self.out_of),
-            why=self.why,
+        head = (
+            f"{self.student}: {points(self.before)} → {points(self.after)} of {points(self.out_of)} points; {self.why}"
         )
         return "\n".join([head, *(f"    {part}" for part in self.parts)])
 

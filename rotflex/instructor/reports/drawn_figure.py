@@ -17,7 +17,6 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from rotflex.courseware.figure_words import evenly_logarithmic, in_words, plain_label
-from rotflex.courseware.messages import _
 from rotflex.instructor.reports.safe_text import no_escapes
 
 _WIDTH, _HEIGHT = 720, 270  # of a diagram
@@ -82,13 +81,13 @@ def drawn(axes: Sequence[Mapping[str, Any]]) -> Markup:
 
 
 def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
-    number = _("Diagram {index}").format(index=index) if count > 1 else ""
+    number = f"Diagram {index}" if count > 1 else ""
     heading = ": ".join(filter(None, (number, _plain(axis["title"]))))
     parts = [Markup("<p>{}</p>").format(heading)] if heading else []
     lines = [line for line in axis["lines"] if line["x"].size]
     x, y = (_axis([line[name] for line in lines], name) for name in ("x", "y"))
     if x is None or y is None:
-        return Markup("").join([*parts, Markup("<p>{}</p>").format(_("Its curves cannot be drawn."))])
+        return Markup("").join([*parts, Markup("<p>{}</p>").format("Its curves cannot be drawn.")])
     curves = (_CURVE.format(look=look % _LOOKS, path=_path(line, x, y)) for look, line in enumerate(lines))
     inside = Markup("").join([*_frame(x, y, axis), _CURVES.format(curves=Markup("").join(curves))])
     parts.append(
@@ -96,7 +95,7 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
     )
     labels = [(look, _plain(line["label"])) for look, line in enumerate(lines)]
     if any(label for _look, label in labels):
-        swatches = (_SWATCH.format(look=look % _LOOKS, label=label or _("no label")) for look, label in labels)
+        swatches = (_SWATCH.format(look=look % _LOOKS, label=label or "no label") for look, label in labels)
         parts.append(Markup('<ul class="legend">{}</ul>').format(Markup("").join(swatches)))
     return Markup("").join(parts)
 

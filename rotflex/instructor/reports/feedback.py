@@ -19,7 +19,6 @@ from markupsafe import Markup
 
 from rotflex.courseware import answers, forms, report_files
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.errors import AnswerError
 from rotflex.instructor.accounts.account import Account
@@ -65,7 +64,7 @@ def sums(marks: Iterable[Mark]) -> Sums:
     waiting = sum(mark.awaiting for mark in marks)
     faults = sum(mark.out_of for mark in marks if mark.status is Status.NOT_MARKED)
     left = [points(waiting)] if waiting else []
-    left += [_("{points} not marked").format(points=points(faults))] if faults else []
+    left += [f"{points(faults)} not marked"] if faults else []
     return Sums(
         points(sum(mark.points for mark in decided)) if decided else "",
         " + ".join(left),
@@ -94,15 +93,15 @@ class Shown:
     @property
     def status(self) -> str:
         """What became of it, in words."""
-        return _(self.mark.status.value)
+        return self.mark.status.value
 
     @property
     def earned(self) -> str:
         """Points in words."""
         mark = self.mark
         if mark.status in UNDECIDED:
-            return _("{out_of} not decided yet").format(out_of=worth(mark.out_of))
-        return _("{points} of {out_of}").format(points=points(mark.points), out_of=worth(mark.out_of))
+            return f"{worth(mark.out_of)} not decided yet"
+        return f"{points(mark.points)} of {worth(mark.out_of)}"
 
 
 @dataclass(frozen=True)
@@ -260,7 +259,7 @@ def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> l
         found.append(
             Asked(
                 number,
-                _(question.title),
+                question.title,
                 question.section,
                 question.notebook,
                 shown,
@@ -289,7 +288,7 @@ def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Mark
         )
     else:
         given = Markup("")
-    return Shown(mark, _(part.prompt) if part is not None else "", given)
+    return Shown(mark, part.prompt if part is not None else "", given)
 
 
 def pictures_of(written: Mapping[str, Any]) -> dict[str, bytes]:

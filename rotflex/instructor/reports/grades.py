@@ -16,7 +16,6 @@ from typing import Any
 
 import rotflex
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.accounts.lateness import unknown_names
@@ -42,9 +41,7 @@ def make_folder(out: Path) -> None:
     table = out / GRADES_FILE
     if table.is_dir():
         raise GradingError(
-            _("{table} is a folder, where a file is to be written. Move it away, or choose another folder.").format(
-                table=table
-            )
+            f"{table} is a folder, where a file is to be written. Move it away, or choose another folder."
         )
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -52,7 +49,7 @@ def make_folder(out: Path) -> None:
         files.write(probe, b"")
         probe.unlink()
     except OSError as error:
-        raise GradingError(_("There can be no results in {out}: {why}.").format(out=out, why=error.strerror)) from None
+        raise GradingError(f"There can be no results in {out}: {error.strerror}.") from None
 
 
 class Reports:
@@ -96,9 +93,10 @@ class Reports:
         seen = self._course.settings.feedback
         if seen.opens is None or seen.is_open(datetime.now(UTC)):
             return ""
-        return _(
-            "Feedback pages say that they open at {when:%Y-%m-%d %H:%M %Z} (course.toml); then say rotflex report."
-        ).format(when=seen.opens)
+        return (
+            f"Feedback pages say that they open at {seen.opens:%Y-%m-%d %H:%M %Z} (course.toml); then say "
+            "rotflex report."
+        )
 
     @property
     def unknown(self) -> str:
@@ -107,11 +105,11 @@ class Reports:
         if not settings.deadlines:
             return ""
         missing = unknown_names(settings, self._book.students())
-        due = _(
+        due = (
             "course.toml names these in deadlines, and the gradebook has no such section: {names}. Nobody has a "
             "deadline by them."
         )
-        more_time = _(
+        more_time = (
             "course.toml names these in extensions, and the gradebook has no such student or section: {names}. Nobody "
             "has more time by them."
         )
@@ -194,12 +192,10 @@ class Reports:
 
 def _not_written(failures: dict[Path, str]) -> GradingError:
     path, why = next(reversed(failures.items()))  # of grades.csv, if it is among them
-    others = _(" So it is with {count} more.").format(count=len(failures) - 1) if len(failures) > 1 else ""
+    others = f" So it is with {len(failures) - 1} more." if len(failures) > 1 else ""
     return GradingError(
-        _(
-            "{path} cannot be written: {why}.{others} All marks are in the gradebook: when that is mended, "
-            "`rotflex report` writes what is missing."
-        ).format(path=path, why=why, others=others)
+        f"{path} cannot be written: {why}.{others} All marks are in the gradebook: when that is mended, `rotflex "
+        "report` writes what is missing."
     )
 
 

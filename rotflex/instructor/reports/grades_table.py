@@ -23,7 +23,6 @@ import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.accounts import Account
 from rotflex.instructor.accounts.exact import exact, in_full, to_decimals
 from rotflex.instructor.gradebook import StudentRecord
@@ -93,4 +92,4 @@ def _final(account: Account | None) -> list[str]:
 def _unmarked(row: Unmarked, questions: Sequence[str]) -> list[str]:
     about = row.about
     cells = map(spreadsheet_cell, (about.student, about.name, about.email, about.section))
-    return [*cells, *("" for _number in (*questions, *_LAST)), _(row.why)]
+    return [*cells, *("" for _number in (*questions, *_LAST)), row.why]

@@ -6,7 +6,6 @@ import json
 import sys
 from types import TracebackType
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.reports.changes import HANDED_IN_AGAIN, Changes
 from rotflex.instructor.reports.result import Result, lapse, points
 from rotflex.instructor.reports.safe_text import no_escapes
@@ -123,9 +122,7 @@ class Screen(ProgressReport):
         self._results.append(result)
         if changed is not None and changed.why != HANDED_IN_AGAIN:
             self._changed.append(changed)
-        counts = _("{ran} run, {known} known, {failed} with trouble").format(
-            ran=self.ran, known=self.known, failed=self.failed
-        )
+        counts = f"{self.ran} run, {self.known} known, {self.failed} with trouble"
         self._bar.update(self._task, advance=1, counts=counts)
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
@@ -137,9 +134,9 @@ class Screen(ProgressReport):
             for given in result.lapsed:
                 self._say(f"{result.student}, {lapse(given)}")
         if self.absent:
-            self._say(_("Nothing handed in: {students}").format(students=", ".join(self.absent)))
+            self._say(f"Nothing handed in: {', '.join(self.absent)}")
         if kind is not None:
-            self._console.print(_("What is graded is in the gradebook: the same command goes on from here."))
+            self._console.print("What is graded is in the gradebook: the same command goes on from here.")
 
     def _say(self, words: str) -> None:
         self._console.print(no_escapes(words), markup=False, highlight=False, soft_wrap=True)
@@ -149,11 +146,7 @@ class Screen(ProgressReport):
         for one in sorted(self._changed, key=lambda one: one.student)[:_MOST_ROWS]:
             self._say(str(one))
         if len(self._changed) > _MOST_ROWS:
-            self._say(
-                _("The marks of {count} more changed: rotflex history shows them.").format(
-                    count=len(self._changed) - _MOST_ROWS
-                )
-            )
+            self._say(f"The marks of {len(self._changed) - _MOST_ROWS} more changed: rotflex history shows them.")
 
     def _table(self) -> None:
         from rich.table import Table
@@ -173,11 +166,11 @@ class Screen(ProgressReport):
             # Text: what looks like markup in a name or a message is none.
             table.add_row(
                 Text(no_escapes(result.student)),
-                _("{total} of {out_of}").format(total=points(result.total), out_of=points(result.out_of)),
+                f"{points(result.total)} of {points(result.out_of)}",
                 points(result.awaiting) if result.awaiting else "",
                 Text(no_escapes("\n".join(result.problems))),
             )
         self._console.print(table)
         if len(shown) < len(results):
-            self._console.print(_("and {count} more, in grades.csv").format(count=len(results) - len(shown)))
+            self._console.print(f"and {len(results) - len(shown)} more, in grades.csv")
         self._console.print(results[0].stamp, markup=False)

@@ -9,7 +9,6 @@ from typing import Any
 from rotflex.courseware import answers, forms, predictions
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.json_values import clean
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 from rotflex.instructor.gradebook import RunRecord
 
@@ -44,7 +43,7 @@ def predicted(run: RunRecord | None, catalogue: Catalogue) -> dict[str, Predicte
         lines = []
         for one, _value, words in predictions.shown(foretold, about):
             seen = predictions.beside(one, find)
-            lines.append(_("{words}; recorded: {seen}").format(words=words, seen=seen) if seen else words)
+            lines.append(f"{words}; recorded: {seen}" if seen else words)
         why = clean(about.get(predictions.WHY, ""))
         if lines or why:
             found[number] = Predicted(tuple(lines), why)

@@ -15,7 +15,6 @@ from urllib.parse import unquote
 from markupsafe import Markup, escape
 
 from rotflex.courseware.attached_pictures import KEPT_BYTES
-from rotflex.courseware.messages import _
 from rotflex.instructor.reports.formulas import FormulaError, as_mathml
 from rotflex.instructor.reports.safe_text import no_escapes
 
@@ -51,17 +50,17 @@ def as_html(text: str, pictures: Mapping[str, bytes] | None = None) -> Markup:
     """
     text = no_escapes(text)
     if len(text) > LONGEST:
-        return _as_typed(text[:LONGEST], _("This is the beginning; it is too long to be shown."))
+        return _as_typed(text[:LONGEST], "This is the beginning; it is too long to be shown.")
     if _overdone(text):
-        return _as_typed(text, _("As it was typed; it is too deeply nested to be shown otherwise."))
+        return _as_typed(text, "As it was typed; it is too deeply nested to be shown otherwise.")
     shown = _Shown(pictures or {})
     try:
         tables = all(line.count("|") <= _WIDEST for line in text.split("\n"))
         page = str(_reader(tables).render(text, {"shown": shown}))
     except (RecursionError, ValueError, IndexError):
-        return _as_typed(text, _("As it was typed; it cannot be shown otherwise."))
+        return _as_typed(text, "As it was typed; it cannot be shown otherwise.")
     if len(page) - shown.size > MOST_BYTES:
-        return _as_typed(text, _("As it was typed; it is too large to be shown otherwise."))
+        return _as_typed(text, "As it was typed; it is too large to be shown otherwise.")
     return Markup(no_escapes(page))  # once more: a reference such as &#x202e; has become what it stands for
 
 
@@ -89,16 +88,12 @@ class _Shown:
         name = unquote(source)
         data = self._pictures.get(name, b"")
         if not data.startswith(_PNG) or len(data) > KEPT_BYTES:
-            return Markup('<span class="words-note">[{}]</span>').format(
-                _("picture not available: {words}").format(words=words or name[:60])
-            )
+            return Markup('<span class="words-note">[{}]</span>').format(f"picture not available: {words or name[:60]}")
         if name in self._seen:
-            return Markup('<span class="words-note">[{}]</span>').format(
-                _("picture as above: {words}").format(words=words or name[:60])
-            )
+            return Markup('<span class="words-note">[{}]</span>').format(f"picture as above: {words or name[:60]}")
         self._seen.add(name)
         picture = Markup('<img src="data:image/png;base64,{}" alt="{}">').format(
-            base64.b64encode(data).decode("ascii"), words or _("a picture of the student's")
+            base64.b64encode(data).decode("ascii"), words or "a picture of the student's"
         )
         self.size += len(picture)
         return picture

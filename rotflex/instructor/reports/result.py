@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.accounts import Account, account_of
 from rotflex.instructor.course import Course
@@ -24,7 +23,7 @@ def points(number: float) -> str:
 def worth(number: float) -> str:
     """Points with the word: "1 point", "1.5 points"."""
     shown = points(number)
-    return _("1 point") if shown == "1" else _("{points} points").format(points=shown)
+    return "1 point" if shown == "1" else f"{shown} points"
 
 
 @dataclass(frozen=True)
@@ -134,9 +133,10 @@ def result_of(
 def asked(request: Request) -> str:
     """What there is to say of a request of the student's."""
     if request.answered is None:
-        return _("Asked on {made:%Y-%m-%d} to be looked at again; not answered yet.").format(made=request.made)
-    return _("Asked on {made:%Y-%m-%d} to be looked at again; answered on {answered:%Y-%m-%d} by {actor}.").format(
-        made=request.made, answered=request.answered, actor=request.answered_by
+        return f"Asked on {request.made:%Y-%m-%d} to be looked at again; not answered yet."
+    return (
+        f"Asked on {request.made:%Y-%m-%d} to be looked at again; answered on {request.answered:%Y-%m-%d} by "
+        f"{request.answered_by}."
     )
 
 
@@ -175,14 +175,8 @@ def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, 
 def lapse(given: GivenMark) -> str:
     """What there is to say of a person's mark that does not hold any more."""
     mark = given.mark
-    return _(
-        "{question}, {part}: {actor} gave {points:g} of {out_of:g} points on {when:%Y-%m-%d} for another answer than "
-        "there is now, or when there were other points for it. They do not count; a person has to look again."
-    ).format(
-        question=mark.question,
-        part=mark.part,
-        actor=given.actor,
-        points=mark.points,
-        out_of=mark.out_of,
-        when=given.when,
+    return (
+        f"{mark.question}, {mark.part}: {given.actor} gave {mark.points:g} of {mark.out_of:g} points on "
+        f"{given.when:%Y-%m-%d} for another answer than there is now, or when there were other points for it. "
+        "They do not count; a person has to look again."
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from rotflex.courseware import messages
+from rotflex.courseware.messages import plural
 from rotflex.instructor.reports.safe_text import no_escapes
 
 if TYPE_CHECKING:
@@ -34,16 +34,9 @@ def templates(folder: str = _SHARED) -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        extensions=["jinja2.ext.i18n"],
     )
-    # A template is made once, and says what it says in the language of the moment.
-    made.install_gettext_callables(messages._, _number_of, newstyle=False)  # type: ignore[attr-defined]  # the extension adds it
-    made.globals |= {"plural": messages.plural, "spoken": messages.spoken}
+    made.globals["plural"] = plural
     return made
-
-
-def _number_of(one: str, many: str, count: int) -> str:
-    return messages.plural(count, one, many)
 
 
 def _plain(value: object) -> object:

@@ -22,7 +22,6 @@ from rotflex.courseware import course_file, starts
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import cell_reports
 from rotflex.courseware.starts import Start
 from rotflex.errors import ConfigurationError, GradingError
@@ -203,7 +202,7 @@ def _unpack(packed: bytes, scratch: Path) -> None:
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
         archive.extractall(folder)
     if not compileall.compile_dir(folder, quiet=2):
-        raise GradingError(_("The released course cannot be compiled."))
+        raise GradingError("The released course cannot be compiled.")
     _put_fonts(folder / FONTS)
     for path in (folder, *folder.rglob("*")):  # to be read by whoever the sandbox makes of us
         path.chmod(0o755 if path.is_dir() else 0o644)

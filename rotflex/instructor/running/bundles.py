@@ -14,7 +14,6 @@ from typing import Any
 
 from rotflex.courseware.course_file import RELEASE
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import HandIn, cells_of
 from rotflex.instructor.course import Course
 from rotflex.instructor.release.releases import Releases
@@ -85,24 +84,19 @@ class Bundles:
             others = [one for one in self._cells if self._is_rather(seen, one, named)]
             meant = closest if closest in others else next(iter(others), named)
             if meant != named:
-                notes.append(
-                    _("{file} names the release {named}, but the notebooks are those of {meant}.").format(
-                        file=COURSE_FILE, named=named, meant=meant
-                    )
-                )
+                notes.append(f"{COURSE_FILE} names the release {named}, but the notebooks are those of {meant}.")
         elif named:
             problems.append(
-                _(
-                    "{file} names the release {named!a}, which is not kept in {folder}: put the zip that was handed "
-                    "out there, and grade again. Until then, {meant} counts, which the notebooks are most like."
-                ).format(file=COURSE_FILE, named=named[:_SHOWN], folder=self.releases.folder, meant=meant)
+                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not kept in "
+                f"{self.releases.folder}: put the zip that was handed out there, and grade again. Until then, "
+                f"{meant} counts, which the notebooks are most like."
             )
         if meant != self.current.release:
-            notes.append(_("Run and marked under an earlier release, {meant}.").format(meant=meant))
+            notes.append(f"Run and marked under an earlier release, {meant}.")
         built = self.built(meant)
         if built.start is not None:
             given = ", ".join(f"{question} {part}" for question, part in built.start.gives)
-            told = _("Given to this class: {title} ({parts}). It was not asked; later answers may follow from it.")
+            told = "Given to this class: {title} ({parts}). It was not asked; later answers may follow from it."
             notes.append(told.format(title=built.start.title, parts=given))
         return Chosen(built, tuple(problems), tuple(notes))
 

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from rotflex.courseware import report_files
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.report_files import ReportFile
 from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.outcome import MIB, Ending, Limits
@@ -53,7 +52,7 @@ def counted(content: Mapping[str, bytes], catalogue: Catalogue, pool: Pool, isol
     known = report_files.of_files(content, catalogue)
     asked = {number: pool.executor.submit(work, content[one.name], isolated) for number, one in known.items()}
     files = {number: _read(known[number], job.result()) for number, job in asked.items()}
-    told = _("{report}: {name} {why}.")
+    told = "{report}: {name} {why}."
     problems = (told.format(report=one.report, name=one.name, why=one.trouble) for one in files.values() if one.trouble)
     return Counted(files, tuple(problems), tuple(str(one) for one in files.values() if not one.trouble))
 
@@ -84,7 +83,7 @@ def _read(file: ReportFile, said: bytes | None) -> ReportFile:
         found = None
     pages = found.get("pages") if isinstance(found, dict) else None
     if isinstance(found, dict) and found.get("encrypted") is True:
-        return replace(file, trouble=_("asks for a password, so that nobody can read it"))
+        return replace(file, trouble="asks for a password, so that nobody can read it")
     if type(pages) is int and 0 < pages <= MOST_PAGES:
         return replace(file, pages=pages)
-    return replace(file, trouble=_("may be damaged: its pages could not be counted"))
+    return replace(file, trouble="may be damaged: its pages could not be counted")

@@ -9,7 +9,6 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 
 _CONNECT = 15  # s to find a scheduler and a worker
@@ -63,13 +62,11 @@ def cluster(scheduler: str) -> Iterator[Pool]:
     try:
         from distributed import Client
     except ImportError:
-        raise GradingError(_("A cluster needs dask: pip install 'rotflex-instructor[cluster]'.")) from None
+        raise GradingError("A cluster needs dask: pip install 'rotflex-instructor[cluster]'.") from None
     try:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise GradingError(
-            _("There is no scheduler at {scheduler}: {error}").format(scheduler=scheduler, error=error)
-        ) from None
+        raise GradingError(f"There is no scheduler at {scheduler}: {error}") from None
     try:
         client.wait_for_workers(1, timeout=_CONNECT)
         threads = sum(client.nthreads().values())
@@ -77,6 +74,6 @@ def cluster(scheduler: str) -> Iterator[Pool]:
         executor = client.get_executor(pure=False, retries=_TRIES)
         yield Pool(executor, threads, lambda: executor.shutdown(wait=False))
     except TimeoutError:
-        raise GradingError(_("The scheduler at {scheduler} has no workers.").format(scheduler=scheduler)) from None
+        raise GradingError(f"The scheduler at {scheduler} has no workers.") from None
     finally:
         client.close()

@@ -6,7 +6,6 @@ import os
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import IsolationError
 from rotflex.instructor.isolation import layers, selftest
 
@@ -70,9 +69,9 @@ def check() -> None:
     for attempt in examined.attempts:
         if attempt.needed and not attempt.contained:
             raise IsolationError(
-                _("The self-test broke out: {name}: {said}").format(name=attempt.name, said=attempt.said),
+                f"The self-test broke out: {attempt.name}: {attempt.said}",
                 attempt.name,
-                _("Do not grade here; run `rotflex doctor` and report what it shows."),
+                "Do not grade here; run `rotflex doctor` and report what it shows.",
             )
 
 
@@ -80,9 +79,9 @@ def check_unisolated() -> None:
     """Raise IsolationError for root: with its rights, a submission could do anything at all."""
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         raise IsolationError(
-            _("--unsafe-no-isolation is not for root."),
+            "--unsafe-no-isolation is not for root.",
             "privileges",
-            _("Grade in isolation, or as a user made for it who owns nothing of value."),
+            "Grade in isolation, or as a user made for it who owns nothing of value.",
         )
 
 
@@ -120,9 +119,9 @@ def show(examined: Examined) -> None:
             table.add_row(attempt.name, _word(attempt.contained, attempt.needed), Text(attempt.said))
         console.print(table)
     console.print(
-        _("Students' code can be run in isolation here.")
+        "Students' code can be run in isolation here."
         if examined.good
-        else _("Students' code cannot be run in isolation here: nothing is graded.")
+        else "Students' code cannot be run in isolation here: nothing is graded."
     )
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 from rotflex.courseware import answers, words
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.run import alignment, merge
 from rotflex.courseware.run.alignment import Change, Happened, Role
 from rotflex.courseware.run.handed_in import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
@@ -105,9 +104,7 @@ def prepare(
         notes += _doubled(name, bundle.pristine[name]["cells"], cells)
         problems += _unreadable(name, cells)
         if not found.words and _is_untouched(bundle.pristine[name]["cells"], cells):
-            notes.append(
-                _("{name}: it was handed in as it was handed out; nothing is written in it.").format(name=name)
-            )
+            notes.append(f"{name}: it was handed in as it was handed out; nothing is written in it.")
     claim, said = _claim(hand_in.claim, catalogue, student)
     files = dict(sorted(hand_in.files.items()))
     notes += said
@@ -119,13 +116,13 @@ def _doubled(name: str, master: Sequence[Mapping[str, Any]], cells: Sequence[Cel
     """A note on each answer cell that is there more than once, under one id."""
     times = Counter(cell.id for cell in cells)
     answers = [str(cell["id"]) for cell in master if alignment.role_of(cell) is Role.ANSWER]
-    told = _("{name}: the cell {cell} is there {times} times; all of them are run, in order.")
+    told = "{name}: the cell {cell} is there {times} times; all of them are run, in order."
     return [told.format(name=name, cell=cell, times=times[cell]) for cell in answers if times[cell] > 1]
 
 
 def _unreadable(name: str, cells: Sequence[Cell]) -> list[str]:
     """A message on each cell that cannot be taken."""
-    told = _("{name}: its cell {place} is left out: it is no text, or has more than {most} characters.")
+    told = "{name}: its cell {place} is left out: it is no text, or has more than {most} characters."
     return [
         told.format(name=name, place=place, most=MAX_SOURCE)
         for place, cell in enumerate(cells, start=1)
@@ -154,12 +151,10 @@ def _claim(data: bytes | None, catalogue: Catalogue, student: str) -> tuple[Clai
     try:
         content = answers.parse(data)
     except AnswerError as error:
-        return None, (_("The student's own answers.json cannot be read, and is not compared: {why}").format(why=error),)
+        return None, (f"The student's own answers.json cannot be read, and is not compared: {error}",)
     if caseless(content["student"]) != caseless(student):
         return None, (
-            _("The answers.json that was handed in is {other!r}'s, and is not compared.").format(
-                other=content["student"][:LONGEST]
-            ),
+            f"The answers.json that was handed in is {content['student'][:LONGEST]!r}'s, and is not compared.",
         )
     known = content["format"] > 1
     cells = {

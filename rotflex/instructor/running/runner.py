@@ -15,9 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware import messages
 from rotflex.courseware.files import ANSWERS_FILE
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import RUNNING
 from rotflex.courseware.run.cell_reports import MAX_BYTES, REPORTS_FILE
 from rotflex.errors import GradingError
@@ -31,15 +29,13 @@ MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four cha
 _GIB = 1024**3
 _PARTLY = {
     inside.FINE: "",
-    inside.TIMED_OUT: N_(
-        "A cell took longer than {cell} s and was stopped; what came after it was run where it could."
-    ),
-    inside.DIED: N_("The Python process died while a notebook was run; the rest of that notebook was not run."),
+    inside.TIMED_OUT: "A cell took longer than {cell} s and was stopped; what came after it was run where it could.",
+    inside.DIED: "The Python process died while a notebook was run; the rest of that notebook was not run.",
 }
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
-_NOT_RUN = N_("The released course cannot be run here: {reason}")
-_ENDED_EARLY = N_("The run ended before all notebooks were run.")
+_NOT_RUN = "The released course cannot be run here: {reason}"
+_ENDED_EARLY = "The run ended before all notebooks were run."
 
 
 @dataclass(frozen=True)
@@ -79,7 +75,6 @@ class Job:
     files : the student's own, beside the notebooks: relative path → content
     limits : on time and size
     isolated : in a sandbox, or with the rights of whoever grades
-    language : in which is said what students read of it
     evidence : function of the course's, "package.module:function", that reads the student's files in the sandbox; ""
         for none
     """
@@ -92,7 +87,6 @@ class Job:
     files: Mapping[str, bytes] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)
     isolated: bool = True
-    language: str = messages.ENGLISH
     evidence: str = ""
 
 
@@ -148,7 +142,7 @@ def _check_course(packed: bytes, job: Job) -> None:
     outcome = _run(packed, replace(job, notebooks={}), None)
     if outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(_(_NOT_RUN).format(reason=lines[-1] if lines else _("it says nothing")))
+        raise GradingError(_NOT_RUN.format(reason=lines[-1] if lines else "it says nothing"))
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
@@ -179,7 +173,6 @@ def _environment(folder: Path, job: Job) -> dict[str, str]:
     """Environment variables that a submission gets, besides those of its sandbox."""
     return {
         "LANG": "C.UTF-8",
-        messages.SETTING: job.language,
         "PYTHONPATH": str(folder),  # comes before where this rotflex is installed
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
@@ -195,10 +188,10 @@ def _environment(folder: Path, job: Job) -> dict[str, str]:
 
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
     ended = {
-        Ending.DEADLINE: _("The run took longer than {seconds:g} s and was stopped.").format(seconds=limits.submission),
-        Ending.OUTPUT: _("The run was stopped: it said too much."),
-        Ending.CANCELLED: _("The run was called off."),
-        Ending.FINISHED: _(_PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY)),
+        Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
+        Ending.OUTPUT: "The run was stopped: it said too much.",
+        Ending.CANCELLED: "The run was called off.",
+        Ending.FINISHED: _PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY),
     }[outcome.ending].format(cell=limits.cell)
     left = f"{ANSWERS_FILE} {outcome.trouble}." if outcome.trouble else ""
     return tuple(filter(None, (ended, left)))
@@ -218,10 +211,7 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
     asked = json.loads(job)
     asked["files"] = {name: b64decode(content) for name, content in asked["files"].items()}
     if asked.pop("software") != rotflex.__version__:
-        raise GradingError(
-            _("This worker has rotflex {version}; install the version that grades.").format(version=rotflex.__version__)
-        )
-    messages.speak(asked["language"])  # as a process of its own has not loaded the course
+        raise GradingError(f"This worker has rotflex {rotflex.__version__}; install the version that grades.")
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
     found = {"answers": answers, "problems": done.problems, "complete": done.complete}

@@ -16,7 +16,6 @@ import numpy as np
 
 from rotflex.courseware import forms, student_id
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.courseware.run.recorders import recorded
 from rotflex.errors import AnswerError, GradingError, StudentIDError
@@ -61,16 +60,14 @@ def read(text: str, catalogue: Catalogue) -> Supplied:
     name, equals, given = rest.partition("=")
     question, dot, part = name.strip().rpartition(".")
     if not (colon and equals and dot):
-        raise GradingError(
-            _("{text!r} should be STUDENT:QUESTION.PART=VALUE, as {example}.").format(text=text, example=_EXAMPLE)
-        )
+        raise GradingError(f"{text!r} should be STUDENT:QUESTION.PART=VALUE, as {_EXAMPLE}.")
     try:
         asked = catalogue.find(question).part(part)
         if not given.strip():
             return Supplied(student_id.normalised(student), question, part, None, "")
         return _supplied(student_id.normalised(student), question, asked, _value(asked, given.strip()))
     except (AnswerError, StudentIDError, forms.FormError, forms.NotAnswered, ValueError) as error:
-        raise GradingError(_("{text!r} cannot be supplied: {error}").format(text=text, error=error)) from None
+        raise GradingError(f"{text!r} cannot be supplied: {error}") from None
 
 
 def together(student: str, earlier: Mapping[str, Any], now: Iterable[Supplied], catalogue: Catalogue) -> list[Supplied]:
@@ -99,17 +96,13 @@ def _supplied(student: str, question: str, part: Part, value: Any) -> Supplied:
 
 def _value(part: Part, text: str) -> Any:
     if part.kind not in _KINDS:
-        raise ValueError(
-            _("{name} is of the kind {kind}; numbers, choices and arrays can be supplied.").format(
-                name=part.name, kind=part.kind
-            )
-        )
+        raise ValueError(f"{part.name} is of the kind {part.kind}; numbers, choices and arrays can be supplied.")
     if part.kind == "choice":
         return text.strip("\"'")
     try:
         return json.loads(text)
     except ValueError:
-        what = _('write a number as 19.5, an array as [[1, 2], [3, 4]], and complex poles as ["-12+16j", -30].')
+        what = 'write a number as 19.5, an array as [[1, 2], [3, 4]], and complex poles as ["-12+16j", -30].'
         raise ValueError(what) from None
 
 
@@ -157,4 +150,4 @@ def _place(pristine: Mapping[str, dict[str, Any]], wanted: Supplied) -> tuple[st
         for one in recorded(notebook["cells"]):
             if one.question == wanted.question and (one.names is None or wanted.part in one.names):
                 return name, one.cell, (one.names or {}).get(wanted.part)
-    raise GradingError(_("{name} cannot be supplied: no cell of the course records it.").format(name=wanted.name))
+    raise GradingError(f"{wanted.name} cannot be supplied: no cell of the course records it.")

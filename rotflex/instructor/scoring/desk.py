@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.courseware.report_files import is_given
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
@@ -109,7 +108,7 @@ class Desk:
             name = next((one.name for one in everybody if one.student == student), "")
             return f"{name} ({student})" if name else student
         order = sorted(shuffled(one.student, where) for one in everybody)
-        return _("Answer {number}").format(number=order.index(shuffled(student, where)) + 1)
+        return f"Answer {order.index(shuffled(student, where)) + 1}"
 
     def points(self, level: int, out_of: float) -> float:
         """What a level is worth: exactly its share, or by the course's thresholds it may be another level."""
@@ -160,11 +159,9 @@ class Desk:
         """Hold on to an answer; in words what stands against it, "" if nothing does."""
         answer = self.find(where, key)
         if answer is None:
-            return _("This answer is not there any more.")
+            return "This answer is not there any more."
         holder = self.book.scores.hold(answer.student, where, actor, HELD)
-        return (
-            "" if holder is None else _("{name} is reading this one, too, and had it before you.").format(name=holder)
-        )
+        return "" if holder is None else f"{holder} is reading this one, too, and had it before you."
 
     # --- deciding -----------------------------------------------------------------------------------------------------
 
@@ -218,7 +215,7 @@ class Desk:
     def _one(self, done: Done, where: Where, pick: Pick, write: Callable[[Answer], Act]) -> None:
         answer = self.find(where, pick.key)
         if answer is None:
-            done.problems.append(_("An answer is not there any more: it was handed in again, and left blank."))
+            done.problems.append("An answer is not there any more: it was handed in again, and left blank.")
             return
         if seen(answer) != pick.seen:
             done.problems.append(self.conflict(answer))
@@ -238,10 +235,8 @@ class Desk:
         """In words what is there in place of what a page showed."""
         label = self.label(answer.student, answer.where)
         if answer.waiting and not answer.asked:
-            return _("{label} is another by now, or somebody scored it. Nothing of yours was written for it.").format(
-                label=label
-            )
-        return _("{label}: {state} Nothing of yours was written for it.").format(label=label, state=state(answer))
+            return f"{label} is another by now, or somebody scored it. Nothing of yours was written for it."
+        return f"{label}: {state(answer)} Nothing of yours was written for it."
 
     def undo(self, actor: str) -> Done:
         """Take back what a scorer did last; where that were several answers in one go, all of them.
@@ -256,7 +251,7 @@ class Desk:
         done = Done()
         if not left:
             stuck.clear()  # from here it begins anew: meanwhile it may be as it was
-            done.problems.append(_("There is nothing of yours to take back."))
+            done.problems.append("There is nothing of yours to take back.")
             return done
         for number in self._together.get(left[-1], (left[-1],)):
             if number in undone or number in stuck:
@@ -267,11 +262,10 @@ class Desk:
             except GradebookError:
                 stuck.add(number)
                 answer = self.find(own[number].where, key_of(own[number].student, own[number].where))
-                why = state(answer) if answer is not None else _("It is not there any more.")
+                why = state(answer) if answer is not None else "It is not there any more."
                 done.problems.append(
-                    _("{label} was not taken back, for it is another by now. {why}").format(
-                        label=self.label(own[number].student, own[number].where), why=why
-                    )
+                    f"{self.label(own[number].student, own[number].where)} was not taken back, for it is another "
+                    f"by now. {why}"
                 )
         return done
 
@@ -280,21 +274,15 @@ def state(answer: Answer) -> str:
     """In words what became of an answer so far."""
     last, mark = answer.last(), answer.mark
     if last is not None and answer.asked:
-        return _("{actor} asked the instructor at {when:%H:%M} UTC: “{remark}”").format(
-            actor=last.actor, when=last.when, remark=last.remark
-        )
+        return f"{last.actor} asked the instructor at {last.when:%H:%M} UTC: “{last.remark}”"
     points, out_of = shown_points(mark.points), in_points(mark.out_of)
     if answer.given is None:
-        return _("It has {points} of {out_of} now ({status}).").format(points=points, out_of=out_of, status=mark.status)
+        return f"It has {points} of {out_of} now ({mark.status})."
     by, act = answer.given, answer.decision
     if act is None:  # by rotflex mark, which has a reason
-        return _("{actor} gave it {points} of {out_of} at {when:%H:%M} UTC: “{reason}”").format(
-            actor=by.actor, points=points, out_of=out_of, when=by.when, reason=mark.reason
-        )
-    what = _("level {level}, ").format(level=act.level) if act.level is not None else ""
-    return _("{actor} gave it {what}{points} of {out_of} at {when:%H:%M} UTC.").format(
-        actor=act.actor, what=what, points=points, out_of=out_of, when=act.when
-    )
+        return f"{by.actor} gave it {points} of {out_of} at {by.when:%H:%M} UTC: “{mark.reason}”"
+    what = f"level {act.level}, " if act.level is not None else ""
+    return f"{act.actor} gave it {what}{points} of {out_of} at {act.when:%H:%M} UTC."
 
 
 def _place(put_off: Sequence[str], key: str) -> int:

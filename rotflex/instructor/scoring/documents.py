@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.report_files import PDF, ReportFile
 from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.scoring.cards import report_of
@@ -59,7 +58,7 @@ def endpoint(desk: Desk) -> Callable[[Request], Response]:
         except BadRequest as error:
             return PlainTextResponse(str(error), 400)
         if there is None:
-            return PlainTextResponse(_("There is no such report any more: open the answer again."), 404)
+            return PlainTextResponse("There is no such report any more: open the answer again.", 404)
         about, content = there
         headers = {
             "content-security-policy": POLICY,

@@ -13,8 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from rotflex.courseware.messages import _
-
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -93,7 +91,7 @@ class Guard:
             if scope["method"] == "POST":
                 _check_act(scorer, headers)
             elif scope["method"] not in ("GET", "HEAD"):
-                raise Refused(405, _("This is not done here."))
+                raise Refused(405, "This is not done here.")
         except Refused as refused:
             await _refuse(refused, scope["method"], guarded)
             return
@@ -101,7 +99,7 @@ class Guard:
 
     def _check_host(self, headers: Mapping[str, str]) -> None:
         if headers.get("host") not in self._hosts:
-            raise Refused(421, _("This server answers to 127.0.0.1 and localhost only."))
+            raise Refused(421, "This server answers to 127.0.0.1 and localhost only.")
 
     def _entering(self, scope: Scope) -> Scorer | None:
         """Whose address this is; None if it is a page's."""
@@ -130,7 +128,7 @@ class Guard:
         raise Refused(403, _CLOSED)
 
 
-_CLOSED = _(
+_CLOSED = (
     "This page opens by the address that rotflex score printed when it was started last. Open that address again; what "
     "was scored before is kept."
 )
@@ -139,20 +137,18 @@ _CLOSED = _(
 def _check_act(scorer: Scorer, headers: Mapping[str, str]) -> None:
     """Refuse an act that does not come from a page of this scorer's."""
     if headers.get("origin") != f"http://{headers['host']}":
-        raise Refused(403, _("This was sent by another site. Nothing was done."))
+        raise Refused(403, "This was sent by another site. Nothing was done.")
     if not _same(scorer.page, headers.get(HEADER, "")):
         raise Refused(
             403,
-            _(
-                "This page belongs to another scorer or to an earlier start: this browser is {name}'s now. Nothing was "
-                "done. Open your own address again, in a browser of your own."
-            ).format(name=scorer.name),
+            f"This page belongs to another scorer or to an earlier start: this browser is {scorer.name}'s now. "
+            "Nothing was done. Open your own address again, in a browser of your own.",
         )
     if headers.get("content-type", "").partition(";")[0].strip() != "application/json":
-        raise Refused(415, _("An act is sent as JSON. Nothing was done."))
+        raise Refused(415, "An act is sent as JSON. Nothing was done.")
     length = headers.get("content-length", "")
     if not (length.isascii() and length.isdigit()) or int(length) > MOST_BYTES:
-        raise Refused(413, _("That is too long: {bytes} bytes at most. Nothing was done.").format(bytes=MOST_BYTES))
+        raise Refused(413, f"That is too long: {MOST_BYTES} bytes at most. Nothing was done.")
 
 
 def _same(secret: str, given: str) -> bool:

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.scoring import pace
 from rotflex.instructor.scoring.desk import Desk, Where
@@ -56,10 +55,10 @@ def in_words(seconds: float | None) -> str:
         return ""
     minutes = round(seconds / 60)
     if minutes < 1:
-        return _("less than a minute left")
+        return "less than a minute left"
     if minutes < 90:
-        return _("about {n} min left").format(n=minutes)
-    return _("about {n:.1f} h left").format(n=seconds / 3600)
+        return f"about {minutes} min left"
+    return f"about {seconds / 3600:.1f} h left"
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor.course import RUBRIC_FILE
 
@@ -68,7 +67,7 @@ def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, Item]:
     items, faults = examine(folder, catalogue)
     if faults:
         file = folder / RUBRIC_FILE
-        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *faults]))
+        raise GradingError("\n  ".join([f"{file} cannot be used:", *faults]))
     return items
 
 
@@ -79,9 +78,9 @@ def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, Item], list
     except FileNotFoundError:
         return {}, []
     except (OSError, UnicodeDecodeError) as error:
-        return {}, [_("it cannot be read: {error}").format(error=error)]
+        return {}, [f"it cannot be read: {error}"]
     except tomllib.TOMLDecodeError as error:
-        return {}, [_("it is not TOML: {error}").format(error=error)]
+        return {}, [f"it is not TOML: {error}"]
     wanted = [(q.number, part.name) for q in catalogue.marked.values() for part in q.parts if part.marked == "person"]
     entries = {(number, name): one for number, parts in content.items() for name, one in _entries(parts)}
     faults = [*_unknown(content, wanted, catalogue)]
@@ -89,7 +88,7 @@ def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, Item], list
     for where in wanted:
         place = _place(where)
         if where not in entries:
-            faults.append(_("{place} is missing: a person marks it.").format(place=place))
+            faults.append(f"{place} is missing: a person marks it.")
             continue
         found = [f"{place}: {fault}" for fault in _misfits(entries[where])]
         if not found:
@@ -116,8 +115,8 @@ def _unknown(content: Mapping[str, Any], wanted: list[Where], catalogue: Catalog
             yield str(error)
             continue
         if not isinstance(parts, Mapping):
-            yield _("{number!r} should be a table, a line {example} with its entries below.").format(
-                number=number, example=_place((number, question.names[0]))
+            yield (
+                f"{number!r} should be a table, a line {_place((number, question.names[0]))} with its entries below."
             )
         for name, _entry in _entries(parts):
             try:
@@ -126,33 +125,31 @@ def _unknown(content: Mapping[str, Any], wanted: list[Where], catalogue: Catalog
                 yield str(error)
                 continue
             if (number, name) not in wanted:
-                yield _("{place}: the key marks it, and no person does. Take it out.").format(
-                    place=_place((number, name))
-                )
+                yield f"{_place((number, name))}: the key marks it, and no person does. Take it out."
 
 
 def _misfits(entry: Any) -> Iterator[str]:
     """What is wrong with what stands of one part."""
     if not isinstance(entry, Mapping):
-        yield _("it should be a table with {names}.").format(names=", ".join(_NAMES))
+        yield f"it should be a table with {', '.join(_NAMES)}."
         return
     for name in entry:
         if name not in _NAMES:
-            yield _("there is no entry {name!a}; there are {names}.").format(name=name, names=", ".join(_NAMES))
+            yield f"there is no entry {name!a}; there are {', '.join(_NAMES)}."
     for name in _NAMES[:-1]:
         if name not in entry:
-            yield _("{name} is missing.").format(name=name)
+            yield f"{name} is missing."
         elif not _is_text(entry[name]):
-            yield _("{name}: {expected}").format(name=name, expected=_EXPECTED)
+            yield f"{name}: {_EXPECTED}"
     remarks = entry.get("remarks", [])
     if not (isinstance(remarks, list) and all(map(_is_text, remarks))):
-        yield _("remarks: a list, and in it {expected}").format(expected=_EXPECTED)
+        yield f"remarks: a list, and in it {_EXPECTED}"
     levels = [_plain(entry[name]) for name in map(str, LEVELS) if _is_text(entry.get(name))]
     if len(set(levels)) < len(levels):
-        yield _("two of its levels say the same, so nobody can tell them apart.")
+        yield "two of its levels say the same, so nobody can tell them apart."
 
 
-_EXPECTED = _("a text of 1 to {longest} characters is expected.").format(longest=LONGEST)
+_EXPECTED = f"a text of 1 to {LONGEST} characters is expected."
 
 
 def _is_text(value: object) -> bool:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.scoring.desk import Pick, Where
 
 LONGEST_REMARK = 2000  #: characters
@@ -38,7 +37,7 @@ def sent_text(sent: Mapping[str, Any], name: str) -> str:
     """A text; "" if there is none."""
     value = sent.get(name, "")
     if not isinstance(value, str) or len(value) > LONGEST_REMARK:
-        raise BadRequest(_("{name}: a text of at most {longest} characters.").format(name=name, longest=LONGEST_REMARK))
+        raise BadRequest(f"{name}: a text of at most {LONGEST_REMARK} characters.")
     return value
 
 
@@ -46,7 +45,7 @@ def sent_where(sent: Mapping[str, Any]) -> Where:
     """Question and part."""
     question, part = sent_text(sent, "question"), sent_text(sent, "part")
     if not question or not part:
-        raise BadRequest(_("Say which question and part."))
+        raise BadRequest("Say which question and part.")
     return question, part
 
 
@@ -54,12 +53,12 @@ def sent_sheet(sent: Mapping[str, Any]) -> Sheet:
     """What was before the scorer; if it does not say what was shown, that is what was ticked."""
     ticked = sent.get("answers")
     if not isinstance(ticked, list) or not 1 <= len(ticked) <= MOST_ANSWERS:
-        raise BadRequest(_("Tick at least one answer."))
+        raise BadRequest("Tick at least one answer.")
     if not all(isinstance(one, dict) for one in ticked):
-        raise BadRequest(_("An answer is a key and what was seen."))
+        raise BadRequest("An answer is a key and what was seen.")
     picks = [Pick(sent_text(one, "key"), sent_text(one, "seen")) for one in ticked]
     shown = sent.get("shown", [pick.key for pick in picks])
     if not isinstance(shown, list) or len(shown) > MOST_ANSWERS or not all(isinstance(one, str) for one in shown):
-        raise BadRequest(_("What was shown is a list of keys."))
+        raise BadRequest("What was shown is a list of keys.")
     points = sent.get("points")
     return Sheet(picks, shown, sent_text(sent, "remark").strip(), "" if points is None else str(points))

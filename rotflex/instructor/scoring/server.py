@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
@@ -121,7 +120,7 @@ class Pages:
             return self._reply(scorer, where)
         answer = self.desk.find(where, key)
         if answer is None:
-            return self._reply(scorer, where, [_("That answer is not there any more; here is the next one.")])
+            return self._reply(scorer, where, ["That answer is not there any more; here is the next one."])
         told = self.desk.renew(scorer.name, where, key)
         return self._reply(scorer, where, [told] if told else (), [answer], trouble=bool(told))
 
@@ -130,11 +129,11 @@ class Pages:
         where, sheet = sent_where(sent), sent_sheet(sent)
         level, points = sent.get("level"), sent.get("points")
         if (level is None) == (points is None):
-            raise BadRequest(_("Give either a level or points."))
+            raise BadRequest("Give either a level or points.")
         if level is not None and not (type(level) is int and level in self.desk.levels.shares):
-            raise BadRequest(_("There is no level {level!r}.").format(level=level))
+            raise BadRequest(f"There is no level {level!r}.")
         if points is not None and not (type(points) in (int, float) and abs(points) <= _MOST_POINTS):
-            raise BadRequest(_("Points are a number, and not as large."))
+            raise BadRequest("Points are a number, and not as large.")
         done = self.desk.give(scorer.name, where, sheet.picks, level=level, points=points, remark=sheet.remark)
         return self._after(scorer, where, sheet, done)
 
@@ -153,7 +152,7 @@ class Pages:
         if done.acts:
             act = done.acts[0]
             told.append(
-                _("Taken back: {labels}, {question} {part}.").format(
+                "Taken back: {labels}, {question} {part}.".format(
                     labels=", ".join(self.desk.label(one.student, one.where) for one in done.acts),
                     question=act.question,
                     part=act.part,
@@ -190,10 +189,10 @@ class Pages:
             again |= dict.fromkeys(ticked, Again(ticked, sheet.remark, sheet.points))
             now = {key_of(one.student, where): seen(one) for one in there}
             if any(now.get(pick.key, pick.seen) != pick.seen for pick in sheet.picks):
-                told.append(_("Here it is as it is now: what you give replaces that, s leaves it."))
+                told.append("Here it is as it is now: what you give replaces that, s leaves it.")
             return self._reply(scorer, where, told, there, trouble=True)
         if len(done.acts) > 1:
-            told.insert(0, _("{n} answers in one go; u takes them all back.").format(n=len(done.acts)))
+            told.insert(0, f"{len(done.acts)} answers in one go; u takes them all back.")
         elif done.acts:
             told.insert(0, self._said(done.acts[0]))
         return self._reply(scorer, where, told, trouble=bool(done.problems))
@@ -207,11 +206,11 @@ class Pages:
     def _said(self, act: Act) -> str:
         label = self.desk.label(act.student, act.where)
         if act.asked:
-            return _("{label}: left to the instructor.").format(label=label)
+            return f"{label}: left to the instructor."
         given = in_points(act.points or 0.0)
         if act.level is None:
-            return _("{label}: {points}.").format(label=label, points=given)
-        return _("{label}: level {level}, {points}.").format(label=label, level=act.level, points=given)
+            return f"{label}: {given}."
+        return f"{label}: level {act.level}, {given}."
 
     def _reply(
         self,
@@ -294,9 +293,7 @@ def listening(port: int) -> socket.socket:
     except OSError as error:
         listener.close()
         raise GradingError(
-            _("Port {port} cannot be used: {why}. Leave --port out, and a free one is taken.").format(
-                port=port, why=error.strerror
-            )
+            f"Port {port} cannot be used: {error.strerror}. Leave --port out, and a free one is taken."
         ) from None
     return listener
 
@@ -332,10 +329,10 @@ def _done(act: Callable[[Scorer, Mapping[str, Any]], dict[str, Any]]) -> Callabl
         try:
             sent = await request.json()
             if not isinstance(sent, dict):
-                raise BadRequest(_("An act is an object."))
+                raise BadRequest("An act is an object.")
             return JSONResponse(await run_in_threadpool(act, request.scope[ACTOR], sent))
         except (ValueError, RecursionError):
-            return JSONResponse({"problem": _("That is no JSON. Nothing was done.")}, 400)
+            return JSONResponse({"problem": "That is no JSON. Nothing was done."}, 400)
         except BadRequest as error:
             return JSONResponse({"problem": str(error)}, 400)
         except GradebookError as error:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import files
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 from rotflex.instructor.reports.safe_text import spreadsheet_cell
 
@@ -38,13 +37,13 @@ def write(path: Path, rows: Sequence[Mapping[str, str]]) -> None:
     try:
         files.write(path, _by_kind(path, _csv, _xlsx)(rows))
     except OSError as error:
-        raise GradingError(_("{path} cannot be written: {why}.").format(path=path, why=error.strerror)) from None
+        raise GradingError(f"{path} cannot be written: {error.strerror}.") from None
 
 
 def _by_kind(path: Path, for_csv: Callable[..., Any], for_xlsx: Callable[..., Any]) -> Callable[..., Any]:
     kinds = {".csv": for_csv, ".xlsx": for_xlsx}
     if path.suffix.lower() not in kinds:
-        raise GradingError(_("{path}: a table ends in .xlsx or .csv.").format(path=path))
+        raise GradingError(f"{path}: a table ends in .xlsx or .csv.")
     return kinds[path.suffix.lower()]
 
 
@@ -101,11 +100,7 @@ def rows(path: Path) -> Iterator[tuple[int, dict[str, Cell]]]:
     heading = [(text or "").strip().casefold() for text in (lines[0] if lines else [])]
     missing = [name for name in NEEDED if name not in heading]
     if missing:
-        raise GradingError(
-            _("{path} is not a table of rotflex score --write: it has no column {names}.").format(
-                path=path, names=", ".join(missing)
-            )
-        )
+        raise GradingError(f"{path} is not a table of rotflex score --write: it has no column {', '.join(missing)}.")
     for number, line in enumerate(lines[1:], start=2):
         if any(text is None or text.strip() for text in line):
             cells = dict(zip(heading, [*line, *[""] * len(heading)], strict=False))
@@ -123,9 +118,9 @@ def _content(path: Path) -> bytes:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise GradingError(_("{path} cannot be read: {why}.").format(path=path, why=error.strerror)) from None
+        raise GradingError(f"{path} cannot be read: {error.strerror}.") from None
     if len(content) > MOST_BYTES:
-        raise GradingError(_("{path} is larger than any such table.").format(path=path))
+        raise GradingError(f"{path} is larger than any such table.")
     return content
 
 
@@ -133,13 +128,13 @@ def _csv_lines(content: bytes) -> list[list[str]]:
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise GradingError(_("The table is not UTF-8: save it as “CSV UTF-8”, or as .xlsx.")) from None
+        raise GradingError("The table is not UTF-8: save it as “CSV UTF-8”, or as .xlsx.") from None
     first = text.partition("\n")[0]
     separator = max(",;\t", key=first.count)
     try:
         return list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
     except csv.Error as error:
-        raise GradingError(_("The table cannot be read: {error}.").format(error=error)) from None
+        raise GradingError(f"The table cannot be read: {error}.") from None
 
 
 def _xlsx_lines(content: bytes) -> list[list[Cell]]:
@@ -156,7 +151,7 @@ def _xlsx_lines(content: bytes) -> list[list[Cell]]:
             for lines in zip(results, with_formulas, strict=True)
         ]
     except Exception as error:  # of a broken or hostile file; openpyxl raises what its parts raise
-        raise GradingError(_("The table cannot be read: {error}.").format(error=error)) from None
+        raise GradingError(f"The table cannot be read: {error}.") from None
 
 
 def _cells(content: bytes, data_only: bool) -> list[list[tuple[Any, str]]]:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rotflex.courseware.messages import _, plural
+from rotflex.courseware.messages import plural
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
@@ -24,7 +24,7 @@ from rotflex.instructor.scoring.desk import Desk, Pick, key_of, seen, shuffled, 
 from rotflex.instructor.scoring.table_files import NEEDED, Cell
 
 _LONGEST_CELL = 32_000  # characters; a spreadsheet takes 32767
-_CUT = _(" … (the rest does not fit into a cell: read it in the browser)")
+_CUT = " … (the rest does not fit into a cell: read it in the browser)"
 _BETWEEN = "/"  # parts of a cell: no digest and no number has it
 _DIGITS = 8  # hexadecimal, of the digest of what a row says
 
@@ -49,11 +49,9 @@ class Taken:
     problems: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
-        told = _("{changed} scored, {same} as they were, {problems} not taken.").format(
-            changed=self.changed, same=self.same, problems=len(self.problems)
-        )
+        told = f"{self.changed} scored, {self.same} as they were, {len(self.problems)} not taken."
         if self.asked:
-            told += _(" Of {questions} to the instructor it decided {decided}.").format(
+            told += " Of {questions} to the instructor it decided {decided}.".format(
                 questions=plural(self.asked, "{count} question", "{count} questions"), decided=self.decided
             )
         return told
@@ -99,7 +97,7 @@ class _Before:
         """From a cell. Raises GradingError if it is not as it was written."""
         parts = cell.split(_BETWEEN)
         if len(parts) != len(cls.__dataclass_fields__) or not parts[2].isdecimal():
-            raise GradingError(_("its column “check” was changed, so nobody knows what it replaces."))
+            raise GradingError("its column “check” was changed, so nobody knows what it replaces.")
         return cls(parts[0], parts[1], int(parts[2]), *parts[3:])
 
 
@@ -192,15 +190,13 @@ def read(desk: Desk, path: Path, actor: str) -> Taken:
             row = _whole(cells)
             key = row["key"]
             if key in used:
-                raise GradingError(
-                    _("this answer stands in row {first}, too; that one counts.").format(first=used[key])
-                )
+                raise GradingError(f"this answer stands in row {used[key]}, too; that one counts.")
             used[key] = number
             answer = there.get(key)
             taken.asked += answer is not None and answer.asked
             was = _take(desk, row, answer, actor)
         except GradingError as error:
-            taken.problems.append(_("Row {n}: {why}").format(n=number, why=error))
+            taken.problems.append(f"Row {number}: {error}")
             continue
         if was is None:
             taken.same += 1
@@ -217,10 +213,8 @@ def _whole(cells: Mapping[str, Cell]) -> dict[str, str]:
     for name in NEEDED:
         if cells[name] is None:
             raise GradingError(
-                _(
-                    "its {name} is a formula without a result, or an error. Type what it should be (as text, where it "
-                    "begins with “=”), and read the table again."
-                ).format(name=name)
+                f"its {name} is a formula without a result, or an error. Type what it should be (as text, where "
+                "it begins with “=”), and read the table again."
             )
     return {name: text or "" for name, text in cells.items()}
 
@@ -228,11 +222,9 @@ def _whole(cells: Mapping[str, Cell]) -> dict[str, str]:
 def _replaced(desk: Desk, number: int, was: Answer) -> str:
     """In words which mark another took the place of."""
     now = desk.find(was.where, key_of(was.student, was.where))
-    return _("Row {n}: {label} was scored before. {was} Now: {points}.").format(
-        n=number,
-        label=desk.label(was.student, was.where),
-        was=state(was),
-        points=in_points(now.mark.points if now else 0.0),
+    return (
+        f"Row {number}: {desk.label(was.student, was.where)} was scored before. {state(was)} Now: "
+        f"{in_points(now.mark.points if now else 0.0)}."
     )
 
 
@@ -244,7 +236,7 @@ def _take(desk: Desk, row: Mapping[str, str], answer: Answer | None, actor: str)
     if untouched and (answer is None or not (said.level or said.points)):
         return None
     if answer is None:
-        raise GradingError(_("there is no such answer any more: it was handed in again, or another part was meant."))
+        raise GradingError("there is no such answer any more: it was handed in again, or another part was meant.")
     since = _own_acts_since(answer, before, actor)
     if untouched and not since:
         return None
@@ -257,9 +249,7 @@ def _take(desk: Desk, row: Mapping[str, str], answer: Answer | None, actor: str)
         return None
     if untouched or any(given):  # which of the two is meant, nobody knows
         raise GradingError(
-            _("{conflict} You decided otherwise since this row said so: set it in the browser.").format(
-                conflict=desk.conflict(answer)
-            )
+            f"{desk.conflict(answer)} You decided otherwise since this row said so: set it in the browser."
         )
     done = desk.give(
         actor,
@@ -298,21 +288,17 @@ def _worth(desk: Desk, said: _Said, before: _Before, answer: Answer) -> tuple[in
     """Level or points that a row gives: that of the two which was changed."""
     if not said.level and not said.points:
         raise GradingError(
-            _("there is neither level nor points. (What was given is taken back in the browser, by the key u.)")
+            "there is neither level nor points. (What was given is taken back in the browser, by the key u.)"
         )
     new_level, new_points = said.level != before.level, said.points != before.points
     level = _level(desk, said.level) if said.level else None
     if level is not None and (new_level or not new_points):
         worth = desk.points(level, answer.mark.out_of)
         if new_points and said.points and said.points != shown_points(worth) and _float(said.points) != worth:
-            raise GradingError(
-                _("level {level} is {worth}, and not {points}: clear one of the two.").format(
-                    level=level, worth=in_points(worth), points=said.points
-                )
-            )
+            raise GradingError(f"level {level} is {in_points(worth)}, and not {said.points}: clear one of the two.")
         return level, None
     if not said.points:
-        raise GradingError(_("there are no points, and the level is as it was: clear both, or give one."))
+        raise GradingError("there are no points, and the level is as it was: clear both, or give one.")
     exact = answer.mark.points
     if not new_points and said.points == shown_points(exact):  # 1/3 was written as 0.33, and stays 1/3
         return None, exact
@@ -322,16 +308,14 @@ def _worth(desk: Desk, said: _Said, before: _Before, answer: Answer) -> tuple[in
 def _level(desk: Desk, text: str) -> int:
     levels = {str(level): level for level in desk.levels.shares}
     if text not in levels:
-        raise GradingError(
-            _("there is no level {level!r}; there are {levels}.").format(level=text, levels=", ".join(sorted(levels)))
-        )
+        raise GradingError(f"there is no level {text!r}; there are {', '.join(sorted(levels))}.")
     return levels[text]
 
 
 def _points(text: str, out_of: float) -> float:
     points = _float(text)
     if not 0 <= points <= out_of:
-        raise GradingError(_("give 0 to {out_of}, not {points!r}.").format(out_of=in_points(out_of), points=text))
+        raise GradingError(f"give 0 to {in_points(out_of)}, not {text!r}.")
     return points
 
 

@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware.benches import OWN, PRESET, REAL, SAME
-from rotflex.courseware.messages import _
 from rotflex.errors import AnswerError
 from rotflex.instructor.settings.decided import CourseSettings, Deadline, Extension
 from rotflex.instructor.settings.entries import SECTIONS, SEVERAL, numbered
@@ -47,7 +46,7 @@ def contradictions(found: Mapping[str, Any], decided: CourseSettings, known: Kno
     yield from _of_given(decided, known)
     reflect = found.get("reflect", {})
     if not reflect.get("asks", True) and "from" in reflect:
-        yield _("reflect.from: it goes with asks = true, and asks is false. Leave one of them out.")
+        yield "reflect.from: it goes with asks = true, and asks is false. Leave one of them out."
     yield from _of_marks(decided, known)
     yield from _of_levels(decided)
     yield from _of_notebooks(found, known)
@@ -58,23 +57,17 @@ def _of_bench(bench: Mapping[str, Any], known: Known) -> Iterator[str]:
     which = bench.get("which", OWN)
     for name, needed_by in (("seed", SAME), ("preset", PRESET), ("benches", REAL)):
         if which == needed_by and name not in bench:
-            missing = _('which = "{which}" needs it. It should be').format(which=which)
+            missing = f'which = "{which}" needs it. It should be'
             yield SECTIONS["bench"][name].wanted(f"bench.{name}", missing)
         elif which != needed_by and name in bench:
-            yield _(
-                'bench.{name}: it goes with which = "{needed}", and which is "{which}". Leave one of them out.'
-            ).format(name=name, needed=needed_by, which=which)
+            yield (f'bench.{name}: it goes with which = "{needed_by}", and which is "{which}". Leave one of them out.')
     if which == PRESET and "preset" in bench and bench["preset"] not in known.presets:
-        yield _("bench.preset: the course has no bench {name!a}; it has {known}.").format(
-            name=bench["preset"], known=_listed(known.presets)
-        )
+        yield f"bench.preset: the course has no bench {bench['preset']!a}; it has {_listed(known.presets)}."
     for name in bench.get("benches", ()):
         if name not in known.benches:
-            yield _("bench.benches: of {name!a} the course has no truth; it has that of {known}.").format(
-                name=name, known=_listed(known.benches)
-            )
+            yield f"bench.benches: of {name!a} the course has no truth; it has that of {_listed(known.benches)}."
         elif known.benches[name]:
-            yield _("bench.benches: {fault}").format(fault=known.benches[name])
+            yield f"bench.benches: {known.benches[name]}"
 
 
 def _of_given(decided: CourseSettings, known: Known) -> Iterator[str]:
@@ -84,24 +77,23 @@ def _of_given(decided: CourseSettings, known: Known) -> Iterator[str]:
     there = {start.name: start for start in known.catalogue.starts}
     start = there.get(decided.given)
     if start is None:
-        yield _("given.from: the course gives nothing called {name!a}; it has {known}.").format(
-            name=decided.given, known=_listed(there)
-        )
+        yield f"given.from: the course gives nothing called {decided.given!a}; it has {_listed(there)}."
     elif decided.bench.which == OWN and start.on_own_bench is None:
-        yield _(
-            'given.from: "{name}" is for classes in which everybody has the same bench. On benches of their own it '
-            "could only be worked out on students' machines, by code that answers what other classes are asked. Choose "
-            '[bench] which = "same" or "preset", or one bench of the laboratory\'s ("real").'
-        ).format(name=start.name)
+        yield (
+            f'given.from: "{start.name}" is for classes in which everybody has the same bench. On benches of '
+            "their own it could only be worked out on students' machines, by code that answers what other "
+            'classes are asked. Choose [bench] which = "same" or "preset", or one bench of the laboratory\'s '
+            '("real").'
+        )
     elif decided.bench.which == REAL and len(decided.bench.benches) > 1:
-        yield _(
-            "given.from: what is given is of one bench, and [bench] names {count} of the laboratory's. Name one, or "
-            "hand out a release for each."
-        ).format(count=len(decided.bench.benches))
+        yield (
+            f"given.from: what is given is of one bench, and [bench] names {len(decided.bench.benches)} of the "
+            "laboratory's. Name one, or hand out a release for each."
+        )
 
 
 def _listed(names: Collection[str]) -> str:
-    return ", ".join(json.dumps(name) for name in sorted(names)) or _("none")
+    return ", ".join(json.dumps(name) for name in sorted(names)) or "none"
 
 
 def _of_marks(decided: CourseSettings, known: Known) -> Iterator[str]:
@@ -113,9 +105,7 @@ def _of_marks(decided: CourseSettings, known: Known) -> Iterator[str]:
                 yield f"marks.{entry}: {fault}"
     for name in marks.weights:
         if name in marks.drop:
-            yield _("marks.weights: {name!a} is dropped, so that it has no weight. Leave one of them out.").format(
-                name=name
-            )
+            yield f"marks.weights: {name!a} is dropped, so that it has no weight. Leave one of them out."
 
 
 def _unknown(name: str, catalogue: Catalogue) -> str:
@@ -133,30 +123,25 @@ def _unknown(name: str, catalogue: Catalogue) -> str:
 
 def _of_levels(decided: CourseSettings) -> Iterator[str]:
     for entry, of, of_level in (
-        ("shares", _("is worth"), decided.levels.shares),
-        ("thresholds", _("begins at"), decided.levels.thresholds),
+        ("shares", "is worth", decided.levels.shares),
+        ("thresholds", "begins at", decided.levels.thresholds),
     ):
         for lower, higher in pairwise(sorted(of_level)):
             if of_level[lower] > of_level[higher]:
-                yield _(
-                    "levels.{entry}: level {lower} {of} {first:g} %, more than level {higher} with {second:g} %. A "
-                    "higher level should have as much at least. (What you leave out is as usual.)"
-                ).format(
-                    entry=entry,
-                    of=of,
-                    lower=lower,
-                    higher=higher,
-                    first=100 * of_level[lower],
-                    second=100 * of_level[higher],
+                yield (
+                    f"levels.{entry}: level {lower} {of} {100 * of_level[lower]:g} %, more than level {higher} "
+                    f"with {100 * of_level[higher]:g} %. A higher level should have as much at least. (What you "
+                    "leave out is as usual.)"
                 )
 
     for level, worth in decided.levels.shares.items():
         counted = decided.levels.level_of(worth)
         if worth and counted != level:
-            yield _(
-                "levels: a person's level {level} is worth {worth:g} % of the points, and by the thresholds so many "
-                "points are level {counted}. Let them agree. (What you leave out is as usual.)"
-            ).format(level=level, worth=100 * worth, counted=counted)
+            yield (
+                f"levels: a person's level {level} is worth {100 * worth:g} % of the points, and by the "
+                f"thresholds so many points are level {counted}. Let them agree. (What you leave out is as "
+                "usual.)"
+            )
 
 
 def _of_notebooks(found: Mapping[str, Any], known: Known) -> Iterator[str]:
@@ -166,30 +151,27 @@ def _of_notebooks(found: Mapping[str, Any], known: Known) -> Iterator[str]:
         for place, one in enumerate(found.get(section, ()), 1):
             for name in one.get("notebooks", ()):
                 if name.removesuffix(".ipynb") not in known.catalogue.notebooks:
-                    yield _("{key}.notebooks: the course has no notebook {name!a}; it has {known}.").format(
-                        key=numbered(section, place), name=name, known=_listed(known.catalogue.notebooks)
+                    yield (
+                        f"{numbered(section, place)}.notebooks: the course has no notebook {name!a}; it has "
+                        f"{_listed(known.catalogue.notebooks)}."
                     )
 
 
 def _of_deadlines(found: Mapping[str, Any], decided: CourseSettings) -> Iterator[str]:
     if "late" in found and not decided.deadlines:
-        yield _("late: there is no [[deadline]], so that nothing can be late. Add one, or leave [late] out.")
+        yield "late: there is no [[deadline]], so that nothing can be late. Add one, or leave [late] out."
     for place, extension in enumerate(decided.extensions, 1):
         key = numbered("extension", place)
         if not extension.students and not extension.section:
-            yield _("{key}: it says for nobody. Add students or a section; for everybody, move the deadline.").format(
-                key=key
-            )
+            yield f"{key}: it says for nobody. Add students or a section; for everybody, move the deadline."
         extended = [one for one in decided.deadlines if _overlap(one, extension)]
         if not extended:
-            yield _("{key}: there is no [[deadline]] of these notebooks, so that there is nothing to extend.").format(
-                key=key
-            )
+            yield f"{key}: there is no [[deadline]] of these notebooks, so that there is nothing to extend."
         elif extension.until <= min(one.due for one in extended):
-            yield _(
-                "{key}.until: it is {until:%Y-%m-%d %H:%M}, which gives nobody more time: that is due on "
-                "{due:%Y-%m-%d %H:%M} at the earliest. Is the year right?"
-            ).format(key=key, until=extension.until, due=min(one.due for one in extended))
+            yield (
+                f"{key}.until: it is {extension.until:%Y-%m-%d %H:%M}, which gives nobody more time: that is due "
+                f"on {min(one.due for one in extended):%Y-%m-%d %H:%M} at the earliest. Is the year right?"
+            )
 
 
 def _overlap(deadline: Deadline, extension: Extension) -> bool:

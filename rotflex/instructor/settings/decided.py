@@ -8,7 +8,6 @@ from datetime import datetime
 
 from rotflex.courseware import course_file
 from rotflex.courseware.benches import THEIR_OWN, BenchPolicy
-from rotflex.courseware.messages import ENGLISH
 
 #: Digits of a share of points: sums of points are off in the last digit of a float, and a threshold is to be reached.
 SHARE_DIGITS = 9
@@ -200,7 +199,6 @@ class CourseSettings:
     ----------
     title : of the course, for people; "" leaves it to ``course.py``
     term : as "2026 autumn"
-    language : in which students read messages and feedback, as "de"
     bench : which bench each student has
     given : name of what is given to a class that begins in the middle; "" where it begins at the beginning
     feedback : what students see of their marks, and when
@@ -216,7 +214,6 @@ class CourseSettings:
 
     title: str = ""
     term: str = ""
-    language: str = ENGLISH
     bench: BenchPolicy = THEIR_OWN
     given: str = ""
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)

@@ -8,7 +8,6 @@ from datetime import date
 from typing import Any
 
 from rotflex.courseware.benches import MOST_SEED, WHICH, is_names, is_seed
-from rotflex.courseware.messages import _, is_language
 
 _LONGEST = 120  # characters of a title
 _FACTORS = (0.001, 1000)  # the smallest and the largest number that points are multiplied by
@@ -35,9 +34,7 @@ class Entry:
 
     def wanted(self, key: str, what: str) -> str:
         """A fault in the entry of a key, with what is expected there, and an example."""
-        return _("{key}: {what} {expected}, as in: {example}").format(
-            key=key, what=what, expected=self.expected, example=self.example
-        )
+        return f"{key}: {what} {self.expected}, as in: {self.example}"
 
 
 # --- what values are like ---------------------------------------------------------------------------------------------
@@ -49,10 +46,6 @@ def _is_line(value: object) -> bool:
 
 def _is_name(value: object) -> bool:
     return _is_line(value) and bool(value)
-
-
-def _is_language(value: object) -> bool:
-    return isinstance(value, str) and is_language(value)
 
 
 def _is_bool(value: object) -> bool:
@@ -84,15 +77,15 @@ def _are_levels(value: object) -> bool:
 
 
 def _line(example: str, fits: Callable[[Any], bool]) -> Entry:
-    return Entry(_("a line of text of at most {longest} characters").format(longest=_LONGEST), example, fits)
+    return Entry(f"a line of text of at most {_LONGEST} characters", example, fits)
 
 
 def _switch(example: str) -> Entry:
-    return Entry(_("true or false"), example, _is_bool)
+    return Entry("true or false", example, _is_bool)
 
 
 def _moment(example: str, needed: bool = False) -> Entry:
-    expected = _("a date, or a date and time, of the years {first} to {last}").format(first=_YEARS[0], last=_YEARS[-1])
+    expected = f"a date, or a date and time, of the years {_YEARS[0]} to {_YEARS[-1]}"
     return Entry(expected, example, _is_date, needed)
 
 
@@ -101,45 +94,44 @@ def _names(of: str, example: str) -> Entry:
 
 
 def _number(example: str, least: float, most: float, unit: str = "") -> Entry:
-    of = _(" of {unit}").format(unit=unit) if unit else ""
-    expected = _("a number{of} from {least:g} to {most:g}").format(of=of, least=least, most=most)
+    of = f" of {unit}" if unit else ""
+    expected = f"a number{of} from {least:g} to {most:g}"
     return Entry(expected, example, lambda value: _is_number(value, least, most))
 
 
 def _whole(example: str, least: int, most: int) -> Entry:
     return Entry(
-        _("a whole number from {least} to {most}").format(least=least, most=most),
+        f"a whole number from {least} to {most}",
         example,
         lambda value: isinstance(value, int) and _is_number(value, least, most),
     )
 
 
 def _of_levels(example: str) -> Entry:
-    expected = _("numbers from 0 to 100, in per cent, for levels of {levels}").format(levels=", ".join(LEVELS))
+    expected = f"numbers from 0 to 100, in per cent, for levels of {', '.join(LEVELS)}"
     return Entry(expected, example, _are_levels)
 
 
-_NOTEBOOKS = _names(_("names of the course's notebooks"), 'notebooks = ["01_first_lab"]')
-_SECTION = Entry(_("the name of a section of the roster"), 'section = "B"', _is_name)
-_QUESTIONS = _("names of questions, or of a question and a part")
+_NOTEBOOKS = _names("names of the course's notebooks", 'notebooks = ["01_first_lab"]')
+_SECTION = Entry("the name of a section of the roster", 'section = "B"', _is_name)
+_QUESTIONS = "names of questions, or of a question and a part"
 
 #: Section → name → what may stand there.
 SECTIONS: Mapping[str, Mapping[str, Entry]] = {
     "course": {
         "title": _line('title = "Control laboratory"', _is_name),
         "term": _line('term = "2026 autumn"', _is_line),
-        "language": Entry(_("the short name of a language"), 'language = "de"', _is_language),
     },
     "bench": {
         "which": Entry('"own", "same", "preset" or "real"', 'which = "own"', lambda value: value in WHICH),
-        "seed": Entry(_("a whole number from 0 to {most}").format(most=MOST_SEED), "seed = 2026", is_seed),
-        "preset": Entry(_("the name of a bench"), 'preset = "workshop"', _is_name),
+        "seed": Entry(f"a whole number from 0 to {MOST_SEED}", "seed = 2026", is_seed),
+        "preset": Entry("the name of a bench", 'preset = "workshop"', _is_name),
         "benches": Entry(
-            _("names of the laboratory's benches"), 'benches = ["north"]', lambda value: is_names(value) and bool(value)
+            "names of the laboratory's benches", 'benches = ["north"]', lambda value: is_names(value) and bool(value)
         ),
     },
     "given": {
-        "from": Entry(_("what is given to a class that begins in the middle"), 'from = "speed"', _is_name),
+        "from": Entry("what is given to a class that begins in the middle", 'from = "speed"', _is_name),
     },
     "feedback": {
         "points": _switch("points = true"),
@@ -154,20 +146,18 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
         "page_limit": _whole("page_limit = 12", 1, 1000),
     },
     "releases": {
-        "folder": Entry(_("the path of a folder"), 'folder = "releases"', _is_name),
+        "folder": Entry("the path of a folder", 'folder = "releases"', _is_name),
     },
     "marks": {
         "drop": _names(_QUESTIONS, 'drop = ["1.2", "1.3 speed"]'),
         "weights": Entry(
-            _("{names}, in quotes, each with a number from {least:g} to {most:g}").format(
-                names=_QUESTIONS, least=_FACTORS[0], most=_FACTORS[1]
-            ),
+            f"{_QUESTIONS}, in quotes, each with a number from {_FACTORS[0]:g} to {_FACTORS[1]:g}",
             'weights = {"1.2" = 2.0, "1.3 speed" = 0.5}',
             _are_weights,
         ),
         "out_of": _number("out_of = 100", *_FACTORS),
         "decimals": _whole("decimals = 2", 0, 4),
-        "predictions": _number("predictions = 0.5", 0, 100, _("points")),
+        "predictions": _number("predictions = 0.5", 0, 100, "points"),
     },
     "levels": {
         "shares": _of_levels("shares = {4 = 100, 3 = 75, 2 = 50, 1 = 25}"),
@@ -180,22 +170,24 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
     },
     "extension": {
         "until": _moment("until = 2026-11-28T12:00:00+01:00", needed=True),
-        "students": _names(_("students' IDs"), 'students = ["ada"]'),
+        "students": _names("students' IDs", 'students = ["ada"]'),
         "section": _SECTION,
         "notebooks": _NOTEBOOKS,
     },
     "late": {
-        "per_day": _number("per_day = 10", 0, 100, _("per cent")),
-        "cap": _number("cap = 50", 0, 100, _("per cent")),
-        "grace_hours": _number("grace_hours = 2", 0, 1000, _("hours")),
+        "per_day": _number("per_day = 10", 0, 100, "per cent"),
+        "cap": _number("cap = 50", 0, 100, "per cent"),
+        "grace_hours": _number("grace_hours = 2", 0, 1000, "hours"),
     },
     "outcomes": {
         "level": _whole("level = 3", 1, 4),
-        "share": _number("share = 70", 0, 100, _("per cent")),
+        "share": _number("share = 70", 0, 100, "per cent"),
         "fewest": _whole("fewest = 5", 1, 1000),
     },
 }
 SEVERAL = ("deadline", "extension")  #: sections of which there may be several, each under [[…]]
+#: Entries that earlier versions had → what to do about them.
+GONE = {("course", "language"): "messages and notebooks are in English only; delete this line."}
 
 
 def heading(section: str) -> str:
@@ -212,37 +204,40 @@ def misfits(found: Mapping[str, Any]) -> Iterator[str]:
         entries = SECTIONS.get(section)
         if entries is None:
             places = [heading(name) for name, known in SECTIONS.items() if section in known]
-            hint = _("it belongs under {place}").format(place=places[0]) if places else _known(map(heading, SECTIONS))
-            yield _("{key}: there is no such section; {hint}.").format(key=section, hint=hint)
+            hint = f"it belongs under {places[0]}" if places else _known(map(heading, SECTIONS))
+            yield f"{section}: there is no such section; {hint}."
         elif section in SEVERAL:
             yield from _several(section, given, entries)
         elif not isinstance(given, Mapping):
-            yield _("{key}: it should be a section, a line [{key}] with its entries below.").format(key=section)
+            yield f"{section}: it should be a section, a line [{section}] with its entries below."
         else:
             yield from _in_section(section, given, entries)
 
 
 def _several(section: str, given: Any, entries: Mapping[str, Entry]) -> Iterator[str]:
     if not isinstance(given, list) or not all(isinstance(one, Mapping) for one in given):
-        yield _(
-            "{key}: there may be several, so that each begins with a line [[{key}]], with two brackets on either side."
-        ).format(key=section)
+        yield (
+            f"{section}: there may be several, so that each begins with a line [[{section}]], with two brackets "
+            "on either side."
+        )
         return
     for place, one in enumerate(given, 1):
         key = numbered(section, place)
         yield from _in_section(key, one, entries)
         for name, entry in entries.items():
             if entry.needed and name not in one:
-                yield entry.wanted(f"{key}.{name}", _("it is missing. It should be"))
+                yield entry.wanted(f"{key}.{name}", "it is missing. It should be")
 
 
 def _in_section(key: str, given: Mapping[str, Any], entries: Mapping[str, Entry]) -> Iterator[str]:
     for name, value in given.items():
         entry = entries.get(name)
-        if entry is None:
-            yield _("{key}: there is no such entry; {known}.").format(key=f"{key}.{name}", known=_known(entries))
+        if (key, name) in GONE:
+            yield f"{key}.{name}: {GONE[key, name]}"
+        elif entry is None:
+            yield f"{key}.{name}: there is no such entry; {_known(entries)}."
         elif not entry.fits(value):
-            yield entry.wanted(f"{key}.{name}", _("it is {value!a:.80}, and should be").format(value=value))
+            yield entry.wanted(f"{key}.{name}", f"it is {value!a:.80}, and should be")
 
 
 def numbered(section: str, place: int) -> str:
@@ -251,4 +246,4 @@ def numbered(section: str, place: int) -> str:
 
 
 def _known(names: Collection[str] | Iterator[str]) -> str:
-    return _("there are {names}").format(names=", ".join(names))
+    return f"there are {', '.join(names)}"

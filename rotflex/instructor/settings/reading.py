@@ -70,7 +70,6 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
     return CourseSettings(
         title=about.get("title", usual.title),
         term=about.get("term", usual.term),
-        language=about.get("language", usual.language),
         bench=BenchPolicy(**bench, draw=draw),
         given=found.get("given", {}).get("from", usual.given),
         feedback=FeedbackSettings(

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware.messages import _
 from rotflex.errors import GradingError
 
 
@@ -26,16 +25,16 @@ def read(file: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise
     except tomllib.TOMLDecodeError as error:
-        raise GradingError(_("{file} is not TOML: {error}").format(file=file, error=error)) from None
+        raise GradingError(f"{file} is not TOML: {error}") from None
     except (OSError, ValueError) as error:
-        raise GradingError(_("{file} cannot be read: {error}").format(file=file, error=error)) from None
+        raise GradingError(f"{file} cannot be read: {error}") from None
 
 
 def refuse(file: Path, faults: Iterable[str]) -> None:
     """Raise GradingError if there are faults in a file; the message tells each."""
     told = list(faults)
     if told:
-        raise GradingError("\n  ".join([_("{file} cannot be used:").format(file=file), *told]))
+        raise GradingError("\n  ".join([f"{file} cannot be used:", *told]))
 
 
 def are_texts(value: object) -> bool:

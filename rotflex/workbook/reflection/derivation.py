@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from rotflex.config import Joint, Servo
-from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.workbook.reflection.numbers import CARRIED, Array, alike, unit_of
 
@@ -56,7 +55,7 @@ def checks(servo: Servo, joint: Joint) -> tuple[Check, ...]:
     """
     energies = [("2.1", "V"), ("2.2", "T"), ("2.3", "L")]
     return (
-        *(Check((where,), _units(_ENERGY, _("an energy (N·m)"))) for where in energies),
+        *(Check((where,), _units(_ENERGY, "an energy (N·m)")) for where in energies),
         Check((("2.3", "L"), ("2.2", "T"), ("2.1", "V")), _lagrangian),
         Check((("2.4", "equation"),), _units_of_equation),
         Check((("2.4", "equation"), ("2.3", "L")), _follows("theta")),
@@ -64,14 +63,14 @@ def checks(servo: Servo, joint: Joint) -> tuple[Check, ...]:
         Check((("2.5", "equation"), ("2.3", "L")), _follows("alpha")),
         Check((("2.5", "equation"),), _carried_along),
         *(
-            Check((("2.6", part),), _units(_TIME**-2, _("an angular acceleration (rad/s²)")))
+            Check((("2.6", part),), _units(_TIME**-2, "an angular acceleration (rad/s²)"))
             for part in ("theta_ddot", "alpha_ddot")
         ),
         Check((("2.6", "theta_ddot"), ("2.6", "alpha_ddot"), ("2.4", "equation"), ("2.5", "equation")), _solve),
         Check((("2.7", "A"),), lambda A: kinematics(_at_nominal(A, servo, joint))),
         Check((("2.7", "A"), ("2.7", "B"), ("2.6", "theta_ddot"), ("2.6", "alpha_ddot")), _rows),
         Check((("2.7", "A"),), lambda A: left_alone(_at_nominal(A, servo, joint))),
-        Check((("2.8", "J_l"),), _units(_MASS * _LENGTH**2, _("an inertia (kg·m²)"))),
+        Check((("2.8", "J_l"),), _units(_MASS * _LENGTH**2, "an inertia (kg·m²)")),
         Check((("2.12", "J_l"), ("2.8", "J_l")), lambda J_l, formula: _inertia(J_l, formula, joint)),
     )
 
@@ -98,7 +97,7 @@ def value_at(expression: Any, point: Point) -> float:
     number = sympy.sympify(expression).xreplace({sympy.Symbol(name): sympy.Float(v) for name, v in point.items()})
     found = complex(number)
     if not np.isfinite(found) or abs(found.imag) > 1e-9 * abs(found.real):
-        raise ArithmeticError(_("not a real number"))
+        raise ArithmeticError("not a real number")
     return found.real
 
 
@@ -133,10 +132,10 @@ def _units(factor: float, what: str) -> Callable[[Any], str]:
         ]
         if all(_close(one, other) for one, other in pairs):
             return ""
-        return _(
-            "It should be {what}; by the units of its symbols, it is not in every term. Which term has another unit "
-            "than the others?"
-        ).format(what=what)
+        return (
+            f"It should be {what}; by the units of its symbols, it is not in every term. Which term has another "
+            "unit than the others?"
+        )
 
     return ask
 
@@ -146,7 +145,7 @@ def _units_of_equation(equation: Any) -> str:
     ratios = [value_at(left, _scaled(point)) / value_at(left, point) for point in _points(_NAMES)]
     if all(_close(one, ratios[0]) for one in ratios):
         return ""
-    return _(
+    return (
         "The terms of your equation do not all have the same unit, by the units of its symbols. Which one has another?"
     )
 
@@ -158,7 +157,7 @@ def _lagrangian(L: Any, T: Any, V: Any) -> str:
     values = [[value_at(one, point) for one in (L, T, V)] for point in _points(_NAMES)]
     if all(_close(L, T - V, max(abs(T), abs(V))) for L, T, V in values):
         return ""
-    return _("With your own T and V put in, this L is not the Lagrangian. How is L made of T and V?")
+    return "With your own T and V put in, this L is not the Lagrangian. How is L made of T and V?"
 
 
 def _euler_lagrange(L: Any, coordinate: str, point: Point) -> float:
@@ -188,11 +187,11 @@ def _follows(coordinate: str) -> Callable[[Any, Any], str]:
             wanted = np.transpose([_affine(partial(_euler_lagrange, L, q), point) for q in ("theta", "alpha")])
             parts = np.linalg.lstsq(wanted, given)[0]
             if np.linalg.norm(wanted @ parts - given) > _AGREES * np.linalg.norm(given):
-                return _(
-                    "Friction and torque set aside, this equation does not follow from your own L (2.3). Differentiate "
-                    "your L once more with respect to {coordinate}_dot, then time, and with respect to {coordinate}: "
-                    "which term comes out otherwise?"
-                ).format(coordinate=coordinate)
+                return (
+                    "Friction and torque set aside, this equation does not follow from your own L (2.3). "
+                    f"Differentiate your L once more with respect to {coordinate}_dot, then time, and with "
+                    f"respect to {coordinate}: which term comes out otherwise?"
+                )
         return ""
 
     return ask
@@ -208,7 +207,7 @@ def _carried_along(equation: Any) -> str:
         turning = {**point, **dict.fromkeys(("alpha", "alpha_dot", "theta_ddot", "alpha_ddot"), 0.0)}
         turning["tau"] = point["B_eq"] * point["theta_dot"]
         if not _close(value_at(left, turning), 0.0, point["theta_dot"]):
-            return _(
+            return (
                 "Let the servo turn evenly, with the arm unbent and at rest on it. Nothing is bent, moves against the "
                 "joint or is accelerated, and your equation still has a term. Which one, and with which rate?"
             )
@@ -224,10 +223,10 @@ def _solve(theta_ddot: Any, alpha_ddot: Any, servo: Any, link: Any) -> str:
             at_rest = [{**undamped, **found, name: 0.0} for name in found]
             terms = max(abs(value_at(left, one)) for one in ({**undamped, **found}, *at_rest))
             if abs(value_at(left, {**undamped, **found})) > 2 * _AGREES * terms:
-                return _(
-                    "Put into your own equation of question {number} (without the link's damping), your two "
+                return (
+                    f"Put into your own equation of question {number} (without the link's damping), your two "
                     "accelerations do not satisfy it. Is a sign or a term lost where you solved for them?"
-                ).format(number=number)
+                )
     return ""
 
 
@@ -240,10 +239,11 @@ def _rows(A: Any, B: Any, theta_ddot: Any, alpha_ddot: Any) -> str:
                 wrong.add(row)
     if not wrong:
         return ""
-    return _(
-        "A times the state, plus B times tau, is not your own acceleration of question 2.6 in these rows: {rows}. "
-        "Which coefficient stands in another column, or has another sign?"
-    ).format(rows=_(" and ").join(map(str, sorted(wrong))))
+    return (
+        "A times the state, plus B times tau, is not your own acceleration of question 2.6 in these rows: "
+        f"{' and '.join(map(str, sorted(wrong)))}. Which coefficient stands in another column, or has another "
+        "sign?"
+    )
 
 
 def _inertia(J_l: float, formula: Any, joint: Joint) -> str:
@@ -252,13 +252,11 @@ def _inertia(J_l: float, formula: Any, joint: Joint) -> str:
         return ""
     unit = unit_of(J_l / own) if own else ""
     if unit:
-        return _(
-            "Your own formula (2.8), with lab.joint's masses and lengths, gives another size: is it {unit}?"
-        ).format(unit=unit)
-    return _(
-        "Your own formula (2.8), with lab.joint's masses and lengths, gives {percent:.0f} % of this J_l. Are these the "
-        "numbers of your own bench, at its anchor?"
-    ).format(percent=100 * own / J_l)
+        return f"Your own formula (2.8), with lab.joint's masses and lengths, gives another size: is it {unit}?"
+    return (
+        f"Your own formula (2.8), with lab.joint's masses and lengths, gives {100 * own / J_l:.0f} % of this "
+        "J_l. Are these the numbers of your own bench, at its anchor?"
+    )
 
 
 # --- models -----------------------------------------------------------------------------------------------------------
@@ -274,7 +272,7 @@ def kinematics(A: Array) -> str:
     """Asks where the first rows of a model's A are not those of angles and their rates."""
     if alike(np.asarray(A)[:2], [[0, 0, 1, 0], [0, 0, 0, 1]], 0.0, 1e-6):
         return ""
-    return _(
+    return (
         "The first two rows of A say how the two angles change: as fast as the two rates that are states, too. With "
         "the states theta, alpha, theta_dot, alpha_dot, do your rows 1 and 2 say that?"
     )
@@ -285,7 +283,7 @@ def left_alone(A: Array) -> str:
     poles = np.linalg.eigvals(np.asarray(A, dtype=float))
     if poles.real.max() <= _GROWS * max(1.0, np.abs(poles).max()):
         return ""
-    return _(
+    return (
         "Without any torque, this A has a pole with a positive real part: an arm that is let go swings wider and "
         "wider. Does your bench do that? If not: which sign of the spring or of the friction, in which row?"
     )

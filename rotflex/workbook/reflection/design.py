@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from rotflex.config import Servo
-from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.simulation import with_actuator
 from rotflex.specifications import OMEGA_N, ZETA
@@ -71,42 +70,42 @@ def checks(servo: Servo) -> tuple[Check, ...]:
 def _stability(said: str, poles: Array) -> str:
     real, room = np.real(poles), _AXIS * np.abs(poles).max()
     if real.max() > room:
-        found, why = "unstable", _("one of your own poles (2.18) has a positive real part")
+        found, why = "unstable", "one of your own poles (2.18) has a positive real part"
     elif real.max() >= -room:
-        found, why = "marginally stable", _("one of your own poles (2.18) is on the imaginary axis, none is beyond it")
+        found, why = "marginally stable", "one of your own poles (2.18) is on the imaginary axis, none is beyond it"
     else:
-        found, why = "stable", _("all of your own poles (2.18) have negative real parts")
+        found, why = "stable", "all of your own poles (2.18) have negative real parts"
     if said == found:
         return ""
-    return _("You say {said!r}, and {why}. What becomes of the response as time goes on?").format(said=said, why=why)
+    return f"You say {said!r}, and {why}. What becomes of the response as time goes on?"
 
 
 def _polynomial(own: Array, poles: Array, number: str) -> str:
     if same_polynomial(own, np.poly(np.ravel(poles))):
         return ""
     if same_polynomial(np.ravel(own)[::-1], np.poly(np.ravel(poles))):
-        return _("Which end does it begin at? The question asks for the highest power of s first.")
-    return _(
-        "The roots of this polynomial (np.roots) are {roots}; your own poles of question {number} are {poles}. Which "
-        "coefficient is off?"
-    ).format(roots=listed(np.roots(np.ravel(own))), number=number, poles=listed(poles))
+        return "Which end does it begin at? The question asks for the highest power of s first."
+    return (
+        f"The roots of this polynomial (np.roots) are {listed(np.roots(np.ravel(own)))}; your own poles of "
+        f"question {number} are {listed(poles)}. Which coefficient is off?"
+    )
 
 
 def _as_asked(poles: Array) -> str:
     """Whether the dominant pair has the damping ratio and the frequency that the task names, and all poles decay."""
     if np.real(poles).max() >= 0:
-        return _("Not all of your desired poles have negative real parts. What does such a pole do to the response?")
+        return "Not all of your desired poles have negative real parts. What does such a pole do to the response?"
     pair = [p for p in poles if p.imag > _AXIS * abs(p)]
     if len(pair) != 1:
-        return _("The task asks for one pair of complex poles and two real ones. How many pairs have you?")
+        return "The task asks for one pair of complex poles and two real ones. How many pairs have you?"
     omega = abs(pair[0])
     zeta = -pair[0].real / omega
     if alike(zeta, ZETA, _ASKED) and alike(omega, OMEGA_N, _ASKED):
         return ""
-    return _(
-        "Your pair of poles has a damping ratio of {zeta:.2g} and a natural frequency of {omega:.3g} rad/s. Are these "
-        "the ones that the task names?"
-    ).format(zeta=zeta, omega=omega)
+    return (
+        f"Your pair of poles has a damping ratio of {zeta:.2g} and a natural frequency of {omega:.3g} rad/s. Are "
+        "these the ones that the task names?"
+    )
 
 
 # --- the companion form -----------------------------------------------------------------------------------------------
@@ -114,9 +113,9 @@ def _as_asked(poles: Array) -> str:
 
 def _companion_form(A_c: Array, B_c: Array) -> str:
     if not alike(np.asarray(A_c)[:3], np.eye(4, k=1)[:3], 0.0, 1e-6):
-        return _("In companion form each state is the rate of the one before. Do rows 1 to 3 of your A_c say that?")
+        return "In companion form each state is the rate of the one before. Do rows 1 to 3 of your A_c say that?"
     if not alike(np.ravel(B_c), [0, 0, 0, 1], 0.0, 1e-6):
-        return _("In companion form the input goes into the last state alone, as it is. Does your B_c say that?")
+        return "In companion form the input goes into the last state alone, as it is. Does your B_c say that?"
     return ""
 
 
@@ -124,7 +123,7 @@ def _companion(A_c: Array, polynomial: Array) -> str:
     own = np.poly(np.asarray(A_c, dtype=float))
     if same_polynomial(own, np.ravel(polynomial)):
         return ""
-    return _(
+    return (
         "The characteristic polynomial of your A_c (np.poly) is not your polynomial of question 3.2. In its last row, "
         "which signs have the coefficients, and which stands first?"
     )
@@ -134,10 +133,10 @@ def _companion_gain(K_c: Array, A_c: Array, B_c: Array, desired: Array) -> str:
     closed = np.poly(A_c - np.reshape(B_c, (4, 1)) @ np.reshape(K_c, (1, 4)))
     if same_polynomial(closed, np.ravel(desired)):
         return ""
-    return _(
-        "With this gain, A_c − B_c·K_c has poles at {poles}, which are not the roots of your desired polynomial (3.4). "
-        "Which sign, which order of the coefficients, or what that A_c brings along?"
-    ).format(poles=listed(np.roots(closed)))
+    return (
+        f"With this gain, A_c − B_c·K_c has poles at {listed(np.roots(closed))}, which are not the roots of your "
+        "desired polynomial (3.4). Which sign, which order of the coefficients, or what that A_c brings along?"
+    )
 
 
 def _controllability(T: Array, A: Array, B: Array, number: str) -> str:
@@ -147,10 +146,10 @@ def _controllability(T: Array, A: Array, B: Array, number: str) -> str:
     )
     if np.all(np.linalg.norm(np.asarray(T) - own, axis=0) <= _PRODUCTS * np.linalg.norm(terms, axis=0)):
         return ""
-    return _(
-        "It should be [B, A·B, A²·B, A³·B] of your own matrices (question {number}; for T with the motor voltage as "
-        "input). Is it, column by column?"
-    ).format(number=number)
+    return (
+        f"It should be [B, A·B, A²·B, A³·B] of your own matrices (question {number}; for T with the motor "
+        "voltage as input). Is it, column by column?"
+    )
 
 
 def _rank(rank: float, T: Array) -> str:
@@ -158,17 +157,13 @@ def _rank(rank: float, T: Array) -> str:
     own = int(np.linalg.matrix_rank(T / np.where(lengths > 0, lengths, 1.0)))
     if own == rank:
         return ""
-    return _("np.linalg.matrix_rank of your own T (3.7), its columns scaled to length 1, is not {rank:g}. Why?").format(
-        rank=rank
-    )
+    return f"np.linalg.matrix_rank of your own T (3.7), its columns scaled to length 1, is not {rank:g}. Why?"
 
 
 def _controllable(said: str, rank: float) -> str:
     if (said == "yes") == (rank == 4):
         return ""
-    return _("You say {said!r}, with a rank of {rank:g} and four states. How do these go together?").format(
-        said=said, rank=rank
-    )
+    return f"You say {said!r}, with a rank of {rank:g} and four states. How do these go together?"
 
 
 def _transforms(W: Array, A: Array, B: Array) -> str:
@@ -181,7 +176,7 @@ def _transforms(W: Array, A: Array, B: Array) -> str:
     last = np.linalg.norm(W[:, 3:] - B) <= _COLUMNS * np.linalg.norm(B)
     if last and np.all(np.linalg.norm(W @ A_c - A @ W, axis=0) <= room):
         return ""
-    return _(
+    return (
         "With this W, inv(W)·A·W and inv(W)·B are not the companion form of your own model (2.14, motor voltage as "
         "input). Is it T times the inverse of T_c, in this order, and not its inverse?"
     )
@@ -196,14 +191,14 @@ def _gain(K: Array, desired: Array, A: Array, B: Array) -> str:
     if same_polynomial(np.poly(closed), np.poly(np.ravel(desired)), _PLACED):
         return ""
     poles = np.linalg.eigvals(closed)
-    words = _("With this K, your own model (2.14) has its closed-loop poles at {poles}").format(poles=listed(poles))
+    words = f"With this K, your own model (2.14) has its closed-loop poles at {listed(poles)}"
     if poles.real.max() > _AXIS * np.abs(poles).max():
         turned = np.linalg.eigvals(A + B @ K)
-        sign = _(" (with −K it would not)") if turned.real.max() < 0 else ""
-        return words + _(": it runs away{sign}. Which sign, which order, or which matrix?").format(sign=sign)
-    return words + _(
-        ", and you wanted {desired} (3.4). Was K made for this model, in these units and this order?"
-    ).format(desired=listed(desired))
+        sign = " (with −K it would not)" if turned.real.max() < 0 else ""
+        return words + f": it runs away{sign}. Which sign, which order, or which matrix?"
+    return (
+        words + f", and you wanted {listed(desired)} (3.4). Was K made for this model, in these units and this order?"
+    )
 
 
 def _closed_loop(poles: Array, K: Array, A: Array, B: Array) -> str:
@@ -211,5 +206,5 @@ def _closed_loop(poles: Array, K: Array, A: Array, B: Array) -> str:
     if same_poles(poles, own, CARRIED):
         return ""
     if same_poles(poles, np.linalg.eigvals(A), CARRIED):
-        return _("These are the poles of your open loop. What does the feedback make of A?")
-    return _("np.linalg.eigvals of your own A − B·K (2.14 with the motor voltage, 3.8) are others. Which A, B and K?")
+        return "These are the poles of your open loop. What does the feedback make of A?"
+    return "np.linalg.eigvals of your own A − B·K (2.14 with the motor voltage, 3.8) are others. Which A, B and K?"

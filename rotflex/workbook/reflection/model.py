@@ -11,7 +11,6 @@ from scipy.linalg import expm
 
 from rotflex import signals
 from rotflex.config import Servo
-from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.simulation import with_actuator
 from rotflex.units import HZ
@@ -69,10 +68,10 @@ def _height(outputs: list[tuple[Array, ...]], probe_seed: int) -> str:
     ratio = float(np.median(ratios))
     if abs(ratio - 1) <= _ENERGY:
         return ""
-    return _(
-        "On a test signal, the sines that your spectrum shows would make a signal {ratio:.2g} times as large as the "
-        "one that it was given. Try it on np.sin: how high is the peak of a sine of amplitude 1?"
-    ).format(ratio=ratio)
+    return (
+        f"On a test signal, the sines that your spectrum shows would make a signal {ratio:.2g} times as large as "
+        "the one that it was given. Try it on np.sin: how high is the peak of a sine of amplitude 1?"
+    )
 
 
 def _peak(omega_n: float, sweep: Kept) -> str:
@@ -80,16 +79,17 @@ def _peak(omega_n: float, sweep: Kept) -> str:
     peak = float(omega[np.argmax(amplitude)])
     if abs(omega_n / peak - 1) <= _ELSEWHERE:
         return ""
-    words = _("Your omega_n of {omega:.3g} rad/s is {hertz}.").format(omega=omega_n, hertz=hertz(omega_n))
+    words = f"Your omega_n of {omega_n:.3g} rad/s is {hertz(omega_n)}."
     unit = unit_of(omega_n / peak, _ELSEWHERE)
     if unit:
-        return words + _(" The spectrum of your own sweep is not high there. Is it {unit}?").format(unit=unit)
+        return words + f" The spectrum of your own sweep is not high there. Is it {unit}?"
     if not omega[0] <= omega_n <= omega[-1]:
-        return words + _(" Your sweep does not go through that frequency. Which unit is it in?")
+        return words + " Your sweep does not go through that frequency. Which unit is it in?"
     there = 100 * float(np.interp(omega_n, omega, amplitude))
-    return words + _(
-        " There, the spectrum of your own sweep has {percent:.0f} % of its highest value. Which peak did you read?"
-    ).format(percent=there)
+    return (
+        words
+        + f" There, the spectrum of your own sweep has {there:.0f} % of its highest value. Which peak did you read?"
+    )
 
 
 def _stiffness(K_s: float, J_l: float, omega_n: float) -> str:
@@ -97,14 +97,15 @@ def _stiffness(K_s: float, J_l: float, omega_n: float) -> str:
     if alike(K_s, own, BUILT):
         return ""
     if alike(K_s, J_l * omega_n, BUILT):
-        return _("Your K_s is your J_l times your omega_n. Which unit does that product have?")
+        return "Your K_s is your J_l times your omega_n. Which unit does that product have?"
     unit = unit_of(K_s / own)
     if unit:
-        return _("By your own J_l and omega_n, this K_s has another size. Is it {unit}?").format(unit=unit)
-    return _(
-        "A mass of inertia J_l = {J_l:.3g} kg·m² on a spring of K_s = {K_s:.3g} N·m/rad swings at {swings}; your "
-        "omega_n is {omega}. Which of the three numbers is off?"
-    ).format(J_l=J_l, K_s=K_s, swings=hertz(math.sqrt(abs(K_s / J_l))), omega=hertz(omega_n))
+        return f"By your own J_l and omega_n, this K_s has another size. Is it {unit}?"
+    return (
+        f"A mass of inertia J_l = {J_l:.3g} kg·m² on a spring of K_s = {K_s:.3g} N·m/rad swings at "
+        f"{hertz(math.sqrt(abs(K_s / J_l)))}; your omega_n is {hertz(omega_n)}. Which of the three numbers is "
+        "off?"
+    )
 
 
 # --- the model in code and in numbers ---------------------------------------------------------------------------------
@@ -119,16 +120,10 @@ def _code(outputs: list[tuple[Array, ...]], A: Any, B: Any, *, probe_seed: int) 
             differing[name].update(_rows(code, paper, _EXACT))
     if not any(differing.values()):
         return ""
-    return _(
+    return (
         "On the same parameters, your function and your own A and B of question 2.7 give different numbers in {rows}. "
         "They cannot both be right. Which is it, and if it is 2.7: which step from 2.1 on?"
-    ).format(
-        rows=_(" and ").join(
-            _("row {rows} of {name}").format(rows=_numbered(rows), name=name)
-            for name, rows in differing.items()
-            if rows
-        )
-    )
+    ).format(rows=" and ".join(f"row {_numbered(rows)} of {name}" for name, rows in differing.items() if rows))
 
 
 def _code_by_itself(outputs: list[tuple[Array, ...]]) -> str:
@@ -150,10 +145,10 @@ def _numbers(matrix: Array, symbols: Any, K_s: float, J_l: float, *, servo: Serv
     rows = _rows(matrix, own, BUILT)
     if not rows:
         return ""
-    return _(
-        "Your own matrix of question 2.7, with your K_s and J_l and lab.servo's J_eq and B_eq put in, differs from "
-        "these numbers in row {rows}. Which number, or which sign?"
-    ).format(rows=_numbered(rows))
+    return (
+        "Your own matrix of question 2.7, with your K_s and J_l and lab.servo's J_eq and B_eq put in, differs "
+        f"from these numbers in row {_numbered(rows)}. Which number, or which sign?"
+    )
 
 
 def _numbered(rows: Iterable[int]) -> str:
@@ -165,23 +160,23 @@ def _rings(A: Array, B: Array, omega_n: float) -> str:
     b = np.ravel(B)
     square = -(A[3, 1] - b[3] / b[2] * A[2, 1])
     if not square > 0:
-        return _(
+        return (
             "Hold the servo of your model still, and its arm does not swing: nothing pulls it back. Which "
             "sign do the spring's terms have in rows 3 and 4 of A, and what signs has B?"
         )
     if abs(math.sqrt(square) / omega_n - 1) <= _RINGS:
         return ""
-    return _(
-        "With its servo held still, the arm of your A rings at {model}; by your own recording it is {own}. Is it the "
-        "stiffness (2.12), the inertia, or a term of A?"
-    ).format(model=hertz(math.sqrt(square)), own=hertz(omega_n))
+    return (
+        f"With its servo held still, the arm of your A rings at {hertz(math.sqrt(square))}; by your own "
+        f"recording it is {hertz(omega_n)}. Is it the stiffness (2.12), the inertia, or a term of A?"
+    )
 
 
 def _outputs(C: Array, D: Array) -> str:
     if not alike(np.reshape(C, (2, 4)), np.eye(2, 4), 0.0, 1e-6):
-        return _("The outputs are theta and alpha, in that order. What does your C give of [theta, alpha, ...]?")
+        return "The outputs are theta and alpha, in that order. What does your C give of [theta, alpha, ...]?"
     if np.any(np.ravel(D)):
-        return _("With your D, the torque moves an angle in no time at all. Can it?")
+        return "With your D, the torque moves an angle in no time at all. Can it?"
     return ""
 
 
@@ -191,17 +186,17 @@ def _outputs(C: Array, D: Array) -> str:
 def _beside_the_bench(kept: Kept) -> str:
     cut = kept["metadata"].get("model_cut_at")
     if cut is not None:
-        return _(
-            "In this recording your model runs away (at {time:.3g} s), and your bench does not. Which sign in "
-            "A of question 2.14 makes it do so?"
-        ).format(time=float(cut))
+        return (
+            f"In this recording your model runs away (at {float(cut):.3g} s), and your bench does not. Which "
+            "sign in A of question 2.14 makes it do so?"
+        )
     for angle in ("theta", "alpha"):
         ratio = np.ptp(channel(kept, f"{angle}_model")) / np.ptp(channel(kept, angle))
         if not 1 / _PULLS <= ratio <= _PULLS:
-            return _(
-                "In this recording, {angle} of your model moves {ratio:.2g} times as far as {angle} of your bench. Is "
-                "it the model with the motor voltage as input, and what makes B so large or small?"
-            ).format(angle=angle, ratio=ratio)
+            return (
+                f"In this recording, {angle} of your model moves {ratio:.2g} times as far as {angle} of your "
+                "bench. Is it the model with the motor voltage as input, and what makes B so large or small?"
+            )
     return ""
 
 
@@ -214,10 +209,10 @@ def _recorded_with(kept: Kept, A: Array, B: Array, *, servo: Servo) -> str:
     for row, angle in enumerate(("theta", "alpha")):
         there = channel(kept, f"{angle}_model")
         if np.abs(there - model[row]).max() > _MODEL * max(np.ptp(there), np.ptp(model[row])):
-            return _(
-                "The model's {angle} in this recording is not what your A and B of question 2.14 give with the motor "
-                "voltage as input. Was it recorded with an earlier model, or with the torque's?"
-            ).format(angle=angle)
+            return (
+                f"The model's {angle} in this recording is not what your A and B of question 2.14 give with the "
+                "motor voltage as input. Was it recorded with an earlier model, or with the torque's?"
+            )
     return ""
 
 
@@ -252,11 +247,11 @@ def _open_loop(poles: Array, A: Array, B: Array, *, servo: Servo) -> str:
     if same_poles(poles, own):
         return ""
     if same_poles(poles, np.linalg.eigvals(A)):
-        return _("These are the poles of A as it is, with the torque as input. Which input does the question name?")
+        return "These are the poles of A as it is, with the torque as input. Which input does the question name?"
     if same_poles(-np.asarray(poles), own):
-        return _("These are the poles of your model with all signs turned round. Do they decay, or grow?")
+        return "These are the poles of your model with all signs turned round. Do they decay, or grow?"
     if same_poles(HZ * np.asarray(poles), own):
-        return _("Are these in hertz in place of rad/s?")
-    return _(
-        "The poles of your own A and B (2.14), with the motor voltage as input, are others: not {poles}. Why?"
-    ).format(poles=listed(poles))
+        return "Are these in hertz in place of rad/s?"
+    return (
+        f"The poles of your own A and B (2.14), with the motor voltage as input, are others: not {listed(poles)}. Why?"
+    )

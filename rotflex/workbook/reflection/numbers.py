@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.courseware.messages import N_, _
 from rotflex.units import DEG, HZ
 
 Array = NDArray[Any]
@@ -65,18 +64,18 @@ def _sorted(poles: ArrayLike) -> list[Any]:
 
 #: Ratio of what is given to what is expected → what that ratio is usually due to.
 UNITS = (
-    (1 / HZ, N_("hertz in place of rad/s")),
-    (HZ, N_("rad/s in place of hertz")),
-    (DEG, N_("radians in place of degrees")),
-    (1 / DEG, N_("degrees in place of radians")),
-    (1e3, N_("a thousandth of the unit that is asked for: g for kg, mm for m, ms for s, mN for N")),
-    (1e-3, N_("a thousand times the unit that is asked for: kg for g, m for mm, s for ms")),
-    (1e7, N_("g·cm² in place of kg·m²")),
-    (1e4, N_("kg·cm² in place of kg·m²")),
-    (HZ**-2, N_("the frequency in hertz, squared")),
+    (1 / HZ, "hertz in place of rad/s"),
+    (HZ, "rad/s in place of hertz"),
+    (DEG, "radians in place of degrees"),
+    (1 / DEG, "degrees in place of radians"),
+    (1e3, "a thousandth of the unit that is asked for: g for kg, mm for m, ms for s, mN for N"),
+    (1e-3, "a thousand times the unit that is asked for: kg for g, m for mm, s for ms"),
+    (1e7, "g·cm² in place of kg·m²"),
+    (1e4, "kg·cm² in place of kg·m²"),
+    (HZ**-2, "the frequency in hertz, squared"),
 )
 
 
 def unit_of(ratio: float, room: float = BUILT) -> str:
     """What a number that is so many times too large may be due to; "" if no unit is that."""
-    return next((_(why) for factor, why in UNITS if abs(ratio / factor - 1) <= room), "")
+    return next((why for factor, why in UNITS if abs(ratio / factor - 1) <= room), "")

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from rotflex.courseware.json_values import thin
-from rotflex.courseware.messages import _
 from rotflex.courseware.reflection import Check
 from rotflex.identification import SWEEP_BAND
 from rotflex.recording import UNITS, Recording
@@ -48,17 +47,16 @@ def settings(bench: Mapping[str, Any]) -> tuple[Check, ...]:
 def _made_otherwise(kept: Kept, wanted: tuple[tuple[str, str], ...], bench: Mapping[str, Any]) -> str:
     said = kept["metadata"]
     if said.get("drive") == "voltage":
-        return _(
-            "The motor had the sweep as a voltage here. Did you mean the one in which the servo follows the sweep?"
-        )
+        return "The motor had the sweep as a voltage here. Did you mean the one in which the servo follows the sweep?"
     for name, value in wanted:
         if said.get(name, value) != value:
-            return _(
-                "This recording's {name} is {found!r}, and the question asks for {wanted!r}. Is it the one?"
-            ).format(name=name, found=str(said[name])[:40], wanted=value)
+            return (
+                f"This recording's {name} is {str(said[name])[:40]!r}, and the question asks for {value!r}. Is "
+                "it the one?"
+            )
     made_on = said.get("bench")
     if isinstance(made_on, Mapping) and any(made_on.get(key) != bench.get(key) for key in _SAME_BENCH):
-        return _(
+        return (
             "This was recorded on another bench than yours (a practice bench, or somebody else's). Is there one that "
             "you made with lab.bench()?"
         )

@@ -9,7 +9,6 @@ import numpy as np
 
 from rotflex import response
 from rotflex.config import Servo
-from rotflex.courseware.messages import _
 from rotflex.courseware.parts import Part
 from rotflex.courseware.reflection import Check
 from rotflex.errors import RotflexError
@@ -82,7 +81,7 @@ def _simulated(kept: Kept, K: Array, A: Array, B: Array) -> str:
         return ""
     if np.abs(own - channel(kept, "theta")).max() <= _OTHER_LOOP * step:
         return ""
-    return _(
+    return (
         "Your own A, B (2.14, motor voltage as input) and K (3.8), simulated with this command, give another theta. "
         "Which model and which K were simulated?"
     )
@@ -92,7 +91,7 @@ def _recorded_with(kept: Kept, K: Array) -> str:
     used = kept["metadata"].get("K")
     if used is None or alike(used, K, _SAME_GAIN, 1e-3) or alike(used, SPARE_GAIN, 1e-3):
         return ""
-    return _("This was recorded with another gain than your K of question 3.8 is now. Is that the one you mean?")
+    return "This was recorded with another gain than your K of question 3.8 is now. Is that the one you mean?"
 
 
 def _quantity(name: str) -> Callable[[float, Kept], str]:
@@ -109,13 +108,11 @@ def _quantity(name: str) -> Callable[[float, Kept], str]:
             return ""
         unit_meant = unit_of(given / shown, 0.3) if shown else ""
         if unit_meant:
-            return _("Your own recording shows another size for {name}. Is it {unit}?").format(
-                name=name, unit=unit_meant
-            )
-        return _(
-            "Your {name} of {given:.3g} {symbol} is not what your own recording shows. Which step did you read, from "
-            "where on, and in per cent of what?"
-        ).format(name=name, given=given, symbol=symbol)
+            return f"Your own recording shows another size for {name}. Is it {unit_meant}?"
+        return (
+            f"Your {name} of {given:.3g} {symbol} is not what your own recording shows. Which step did you read, "
+            "from where on, and in per cent of what?"
+        )
 
     return ask
 
@@ -124,10 +121,10 @@ def _voltage(given: float, kept: Kept) -> str:
     shown = response.worst(response.measure(recording(kept))).max_vm
     if not shown or _PEAK_LOST[0] <= given / shown <= _PEAK_LOST[1]:
         return ""
-    return _(
-        "Your V_max of {given:.3g} V is not what your own recording shows. Is it the largest magnitude, from zero, of "
-        "the steps of full size?"
-    ).format(given=given)
+    return (
+        f"Your V_max of {given:.3g} V is not what your own recording shows. Is it the largest magnitude, from "
+        "zero, of the steps of full size?"
+    )
 
 
 # --- specifications ---------------------------------------------------------------------------------------------------
@@ -146,14 +143,12 @@ def _satisfied(said: str, *measured: float) -> str:
     shares = [value / limit for value, limit in zip(measured, _ALLOWED, strict=True)]
     if said == "yes" and max(shares) > 1 + _NEAR_LIMIT:
         worst = int(np.argmax(shares))
-        return _(
-            "You say that all four are met, and your own {name} is {value:.3g} {unit}; the limit is {limit:.3g} "
-            "{unit}. Is it met?"
-        ).format(name=_ANSWERED[worst], value=measured[worst], limit=_ALLOWED[worst], unit=_SYMBOLS[worst])
-    if said == "no" and max(shares) < 1 - _NEAR_LIMIT:
-        return _(
-            "You say that not all four are met, and each of your own four numbers is within its limit. Which is it?"
+        return (
+            f"You say that all four are met, and your own {_ANSWERED[worst]} is {measured[worst]:.3g} "
+            f"{_SYMBOLS[worst]}; the limit is {_ALLOWED[worst]:.3g} {_SYMBOLS[worst]}. Is it met?"
         )
+    if said == "no" and max(shares) < 1 - _NEAR_LIMIT:
+        return "You say that not all four are met, and each of your own four numbers is within its limit. Which is it?"
     return ""
 
 
@@ -176,11 +171,11 @@ def _repeats(part: Part) -> Callable[[Array, Array], str]:
             fed_back = np.ravel(entry)[[0, 2]]
             if alike(fed_back, np.ravel(source)[[0, 2]], CARRIED) and not np.any(np.ravel(entry)[[1, 3]]):
                 return ""
-            return _("Which states does partial state feedback leave, and what is the gain on the others?")
+            return "Which states does partial state feedback leave, and what is the gain on the others?"
         same = same_poles(entry, source) if part.kind == "poles" else _same(entry, source)
         if same:
             return ""
-        return _("{name} in the table is not what you answered. Which of the two do you mean?").format(name=part.name)
+        return f"{part.name} in the table is not what you answered. Which of the two do you mean?"
 
     return ask
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from checkout import ROOT
 
-from rotflex.courseware.scene.explorer import Explorer, page_words
+from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.moving import GROUND, Moving
 from rotflex.courseware.scene.scene import Column, Panel, Play, Scene
 from rotflex.errors import RotflexError
@@ -217,9 +217,9 @@ def test_a_narrow_box_shows_all_of_the_drawing(page):
     assert circle[1:] == pytest.approx([30 + 80, 10 + 24 + 3 * 20, 20])
 
 
-PLAYED = """async ([module, scene, data, times, words]) => {
+PLAYED = """async ([module, scene, data, times]) => {
     const { render } = await import(URL.createObjectURL(new Blob([module], { type: 'text/javascript' })));
-    const values = { words, scene, data: new DataView(Float32Array.from(data).buffer) };
+    const values = { scene, data: new DataView(Float32Array.from(data).buffer) };
     document.body.replaceChildren();
     const model = { get: (name) => values[name], on() {}, off() {}, send() {} };
     const close = render({ model, el: document.body });
@@ -248,7 +248,7 @@ def test_the_player_goes_through_recorded_signals_by_name(page):
     recorded = {"angle": np.linspace(0, 8, 5), "x": np.array([-1.0, 1.0, 3.0])}  # evenly spaced, each in its own way
     scene, data = Scene("a crane", [Column([shown])], play=Play(recorded, 2.0)).packed()
     numbers = np.frombuffer(data, np.float32).tolist()
-    said = page.evaluate(PLAYED, [Explorer._esm, scene, numbers, [0.0, 1.0, 1.5, 2.0], page_words()])
+    said = page.evaluate(PLAYED, [Explorer._esm, scene, numbers, [0.0, 1.0, 1.5, 2.0]])
     assert said == [
         "x -1.00   angle 0.00   bend -1.10",
         "x 1.00   angle 4.00   bend -1.10",

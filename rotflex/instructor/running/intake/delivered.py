@@ -12,7 +12,6 @@ from datetime import datetime
 from typing import Protocol
 
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import HandIn, cells_of
 from rotflex.instructor.running.intake.places import course_data
 
@@ -88,11 +87,7 @@ def _notes(
         for name in (*there, *(name for name in reports if name in latest)):
             by_delivery.setdefault((latest[name].received, latest[name].source), []).append(name)
         for (received, source), names_of_it in sorted(by_delivery.items()):
-            notes.append(
-                _("Of {when:%Y-%m-%d %H:%M} UTC ({source}): {names}.").format(
-                    when=received, source=source, names=", ".join(names_of_it)
-                )
-            )
+            notes.append(f"Of {received:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names_of_it)}.")
     if there:
-        notes += [_("{name} was not handed in.").format(name=name) for name in wanted if name not in latest]
+        notes += [f"{name} was not handed in." for name in wanted if name not in latest]
     return notes

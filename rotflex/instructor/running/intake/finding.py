@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _, listed
+from rotflex.courseware.messages import listed
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
@@ -60,17 +60,17 @@ def find(
         If there is no such folder, or no submission in it.
     """
     if not (folder.is_dir() or folder.is_file()):
-        raise GradingError(_("There is no folder {folder}.").format(folder=folder))
+        raise GradingError(f"There is no folder {folder}.")
     with Shelf() as shelf:
         explorer = _Explorer(People(roster), times or {}, zone, shelf)
         try:
             explorer.start(folder)
         except Unreadable as error:
-            raise GradingError(_("{folder} cannot be read: {why}").format(folder=folder, why=error)) from None
+            raise GradingError(f"{folder} cannot be read: {error}") from None
         submissions = explorer.submissions(earlier)
     ignored = explorer.ignored()
     if not submissions:
-        nothing = _("There are no submissions in {folder}: it should hold a folder or a zip for each student.")
+        nothing = "There are no submissions in {folder}: it should hold a folder or a zip for each student."
         raise GradingError(" ".join([nothing.format(folder=folder), *ignored]))
     return Found(submissions, ignored)
 
@@ -112,7 +112,7 @@ class _Explorer:
             if child.why_not:
                 self._ignore(child.source, child.why_not)
             elif label is not None and label.own:
-                self._ignore(child.source, _("{platform} itself wrote it.").format(platform=label.platform))
+                self._ignore(child.source, f"{label.platform} itself wrote it.")
             elif child.is_folder:
                 self._look_into(child, label, siblings, depth)
             elif label is None or not label.rest:
@@ -128,11 +128,11 @@ class _Explorer:
             self._look_into(child, label, siblings, depth)
             return
         if is_notebook(child.name):
-            why = _("it does not say whose it is. Put it into a folder that is named by the student's ID.")
+            why = "it does not say whose it is. Put it into a folder that is named by the student's ID."
         elif child.name.casefold().endswith(places.OTHER_ARCHIVES):
-            why = _("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
+            why = "it is packed in a way that is not read. Unpack it, or ask for an ordinary zip."
         else:
-            why = _("it is neither a folder nor a zip.")
+            why = "it is neither a folder nor a zip."
         self._ignore(child.source, why)
 
     def _look_into(self, child: Child, label: Label | None, siblings: Sequence[str], depth: int) -> None:
@@ -152,7 +152,7 @@ class _Explorer:
                     self._explore(within, depth + 1)
                     return
                 if any(labels.read(one.name) for one in within):
-                    why = _("it holds the hand-ins of several. Unpack it, or import a roster first (rotflex roster).")
+                    why = "it holds the hand-ins of several. Unpack it, or import a roster first (rotflex roster)."
                     self._ignore(child.source, why)
                     return
         self._take(child, match, label)
@@ -219,7 +219,7 @@ class _Explorer:
             if child.is_zip:
                 self._take(child, match, label)
             elif label.rest in together:
-                self._ignore(child.source, _("there is a newer one of the same name."))
+                self._ignore(child.source, "there is a newer one of the same name.")
             else:
                 together[label.rest] = child.entry
                 loose.append(child)
@@ -247,7 +247,7 @@ class _Explorer:
             try:
                 inner = Child(path, f"{place.source}/{path}", place.where, entry, latest=latest).look()
             except Unreadable as error:
-                broken.append(_("{name} cannot be read: {why}").format(name=names.shown(path), why=error))
+                broken.append(f"{names.shown(path)} cannot be read: {error}")
                 continue
             within = self._pieces(name, inner, self._counted(match, path), label, nesting + 1)
             if any(places.is_work(one) for raw in within for one in raw.files):
@@ -260,9 +260,7 @@ class _Explorer:
         if not found and not any(map(places.is_work, files)):
             trouble = " ".join(broken)
             if packed:
-                trouble += _("{names}: packed in a way that is not read; hand in an ordinary zip.").format(
-                    names=names.listed(packed)
-                )
+                trouble += f"{names.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
         return [_Raw(name, place, match, label, files, trouble), *found]
 
     @staticmethod
@@ -276,7 +274,7 @@ class _Explorer:
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """One for each student."""
         taken: list[tuple[whose.Owners, Piece]] = []
-        what_to_do = _("Rename it to the student's ID, or put the student on the roster (rotflex roster).")
+        what_to_do = "Rename it to the student's ID, or put the student on the roster (rotflex roster)."
         known = [raw.match for raw in self._raws if raw.match.certain or not self._people]
         present = {one for match in known for one in match.students}
         for place, raw in enumerate(self._raws):
@@ -313,15 +311,15 @@ class _Explorer:
 
     def _received(self, raw: _Raw, owners: whose.Owners, saved: datetime) -> tuple[datetime, str]:
         if raw.label is not None and raw.label.time is not None:
-            return in_utc(raw.label.time, self._zone), _("the time in its name")
+            return in_utc(raw.label.time, self._zone), "the time in its name"
         given = [raw.name, raw.name.removesuffix(places.ZIP), *owners.students]
         if raw.label is not None:
             given += [*raw.label.people, raw.label.number, f"Participant {raw.label.number}"]
         listed_time = next((self._times[caseless(one)] for one in given if caseless(one) in self._times), None)
         if listed_time is not None:
-            return listed_time, _("the list of times")
+            return listed_time, "the list of times"
         zipped = bool(raw.place.where.zips) or raw.place.where.path.is_file()
-        return saved, _("the newest file in the zip") if zipped else _("the newest file")
+        return saved, "the newest file in the zip" if zipped else "the newest file"
 
     def _saved(self, raw: _Raw) -> datetime:
         """When the newest of its files was saved, as far as that can be so."""
@@ -349,9 +347,9 @@ class _Explorer:
     def ignored(self) -> list[str]:
         """A sentence for each reason, naming what it is about."""
         return [
-            _("{names}: not read: {why}").format(names=", ".join(map(names.shown, sources)), why=why)
+            f"{', '.join(map(names.shown, sources))}: not read: {why}"
             if len(sources) > 1
-            else _("{name} is not read: {why}").format(name=names.shown(sources[0]), why=why)
+            else f"{names.shown(sources[0])} is not read: {why}"
             for why, sources in self._told.items()
         ]
 
@@ -369,7 +367,7 @@ def _submission(student: str, pieces: Iterable[tuple[whose.Owners, Piece]]) -> S
     claimed = all(folded not in {caseless(one) for one in owners.students} for owners, _piece in own)
     notes = dict.fromkeys(note for owners, _piece in own for note in owners.notes)
     if claimed:
-        told = _("Handed in by {other}, whose {course_file} says that it was made together.")
+        told = "Handed in by {other}, whose {course_file} says that it was made together."
         notes[told.format(other=newest.students[0], course_file=COURSE_FILE)] = None
     together = {caseless(one): one for owners, _piece in own for one in (*owners.students, *owners.claimed)}
     return Submission(

@@ -13,7 +13,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.run.handed_in import TEXT, Cell, NotebookError, cells_of
 from rotflex.instructor.running.intake import limits
 
@@ -34,7 +33,7 @@ def read(data: bytes) -> tuple[tuple[Cell, ...], list[str]]:
         If it is no notebook, or too large without its outputs.
     """
     if len(data) > limits.MAX_NOTEBOOK_FILE:
-        raise NotebookError(_("it has more than {limit} bytes.").format(limit=limits.MAX_NOTEBOOK_FILE))
+        raise NotebookError(f"it has more than {limits.MAX_NOTEBOOK_FILE} bytes.")
     problems = []
     if len(data) > limits.MAX_NOTEBOOK:
         scanner = _Scanner(_utf8(data))
@@ -44,7 +43,7 @@ def read(data: bytes) -> tuple[tuple[Cell, ...], list[str]]:
     # The text of some editors holds pictures.
     most = {TEXT: limits.MAX_PICTURES}
     if any(size > most.get(kind, limits.MAX_NOTEBOOK) for kind, size in _sizes(cells).items()):
-        raise NotebookError(_("its cells have more than {limit} bytes.").format(limit=limits.MAX_NOTEBOOK))
+        raise NotebookError(f"its cells have more than {limits.MAX_NOTEBOOK} bytes.")
     kept, left_out = _with_few_pictures(cells)
     return kept, [*problems, *left_out]
 
@@ -64,7 +63,7 @@ def _utf8(data: bytes) -> bytes:
     try:
         return data.decode(coding).encode()
     except UnicodeError:
-        raise NotebookError(_("it is not JSON ({error_type}).").format(error_type="UnicodeError")) from None
+        raise NotebookError("it is not JSON (UnicodeError).") from None
 
 
 def _with_few_pictures(cells: Sequence[Cell]) -> tuple[tuple[Cell, ...], list[str]]:
@@ -75,9 +74,7 @@ def _with_few_pictures(cells: Sequence[Cell]) -> tuple[tuple[Cell, ...], list[st
             added = len(name) + sum(len(kind) + len(data) for kind, data in content.items())
             if size + added > limits.MAX_PICTURES:
                 problems.append(
-                    _("the picture {name!a:.80} in its cell {place} is left out: together, they are too large.").format(
-                        name=name, place=place
-                    )
+                    f"the picture {name!a:.80} in its cell {place} is left out: together, they are too large."
                 )
             else:
                 attachments[name] = content
@@ -131,7 +128,7 @@ class _Scanner:
             self._skip()
             size = self._place - start
             if key == _PICTURES and self._pictures + size > limits.MAX_PICTURES:
-                why = _("the pictures in its cell {place} are left out: together, they are too large.")
+                why = "the pictures in its cell {place} are left out: together, they are too large."
                 self.problems.append(why.format(place=place))
             elif key == _PICTURES:
                 self._pictures += size
@@ -142,7 +139,7 @@ class _Scanner:
                     limits.MAX_NOTEBOOK + limits.MAX_PICTURES
                 )  # text may hold pictures; what is code, is looked at later
                 if self._kept > most:
-                    raise NotebookError(_("without its outputs it has more than {limit} bytes.").format(limit=most))
+                    raise NotebookError(f"without its outputs it has more than {most} bytes.")
                 yield key + b":" + self._text[start : self._place]
 
     def _members(self) -> Iterator[bytes]:
@@ -171,7 +168,7 @@ class _Scanner:
     def _count(self) -> None:
         self._marks += 1
         if self._marks > limits.MAX_BRACKETS:
-            raise NotebookError(_("it has more than {most} parts.").format(most=limits.MAX_BRACKETS))
+            raise NotebookError(f"it has more than {limits.MAX_BRACKETS} parts.")
 
     def _skip(self) -> None:
         """Pass over a value, whatever it holds."""
@@ -211,4 +208,4 @@ class _Scanner:
 
 
 def _no_json() -> NotebookError:
-    return NotebookError(_("it is not JSON ({error_type}).").format(error_type="JSONDecodeError"))
+    return NotebookError("it is not JSON (JSONDecodeError).")

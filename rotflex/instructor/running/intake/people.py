@@ -7,7 +7,6 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from rotflex.courseware import student_id
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import StudentIDError
 from rotflex.instructor.gradebook.records import StudentRecord
@@ -86,11 +85,11 @@ class People:
             found = by_name & by_number if by_name else alone
         elif by_number and not by_name <= by_number:
             both = ", ".join(sorted(by_name | by_number))
-            why = _("its name and its number are of different students ({both}).").format(both=both)
+            why = f"its name and its number are of different students ({both})."
             return Match(why_not=why)
         if len(found) == 1:
-            by_platform = _("{platform}'s name, by the roster").format(platform=label.platform)
-            return Match((found.pop(),), by_platform if label.platform else _("the ID in its name"), True)
+            by_platform = f"{label.platform}'s name, by the roster"
+            return Match((found.pop(),), by_platform if label.platform else "the ID in its name", True)
         return Match(why_not=self._nobody(by_name, label))
 
     def beginning(self, name: str) -> Label | None:
@@ -101,10 +100,10 @@ class People:
 
     def _nobody(self, several: Collection[str], label: Label) -> str:
         if several:
-            return _("it may be any of {several}.").format(several=", ".join(sorted(several)))
+            return f"it may be any of {', '.join(sorted(several))}."
         if not self._ids:
-            return _("{platform} named it, and there is no roster to say who that is.").format(platform=label.platform)
-        return _("{platform} named it, and nobody on the roster is called so.").format(platform=label.platform)
+            return f"{label.platform} named it, and there is no roster to say who that is."
+        return f"{label.platform} named it, and nobody on the roster is called so."
 
     def named(self, name: str, siblings: Collection[str] = ()) -> Match:
         """Whom the name of a folder, or of a zip without its ending, means.
@@ -130,15 +129,15 @@ class People:
         for one, attempt in [(name, 0), *([repeated] if repeated else [])]:
             student = self._ids.get(caseless(one))
             if student is not None:
-                return Match((student,), _("the ID in its name"), True, attempt)
+                return Match((student,), "the ID in its name", True, attempt)
             together = self._together(one)
             if together:
-                return Match(together, _("the IDs in its name"), True, attempt)
+                return Match(together, "the IDs in its name", True, attempt)
             several = self._called(one)
             if len(several) == 1:
-                return Match((several.pop(),), _("its name, by the roster"), True, attempt)
+                return Match((several.pop(),), "its name, by the roster", True, attempt)
             if several:
-                return Match(why_not=_("it may be any of {several}.").format(several=", ".join(sorted(several))))
+                return Match(why_not=f"it may be any of {', '.join(sorted(several))}.")
         return Match()
 
     def _by_itself(self, name: str, siblings: Collection[str]) -> Match:
@@ -156,9 +155,9 @@ class People:
         together = () if self._ids else self._together(name)  # or it is an ID that has a + in it
         try:
             student = student_id.normalised(name)
-            return Match((student,), _("the ID in its name"), False, attempt, perhaps=together)
+            return Match((student,), "the ID in its name", False, attempt, perhaps=together)
         except StudentIDError as error:
-            return Match(why_not=_("it is not named by a student's ID. {why}").format(why=error))
+            return Match(why_not=f"it is not named by a student's ID. {error}")
 
     def _together(self, name: str) -> tuple[str, ...]:
         """The students of ``ada+bob``; none where that is no pair."""

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.instructor.running.intake import limits, names
 from rotflex.instructor.running.intake.notebook_names import is_notebook
 from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where, opened
@@ -86,7 +85,7 @@ class Child:
         most = limits.MAX_CLASS_ENTRIES if whole_class else limits.MAX_ENTRIES
         if self.listing is not None:
             if len(self.listing.files) > most:
-                raise Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=most))
+                raise Unreadable(f"it has more than {most} files and folders.")
             return Place(self.source, self.where, self.listing, self.latest)
         where = self.where if self.entry is None else within(self.where, self.entry)
         with opened(where, whole_class) as store:
@@ -117,7 +116,7 @@ def on_disk(folder: Path, source: str = "") -> Iterator[Child]:
             changed = datetime.fromtimestamp(about.st_mtime, UTC)
             yield Child(name, shown, Where(folder), Entry(entry.name, about.st_size, changed), latest=changed)
         else:
-            why = _("it is neither a folder nor a zip.")
+            why = "it is neither a folder nor a zip."
             yield Child(name, shown, Where(folder), why_not=why)
 
 

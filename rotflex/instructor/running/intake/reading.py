@@ -11,7 +11,6 @@ from pathlib import PurePosixPath
 import rotflex
 from rotflex.courseware import answers, report_files
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
-from rotflex.courseware.messages import N_, _
 from rotflex.courseware.run import own_files
 from rotflex.courseware.run.handed_in import Cell, NotebookError
 from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks
@@ -20,7 +19,7 @@ from rotflex.instructor.running.intake.hand_ins import Piece, Submission
 from rotflex.instructor.running.intake.notebook_names import Fit
 from rotflex.instructor.running.intake.stores import Entry, Store, Unreadable, opened
 
-_UNREAD = N_("{name} cannot be read: {error}")
+_UNREAD = "{name} cannot be read: {error}"
 _MOST_SHOWN = 5  # files that are named in a message
 
 
@@ -108,7 +107,7 @@ def read(
 
 
 def _unreadable(piece: Piece, why: str) -> str:
-    return _("The submission cannot be read: {error}").format(error=f"{names.shown(piece.source)}: {why}")
+    return f"The submission cannot be read: {names.shown(piece.source)}: {why}"
 
 
 def _instead(found: Sequence[Delivered]) -> str:
@@ -117,9 +116,7 @@ def _instead(found: Sequence[Delivered]) -> str:
     if not held:
         return ""
     listed = ", ".join(map(names.shown, held[:_MOST_SHOWN])) + (", …" if len(held) > _MOST_SHOWN else "")
-    return _(" It holds {listed}. A notebook's name ends in .ipynb; pages printed of it cannot be run.").format(
-        listed=listed
-    )
+    return f" It holds {listed}. A notebook's name ends in .ipynb; pages printed of it cannot be run."
 
 
 def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[str]:
@@ -142,17 +139,17 @@ def problems(found: Sequence[Delivered], earlier: Collection[str] = ()) -> list[
             unread.pop(item.name, None)
             there.add(item.name)
     for name, why in unread.items():
-        counts = _(" The one that was handed in before it counts.") if name in there else ""
-        told.append(_(_UNREAD).format(name=name, error=why) + counts)
+        counts = " The one that was handed in before it counts." if name in there else ""
+        told.append(_UNREAD.format(name=name, error=why) + counts)
     none = not any(delivered.notebooks for delivered in found)
     if none and not unread and not any(map(notebook_names.is_notebook, earlier)):
-        told.append(_("There is no notebook of the course in the submission.") + _instead(found))
+        told.append("There is no notebook of the course in the submission." + _instead(found))
     return list(dict.fromkeys(told))
 
 
 def is_unread(name: str, told: Collection[str]) -> bool:
     """Whether it is among the problems of a run that a file was handed in and could not be read."""
-    return any(line.startswith(_(_UNREAD).format(name=name, error="")) for line in told)
+    return any(line.startswith(_UNREAD.format(name=name, error="")) for line in told)
 
 
 def notes(found: Sequence[Delivered]) -> list[str]:
@@ -239,10 +236,10 @@ class _Reader:
         self._used.update(other for _fit, other in candidates)
         if len(candidates) > 1:
             others = names.listed([other for _fit, other in candidates[1:]])
-            told = _("There are {count} files {name}; the one at {path} is taken, not {others}.")
+            told = "There are {count} files {name}; the one at {path} is taken, not {others}."
             self._note(told.format(count=len(candidates), name=name, path=names.shown(path), others=others))
         elif candidates[0][0].changes:
-            self._note(_("{path} is taken for {name}.").format(path=names.shown(path), name=name))
+            self._note(f"{names.shown(path)} is taken for {name}.")
         return path
 
     def _report(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> None:
@@ -251,10 +248,10 @@ class _Reader:
         try:
             data = self._store.read(self._files[path].key, report_files.MAX_BYTES)
         except Unreadable as error:
-            self._delivered.problems.append(_(_UNREAD).format(name=name, error=error))
+            self._delivered.problems.append(_UNREAD.format(name=name, error=error))
             return
         if why := report_files.refusal(data):
-            self._delivered.problems.append(_(_UNREAD).format(name=name, error=f"{why}."))
+            self._delivered.problems.append(_UNREAD.format(name=name, error=f"{why}."))
         else:
             self._delivered.reports[name] = data
 
@@ -285,7 +282,7 @@ class _Reader:
                 self._used.add(path)
                 self._delivered.notebooks[name] = cells
                 self._delivered.problems += [f"{name}: {why}" for why in left_out]
-                self._note(_("{path} is taken for {name}, by its cells.").format(path=names.shown(path), name=name))
+                self._note(f"{names.shown(path)} is taken for {name}, by its cells.")
 
     def _of_the_course(self, seen: Iterable[str], name: str, limit: int, base: str) -> bytes | None:
         paths = [path for path in seen if path.rpartition("/")[2] == name]
@@ -296,7 +293,7 @@ class _Reader:
         try:
             return self._store.read(self._files[path].key, limit)
         except Unreadable as error:
-            self._note(_("{name} is not read: {error}").format(name=name, error=error))
+            self._note(f"{name} is not read: {error}")
             return None
 
     def _own_files(self, base: str) -> None:
@@ -322,19 +319,19 @@ class _Reader:
             try:
                 content = self._store.read(beside[path].key, min(own_files.MAX_FILE, own_files.MAX_TOTAL - size))
             except Unreadable as error:
-                self._note(_("{path} does not come along: {why}").format(path=names.shown(path), why=error))
+                self._note(f"{names.shown(path)} does not come along: {error}")
             else:
                 self._delivered.files[path] = content
                 size += len(content)
-        self._tell(_("{files}: not taken along: a file has the name of its folder."), in_the_way)
-        self._tell(_("{files}: not taken along: not in the notebooks' folder."), sorted(outside))
+        self._tell("{files}: not taken along: a file has the name of its folder.", in_the_way)
+        self._tell("{files}: not taken along: not in the notebooks' folder.", sorted(outside))
 
     def _tell_others(self) -> None:
         reasons: dict[str, list[str]] = {}
         for path, why in self._delivered.piece.others.items():
             reasons.setdefault(why, []).append(path)
         for why, paths in reasons.items():
-            self._tell(_("{files}: not read: {why}."), paths, why)
+            self._tell("{files}: not read: {why}.", paths, why)
 
     def _tell(self, text: str, paths: Sequence[str], why: str = "") -> None:
         if paths:

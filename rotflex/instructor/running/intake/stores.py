@@ -20,7 +20,6 @@ from itertools import islice
 from pathlib import Path
 from typing import IO, Protocol
 
-from rotflex.courseware.messages import _
 from rotflex.instructor.running.intake import limits, names
 
 _DAMAGED = (
@@ -126,7 +125,7 @@ def _zip_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
         raise Unreadable(f"{error.strerror}.") from None
     with _InPieces(descriptor, whole_class) as file:
         if os.fstat(descriptor).st_size > most:
-            raise Unreadable(_("the zip has more than {max_archive} bytes.").format(max_archive=most))
+            raise Unreadable(f"the zip has more than {most} bytes.")
         yield file
 
 
@@ -136,7 +135,7 @@ def _open(path: Path) -> int:
     descriptor = os.open(path, sum(flags, os.O_RDONLY))
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise Unreadable(_("it is not an ordinary file."))
+        raise Unreadable("it is not an ordinary file.")
     return descriptor
 
 
@@ -158,7 +157,7 @@ class FolderStore:
             entries = self._scan(folder, most)
             seen += len(entries)
             if seen > most:
-                raise Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=most))
+                raise Unreadable(f"it has more than {most} files and folders.")
             for entry in entries:
                 key = f"{folder}{entry.name}"
                 path = names.readable(key)
@@ -166,14 +165,14 @@ class FolderStore:
                     if key.count("/") < limits.MAX_DEPTH:
                         waiting.append(f"{key}/")
                     else:
-                        others[path] = _("it lies deeper than {most} folders").format(most=limits.MAX_DEPTH)
+                        others[path] = f"it lies deeper than {limits.MAX_DEPTH} folders"
                 elif path in found:
-                    others[path] = _("it is there twice; the first is taken")
+                    others[path] = "it is there twice; the first is taken"
                 elif entry.is_file(follow_symlinks=False):
                     about = entry.stat(follow_symlinks=False)
                     found[path] = Entry(key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
                 else:
-                    others[path] = _("it is a link, or another thing than a file")
+                    others[path] = "it is a link, or another thing than a file"
         return Listing(found, others)
 
     def _scan(self, folder: str, most: int) -> list[os.DirEntry[str]]:
@@ -195,7 +194,7 @@ class FolderStore:
 
 def _bounded(data: bytes, limit: int) -> bytes:
     if len(data) > limit:
-        raise Unreadable(_("it has more than {limit} bytes.").format(limit=limit))
+        raise Unreadable(f"it has more than {limit} bytes.")
     return data
 
 
@@ -216,7 +215,7 @@ class _InPieces(io.FileIO):
 
 
 def _long_directory(most: int) -> Unreadable:
-    return Unreadable(_("its table of contents has more than {max_directory} bytes.").format(max_directory=most))
+    return Unreadable(f"its table of contents has more than {most} bytes.")
 
 
 class ZipStore:
@@ -227,15 +226,13 @@ class ZipStore:
         try:
             self._zip = zipfile.ZipFile(file)
         except _DAMAGED as error:
-            raise Unreadable(
-                _("it is not a zip that can be read ({error_type}).").format(error_type=type(error).__name__)
-            ) from None
+            raise Unreadable(f"it is not a zip that can be read ({type(error).__name__}).") from None
 
     def listing(self, most: int) -> Listing:
         """See :class:`Store`."""
         entries = self._zip.infolist()
         if len(entries) > most:
-            raise Unreadable(_("it has more than {max_entries} files and folders.").format(max_entries=most))
+            raise Unreadable(f"it has more than {most} files and folders.")
         found: dict[str, Entry] = {}
         others: dict[str, str] = {}
         for entry in entries:
@@ -252,13 +249,13 @@ class ZipStore:
 
     def _objection(self, entry: zipfile.ZipInfo, path: str, found: Mapping[str, Entry]) -> str:
         if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
-            return _("it is a link, or another thing than a file")
+            return "it is a link, or another thing than a file"
         if not path or ".." in path.split("/"):
-            return _("its name leads outside")
+            return "its name leads outside"
         if path in found or entry.filename in self._by_key:
-            return _("it is there twice; the first is taken")
+            return "it is there twice; the first is taken"
         if path.count("/") > limits.MAX_DEPTH:
-            return _("it lies deeper than {most} folders").format(most=limits.MAX_DEPTH)
+            return f"it lies deeper than {limits.MAX_DEPTH} folders"
         return ""
 
     def read(self, key: str, limit: int) -> bytes:
@@ -268,16 +265,16 @@ class ZipStore:
         try:
             entry = self._by_key[key]
         except KeyError:  # the zip is another one than it was
-            raise Unreadable(_("it is no longer there.")) from None
+            raise Unreadable("it is no longer there.") from None
         if entry.flag_bits & 1:
-            raise Unreadable(_("it is encrypted."))
+            raise Unreadable("it is encrypted.")
         if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise Unreadable(_("it is compressed in an unusual way; use an ordinary zip."))
+            raise Unreadable("it is compressed in an unusual way; use an ordinary zip.")
         try:
             with self._zip.open(entry) as file:
                 data = _in_pieces(file, limit + 1)
         except _DAMAGED as error:
-            raise Unreadable(_("the zip is damaged ({error_type}).").format(error_type=type(error).__name__)) from None
+            raise Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
         return _bounded(data, limit)
 
 

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 
@@ -45,14 +44,12 @@ def read(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], list[str]
         with open(path, "rb") as file:
             data = file.read(_MAX_BYTES + 1)
         if len(data) > _MAX_BYTES:
-            raise GradingError(
-                _("The times {path} are too long: more than {most} bytes.").format(path=path, most=_MAX_BYTES)
-            )
+            raise GradingError(f"The times {path} are too long: more than {_MAX_BYTES} bytes.")
         text = data.decode("utf-8-sig")
     except OSError as error:
-        raise GradingError(_("The times {path} cannot be read: {why}.").format(path=path, why=error.strerror)) from None
+        raise GradingError(f"The times {path} cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError:
-        raise GradingError(_("The times {path} are not UTF-8.").format(path=path)) from None
+        raise GradingError(f"The times {path} are not UTF-8.") from None
     first = text.partition("\n")[0]
     table = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
     try:
@@ -61,14 +58,12 @@ def read(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], list[str]
         timed = next((heads.index(head) for head in _TIMES if head in heads), None)
         if not named or timed is None:
             raise GradingError(
-                _(
-                    "The times {path} should have a line of headings, with a column 'name' or 'student' and a column "
-                    "'time'."
-                ).format(path=path)
+                f"The times {path} should have a line of headings, with a column 'name' or 'student' and a "
+                "column 'time'."
             )
         return _rows(((table.line_num, row) for row in table), named, timed, zone)
     except csv.Error as error:
-        raise GradingError(_("The times {path} cannot be read: {why}.").format(path=path, why=error)) from None
+        raise GradingError(f"The times {path} cannot be read: {error}.") from None
 
 
 def _rows(
@@ -82,11 +77,7 @@ def _rows(
             continue
         time = parsed(given, zone)
         if time is None:
-            problems.append(
-                _("Line {line}: {given!a:.40} is not a time; write it as 2026-11-21 13:05.").format(
-                    line=line, given=given
-                )
-            )
+            problems.append(f"Line {line}: {given!a:.40} is not a time; write it as 2026-11-21 13:05.")
             continue
         found.update({row[place].strip(): time for place in named if place < len(row) and row[place].strip()})
     return found, problems

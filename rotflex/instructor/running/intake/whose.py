@@ -8,7 +8,6 @@ from typing import Any
 
 from rotflex.courseware import student_id
 from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.messages import _
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.running.intake import labels, names, people, places
 from rotflex.instructor.running.intake.people import Match, People
@@ -74,16 +73,16 @@ def owners(
     if match.students and (match.certain or is_taken or not people_known):
         return _by_name(name, match, says)
     if is_taken:
-        why = _("its {course_file} names {student}, who handed in under that name as well.")
+        why = "its {course_file} names {student}, who handed in under that name as well."
         return Owners(why_not=why.format(course_file=COURSE_FILE, student=says.student))
     if says.student is not None:
         return _by_course_file(match, says, people_known)
     if match.students and holds_work:
-        note = _("{student} is not on the roster: by the name of {name} alone.")
+        note = "{student} is not on the roster: by the name of {name} alone."
         told = note.format(student=match.students[0], name=names.shown(name))
         return Owners(match.students, (), match.students[0], match.rule, match.attempt, notes=(told,))
     if match.students:
-        return Owners(why_not=_("nobody on the roster is called so, and there is nothing of the course in it."))
+        return Owners(why_not="nobody on the roster is called so, and there is nothing of the course in it.")
     return Owners(why_not=match.why_not)
 
 
@@ -141,32 +140,23 @@ def _borne_out(name: str, match: Match, says: _Says) -> tuple[tuple[str, ...], i
 
 
 def _contradiction(student: str, says: str) -> str:
-    return _(
-        "{course_file} names the student {shown!r}; this counts as {student!r}'s work. It was handed in under that "
-        "name; if it is not theirs, rename what was handed in."
-    ).format(course_file=COURSE_FILE, shown=says, student=student)
+    return (
+        f"{COURSE_FILE} names the student {says!r}; this counts as {student!r}'s work. It was handed in under "
+        "that name; if it is not theirs, rename what was handed in."
+    )
 
 
 def _by_course_file(match: Match, says: _Says, known: People) -> Owners:
     assert says.student is not None
     notes = list(_unknown(says))
     if known and known.known(says.student) is None:
-        notes.append(
-            _("{student} is not on the roster: by {course_file} alone.").format(
-                student=says.student, course_file=COURSE_FILE
-            )
-        )
-    rule = _("the ID in {course_file}").format(course_file=COURSE_FILE)
+        notes.append(f"{says.student} is not on the roster: by {COURSE_FILE} alone.")
+    rule = f"the ID in {COURSE_FILE}"
     return Owners((says.student,), says.partners, says.student, rule, match.attempt, notes=tuple(notes))
 
 
 def _unknown(says: _Says) -> tuple[str, ...]:
-    return tuple(
-        _("{course_file} says that it was made with {name!r}, whom nobody knows.").format(
-            course_file=COURSE_FILE, name=name
-        )
-        for name in says.unknown
-    )
+    return tuple(f"{COURSE_FILE} says that it was made with {name!r}, whom nobody knows." for name in says.unknown)
 
 
 def nobody_earlier(student: str) -> Collection[str] | None:
@@ -213,10 +203,10 @@ def _agreed(owner: Owners, named: Mapping[str, set[str]]) -> Owners:
         (kept if theirs is None or theirs & own else refused).append(one)
     if not refused:
         return owner
-    problem = _(
-        "{course_file} says that it was made with {others}, who handed in something else, and did not say so. It "
-        "counts as {students}'s alone, on their own bench."
-    ).format(course_file=COURSE_FILE, others=", ".join(refused), students=", ".join(owner.students))
+    problem = (
+        f"{COURSE_FILE} says that it was made with {', '.join(refused)}, who handed in something else, and did "
+        f"not say so. It counts as {', '.join(owner.students)}'s alone, on their own bench."
+    )
     on_theirs = caseless(owner.bench_of) in {caseless(one) for one in refused}
     bench_of = owner.students[0] if on_theirs else owner.bench_of
     return replace(owner, claimed=tuple(kept), bench_of=bench_of, problems=(*owner.problems, problem))
