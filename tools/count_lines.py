@@ -25,7 +25,7 @@ PACKAGES = ("rotflex",)
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        3980,
+        3759,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -36,7 +36,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3880,
+        3720,
         (
             "rotflex/bench_commands/**/*.py",
             "rotflex/bench_doctor/**/*.py",
@@ -44,18 +44,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/hil/**/*.py",
         ),
     ),
-    "serial board": (882, ("rotflex/hil/serial/**/*.py",)),
-    "signing, plausible, recordings": (
-        555,
+    "serial board": (819, ("rotflex/hil/serial/**/*.py",)),
+    "recordings of a real bench": (
+        195,
         (
-            "rotflex/courseware/signed_files.py",
             "rotflex/plausible.py",
             "rotflex/recordings_folder.py",
-            "rotflex/signing/**/*.py",
         ),
     ),
     "widgets, scene, the course": (
-        5246,
+        4382,
         (
             "rotflex/courseware/scene/**/*.py",
             "rotflex/lab.py",
@@ -63,16 +61,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3715, ("rotflex/courseware/**/*.py",)),
-    "run": (2759, ("rotflex/courseware/run/**/*.py",)),
-    "report": (3384, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3100, ("rotflex/instructor/running/**/*.py",)),
-    "gradebook": (2587, ("rotflex/instructor/gradebook/**/*.py",)),
-    "marking": (1312, ("rotflex/instructor/marking/**/*.py",)),
+    "answers, session, files of a course": (3377, ("rotflex/courseware/**/*.py",)),
+    "run": (2705, ("rotflex/courseware/run/**/*.py",)),
+    "report": (1920, ("rotflex/courseware/report/**/*.py",)),
+    "running, intake": (3046, ("rotflex/instructor/running/**/*.py",)),
+    "gradebook": (2468, ("rotflex/instructor/gradebook/**/*.py",)),
+    "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1321, ("rotflex/instructor/isolation/**/*.py",)),
-    "reports, scoring": (3363, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
+    "reports, scoring": (2830, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        3241,
+        2938,
         (
             "rotflex/instructor/accounts/**/*.py",
             "rotflex/instructor/erasure/**/*.py",
@@ -82,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        4258,
+        3561,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",
@@ -90,7 +88,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/instructor/course_check/**/*.py",
             "rotflex/instructor/release/**/*.py",
             "rotflex/instructor/settings/**/*.py",
-            "rotflex/instructor/translation/**/*.py",
         ),
     ),
 }
