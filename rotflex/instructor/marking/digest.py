@@ -22,8 +22,8 @@ _NO_PART = tuple(
     )
 )
 
-#: Suffixes, in the course's folder: what is run is known by itself, and in which language it is read decides no mark.
-_NOT_OF_THE_KEY = (".ipynb", ".pyc", ".po", ".mo")
+#: Suffixes, in the course's folder: the notebooks that are run are known by themselves.
+_NOT_OF_THE_KEY = (".ipynb", ".pyc")
 #: There, too: what a run left; what only persons mark by; what is made of marks; and what of the settings has a part is
 #: taken from them.
 _NAMED_APART = (ANSWERS_FILE, RUBRIC_FILE, OUTCOMES_FILE, SHEETS_FILE, SETTINGS_FILE)

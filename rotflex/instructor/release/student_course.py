@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
 _COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
-_NEVER = ("__pycache__", "*.pyc", ".*", "*.po", "*.pot")  # of catalogues, Python reads the compiled ones
+_NEVER = ("__pycache__", "*.pyc", ".*")
 
 _README = """\
 # {title}
