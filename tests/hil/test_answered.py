@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import rotflex.lab
 from rotflex import experiments, hil, plausible
-from rotflex.config import srv02
+from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import answered
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
@@ -70,11 +70,11 @@ def tracked(board: FaultBoard) -> Recording:
 
 
 def look(recording: Recording) -> list[str]:
-    return list(plausible.look(recording, srv02(), REAL_BENCH.parameters).doubts())
+    return plausible.doubts(recording, srv02(), REAL_BENCH.parameters)
 
 
 def again(recording: Recording, gain=GAIN) -> Recording:
-    with bench_of_recordings([recording], 1) as bench:
+    with bench_of_recordings([recording], 1, srv02(), joint(1)) as bench:
         return experiments.tracking(bench, gain, duration=SECONDS, progress=False)
 
 
@@ -211,15 +211,15 @@ PAUSE = round(WATCHDOG_TIMEOUT / SAMPLE_TIME) + 2
         ([[10 * n, 1] for n in range(1, MOST_NOTED + 1)], 500, "paused more than 100 times"),
     ],
 )
-def test_more_than_can_be_is_told_and_excuses_nothing(honest, held, late, why):
+def test_more_than_can_be_is_told_and_excuses_nothing(honest, held, late, why, capsys):
     recording = claimed(honest, [], late) if isinstance(held, str) else claimed(honest, held, late) if late else None
     recording = recording or claimed(honest, held)
     recording.metadata[TIMING][HELD] = held
     forged = changed(recording, vm=recording["vm"] + np.where(np.arange(len(recording)) % 7 == 0, 1.0, 0.0))
     assert any(why in doubt for doubt in look(forged))
     assert not answered.lost(recording).any()
-    with pytest.raises(NotRecorded):
-        again(forged)
+    again(forged)
+    assert capsys.readouterr().out.startswith("Note")  # its voltages are for a person
 
 
 def test_samples_that_are_said_to_be_held_have_to_be(honest):
@@ -227,15 +227,6 @@ def test_samples_that_are_said_to_be_held_have_to_be(honest):
     first = 700
     forged = claimed(changed(honest, vm=honest["vm"] + 0.5 * mask([(first, 40)], len(honest))), [[first, 40]])
     assert any("V beside what its controller sets" in doubt for doubt in look(forged))
-
-
-def test_an_angle_between_counts_is_excused_where_a_sample_was_lost_alone(honest):
-    theta = honest["theta"] + srv02().K_enc / 2 * mask([(700, 1)], len(honest))
-    forged = changed(honest, theta=theta)
-    assert "its angles are no whole counts of the encoders" in look(forged)
-    excused = claimed(forged, [[700, 1]], **{LOST: [[700, 1]]})
-    assert "its angles are no whole counts of the encoders" not in look(excused)
-    assert "its angles are no whole counts of the encoders" in look(claimed(forged, [], 0, **{LOST: [[700, 1]]}))
 
 
 def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):

@@ -38,7 +38,7 @@ def test_it_can_be_handed_in():
 
 
 @pytest.mark.parametrize(
-    "mended", [lambda data: restore.mend(data, MASTER)[0], lambda data: update.updated(data, MASTER, {})[0]]
+    "mended", [lambda data: restore.mend(data, MASTER)[0], lambda data: update.updated(data, MASTER)[0]]
 )
 def test_it_can_be_restored_and_brought_to_a_release(mended):
     notebook = mended(in_format_3())

@@ -214,10 +214,8 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
         ".ipynb",
         ".json",
         ".html",
-        ".mo",
         ".typ",
     }
-    assert {path.parent for path in released.folder.rglob("*.mo")} == {released.folder / "rotflex" / "locale"}
     assert {path.name for path in released.folder.rglob("*.json")} == {"course.json", "default_setting_overrides.json"}
 
 
