@@ -19,9 +19,10 @@ from rotflex.recording import Recording
 #: Courses made for tests have notebooks; it is for the tests to run them.
 collect_ignore_glob = ["*.ipynb"]
 
-# How long an example takes says nothing about whether it is right.
-settings.register_profile("rotflex", deadline=None)
-settings.load_profile("rotflex")
+# How long an example takes says nothing about whether it is right. A landing always tries the same examples.
+settings.register_profile("landing", deadline=None, derandomize=True)
+settings.register_profile("all", deadline=None, print_blob=True)  # make test-all: --hypothesis-profile=all
+settings.load_profile("landing")
 
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
