@@ -103,6 +103,7 @@ def test_a_notebook_full_of_one_trap_is_merged_and_explained_in_little_time(name
     assert (done.returncode, done.stdout) == (0, "read\n"), done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(SECONDS)
 def test_a_thousand_cells_of_which_each_builds_on_all_before_it():
     cells = [
@@ -177,6 +178,7 @@ def test_a_line_that_is_no_report_is_passed_over(line):
     assert [report.cell for report in cell_reports.read(line + b"\n" + good).cells] == ["good"]
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(SECONDS)
 def test_megabytes_of_forged_reports_are_read_and_kept_small():
     line = {
