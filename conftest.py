@@ -1,54 +1,48 @@
-"""How tests are shared among several processes (`pytest -n`).
+"""How tests are shared among several processes (`pytest -n`), in which order, and the seconds that each file takes.
 
 One process has all tests of a file, so that what they share is made once; one has all solution notebooks, since each
-needs the answers of those before it. (Groups of pytest-xdist's own are marks, which 3.8 loses with pytest 9.2: its
-issue 1386.)
+needs the answers of those before it; one has all files that start a browser, so that one browser is enough. (Groups of
+pytest-xdist's own are marks, which 3.8 loses with pytest 9.2: its issue 1386.)
 """
 
 from __future__ import annotations
 
+import json
+import re
+from collections import Counter
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
+ROOT = Path(__file__).parent
 SOLUTIONS = "solutions"
-#: What takes longest begins first, so that no process is left with it in the end.
-LONGEST = (
-    "tests/whole/test_honest_class.py",
-    "tests/whole/test_hostile_class.py",
-    "tests/whole/test_right_ways.py",
-    "tests/whole/test_whole_class.py",
-    SOLUTIONS,
-    "tests/whole/test_class.py",
-    "tests/whole/test_scored_class.py",
-    "tests/whole/test_jupyterlab.py",
-    "tests/whole/test_bench_policies.py",
-    "tests/courseware/run/test_check.py",
-    "tests/site/test_site.py",
-    "tests/widgets/test_explorers_browser.py",
-    "tests/widgets/test_explorers_at_720.py",
-    "tests/workbook/test_spare_design.py",
-    "tests/instructor/running/test_inside_equivalence.py",
-    "tests/whole/test_single_slips.py",
-    "tests/instructor/test_real_class.py",
-    "tests/instructor/running/test_runner.py",
-    "tests/instructor/test_crash.py",
-    "tests/instructor/test_cluster.py",
-    "tests/instructor/release/test_released_course.py",
-    "tests/instructor/scoring/test_scoring_browser.py",
-    "tests/instructor/gradebook/test_gradebook.py",
-)
+BROWSER = "browser"
+#: File of tests → s, as recorded by ``--record-seconds``. What takes longest begins first.
+DURATIONS = ROOT / "tests" / "durations.json"
+LARGEST = 20  #: files in the list of seconds
+_STARTS_A_BROWSER = re.compile(r"^(import|from) (browser|explorer_notebooks|explorer_page)\b|[(, ]chromium[,)]", re.M)
+_seconds: Counter[str] = Counter()
+
+
+@cache
+def _starts_a_browser(file: str) -> bool:
+    path = ROOT / file
+    return path.is_file() and bool(_STARTS_A_BROWSER.search(path.read_text(encoding="utf-8")))
 
 
 def group(nodeid: str) -> str:
-    """What one process has all of: the file of a test, or all notebooks."""
-    folder, _, _ = nodeid.partition("/")
-    return SOLUTIONS if folder == SOLUTIONS else nodeid.partition("::")[0]
+    """Return the name of the group that one process runs: the file of a test, all notebooks, or all browser files."""
+    file = nodeid.partition("::")[0]
+    if file.startswith(f"{SOLUTIONS}/"):
+        return SOLUTIONS
+    return BROWSER if _starts_a_browser(file) else file
 
 
 class InGroups(LoadScopeScheduling):
-    """Gives a process whole groups."""
+    """Give each process whole groups."""
 
     def _split_scope(self, nodeid: str) -> str:
         return group(nodeid)
@@ -56,12 +50,45 @@ class InGroups(LoadScopeScheduling):
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> InGroups | None:
-    """Files in groups, where no other way to share tests is asked for."""
+    """Distribute by groups, unless another way to share tests is asked for."""
     return InGroups(config, log) if config.getoption("dist") == "loadfile" else None
 
 
+def longest_first(items: list[pytest.Item], durations: dict[str, float]) -> None:
+    """Sort tests by the recorded seconds of their groups; files without a record come last, in their order."""
+    totals: Counter[str] = Counter()
+    for file, seconds in durations.items():
+        totals[group(file)] += seconds
+    items.sort(key=lambda item: -totals[group(item.nodeid)])
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """The longest first, in a process that shares the tests with others."""
+    """Begin with the longest in a process that shares the tests with others."""
     if hasattr(config, "workerinput"):
-        ranks = {name: rank for rank, name in enumerate(LONGEST)}
-        items.sort(key=lambda item: ranks.get(group(item.nodeid), len(ranks)))
+        longest_first(items, json.loads(DURATIONS.read_text(encoding="utf-8")))
+
+
+# --- seconds by file --------------------------------------------------------------------------------------------------
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the two options about seconds."""
+    options = parser.getgroup("rotflex")
+    options.addoption("--seconds-by-file", action="store_true", help=f"list the {LARGEST} files that took longest")
+    options.addoption("--record-seconds", action="store_true", help=f"write the seconds of a whole run to {DURATIONS}")
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up setup, test and teardown, in the process that gets the reports of all."""
+    _seconds[report.nodeid.partition("::")[0]] += report.duration
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """List the files that took longest, and record all where it is asked for."""
+    if config.getoption("--seconds-by-file"):
+        terminalreporter.section(f"seconds by file: {sum(_seconds.values()):.0f} in {len(_seconds)} files")
+        for file, seconds in _seconds.most_common(LARGEST):
+            terminalreporter.write_line(f"{seconds:7.1f}  {file}")
+    if config.getoption("--record-seconds"):
+        record = {file: round(seconds) for file, seconds in sorted(_seconds.items()) if seconds >= 0.5}
+        DURATIONS.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")

@@ -19,9 +19,10 @@ from rotflex.recording import Recording
 #: Courses made for tests have notebooks; it is for the tests to run them.
 collect_ignore_glob = ["*.ipynb"]
 
-# How long an example takes says nothing about whether it is right.
-settings.register_profile("rotflex", deadline=None)
-settings.load_profile("rotflex")
+# How long an example takes says nothing about whether it is right. A landing always tries the same examples.
+settings.register_profile("landing", deadline=None, derandomize=True)
+settings.register_profile("all", deadline=None, print_blob=True)  # make test-all: --hypothesis-profile=all
+settings.load_profile("landing")
 
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
@@ -59,12 +60,28 @@ def real_log(real_log_path: Path) -> Recording:
     return Recording.load(real_log_path)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    """End the browser after the last of the files that need it."""
+    try:
+        return (yield)
+    finally:
+        if nextitem is None or (nextitem.path != item.path and not nextitem.get_closest_marker("browser")):
+            browser.close()
+
+
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
+def chromium() -> Any:
     """A browser without a window, where it is to be had."""
     if browser.CHROMIUM is None:
         pytest.skip("there is no chromium here: apt-get install chromium")
-    with browser.started() as found:
+    return browser.chromium()
+
+
+@pytest.fixture(scope="session")
+def jupyterlab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[browser.Served]:
+    """The one JupyterLab of a run, on a student's folder that was empty to begin with."""
+    with browser.served(tmp_path_factory.mktemp("jupyterlab")) as found:
         yield found
 
 

@@ -359,7 +359,8 @@ def stop(*_):
     sys.exit(0)
 signal.signal(signal.SIGTERM, stop)
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # as JupyterLab, which asks whether it is meant
-pathlib.Path("arguments").write_text("\\n".join(sys.argv[1:]))
+pathlib.Path("arguments.new").write_text("\\n".join(sys.argv[1:]))
+pathlib.Path("arguments.new").rename("arguments")
 time.sleep(300)
 """
 
@@ -384,7 +385,6 @@ def test_jupyterlab_is_ended_with_the_command(tmp_path, request_to_end):
         while not (tmp_path / "arguments").exists():
             assert command.poll() is None
             time.sleep(0.05)
-        time.sleep(0.2)
         command.send_signal(request_to_end)
         assert command.wait(timeout=60) == 0
     finally:

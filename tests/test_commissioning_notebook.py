@@ -128,20 +128,16 @@ def test_the_notebook_commissions_a_bench_from_top_to_bottom(notebook, kernel, t
 
 
 @pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
-def test_in_jupyterlab_a_person_answers_below_the_cell(notebook, tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", PATH)
-    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
+def test_in_jupyterlab_a_person_answers_below_the_cell(notebook, tmp_path, jupyterlab):
+    environment = {"PYTHONPATH": PATH, "ROTFLEX_CONFIG_DIR": str(tmp_path / "settings")}
+    begin = f"import os, sys\nos.environ.update({environment!r})\nsys.path[:0] = {PATH.split(os.pathsep)!r}\n"
     book = nbformat.read(notebook, as_version=4)
     cells = {cell.id: cell for cell in book.cells}
-    cells["told"].source = LABORATORY + cells["told"].source.replace('"quanser:q2_usb/0"', repr(SIMULATOR))
+    cells["told"].source = begin + LABORATORY + cells["told"].source.replace('"quanser:q2_usb/0"', repr(SIMULATOR))
     book.cells = [cells["told"], cells["commission"], cells["found"]]
-    work = tmp_path / "work"
-    work.mkdir()
+    work = jupyterlab.course("commissioning")
     nbformat.write(book, work / "commissioning.ipynb")
-    with (
-        browser.jupyterlab(work, "--student", "ada", "--", "--expose-app-in-browser") as address,
-        browser.visit(address, "commissioning.ipynb") as seen,
-    ):
+    with browser.visit(jupyterlab.address, "commissioning/commissioning.ipynb") as seen:
         seen.page.evaluate("() => { window.jupyterapp.commands.execute('notebook:run-all-cells'); }")
         for answer in ("", "", "", "", "", "yes", "y"):
             field = seen.page.wait_for_selector(".jp-Stdin-input")

@@ -59,28 +59,32 @@ def shared():
     return module
 
 
-def test_what_begins_first_is_there(shared):
-    assert [name for name in shared.LONGEST if not (ROOT / name).exists()] == []
-
-
-def test_one_process_has_a_file_and_one_all_notebooks(shared):
+def test_a_file_all_notebooks_and_all_browser_files_are_a_group_each(shared):
     assert shared.group("tests/hil/test_bench.py::Test::test_a[solutions/x::y]") == "tests/hil/test_bench.py"
     assert {shared.group(f"solutions/0{n}.ipynb::Cell {n}") for n in range(3)} == {"solutions"}
+    assert shared.group("tests/whole/test_jupyterlab.py::test_a") == "browser"
+
+
+def test_all_browser_tests_of_this_run_are_in_one_group(request, shared):
+    items = [item for item in request.session.items if item.get_closest_marker("browser")]
+    assert [item.nodeid for item in items if shared.group(item.nodeid) != "browser"] == []
 
 
 @pytest.mark.slow
-def test_processes_share_files_and_notebooks_as_they_should(tmp_path, shared):
+def test_processes_share_groups_and_begin_with_the_longest(tmp_path, shared):
     """By pytest-xdist as it is installed: its own groups have been lost with another pytest."""
     shutil.copy(ROOT / "conftest.py", tmp_path)
     for name in ("tests/test_a.py", "tests/test_b.py", "solutions/test_c.py", "solutions/test_d.py"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         text = "import pytest\n@pytest.mark.parametrize('n', range(6))\ndef test(n): pass\n"
         (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "tests/durations.json").write_text('{"solutions/test_d.py": 9, "tests/test_b.py": 5}', encoding="utf-8")
     options = ["--rootdir=.", "-n2", "--dist=loadfile", "--no-loadscope-reorder", "--import-mode=importlib", "-v"]
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options, "tests", "solutions"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     ran = re.findall(r"^\[(gw\d)\].* PASSED (\S+?)::", done.stdout, flags=re.MULTILINE)
     assert (len(ran), done.returncode) == (24, 0), done.stdout + done.stderr
+    assert {shared.group(file) for _, file in ran[:2]} <= {"solutions", "tests/test_b.py"}
     processes = defaultdict(set)
     for process, file in ran:
         processes[shared.group(file)].add(process)

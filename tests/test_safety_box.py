@@ -43,12 +43,10 @@ def as_hex(colour):
 
 
 @pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
-def test_in_jupyterlab_the_box_can_be_read_in_both_themes(tmp_path):
-    with (
-        browser.jupyterlab(tmp_path / "work", "--student", "ada", "--", "--expose-app-in-browser") as address,
-        browser.visit(address, "00_start.ipynb") as seen,
-    ):
-        for theme, light in (("Light", "true"), ("Dark", "false")):
+def test_in_jupyterlab_the_box_can_be_read_in_both_themes(jupyterlab):
+    jupyterlab.course("boxes")
+    with browser.visit(jupyterlab.address, "boxes/00_start.ipynb") as seen:
+        for theme, light in (("Dark", "false"), ("Light", "true")):  # the last one stays
             change = "name => window.jupyterapp.commands.execute('apputils:change-theme', {theme: name})"
             seen.page.evaluate(change, f"JupyterLab {theme}")
             seen.page.wait_for_selector(f'body[data-jp-theme-light="{light}"]', state="attached")

@@ -3,8 +3,11 @@
     python tools/run_tests.py [--quick | --all] [PYTEST OPTIONS ...]
 
 ``--quick`` leaves out the tests that take long or need more than Python, and the solution notebooks, and says so.
-``--all`` adds the tests that need a package which ``make test-all`` installs for them. Tests are shared among as many
-processes as there are processors, up to four; ``-n 0`` runs them in one. pytest's closing line comes last.
+``--all`` adds the tests marked ``scheduled``, and draws other random examples each time. Tests are shared among as many
+processes as there are processors, up to four; ``-n 0`` runs them in one. ``--record-seconds`` writes
+``tests/durations.json``, by which tests are put in order; give it to a whole run on a quiet machine.
+
+Static checks run beside the tests. What they say is printed after the tests; pytest's closing line comes last.
 """
 
 from __future__ import annotations
@@ -15,7 +18,10 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHON = sys.executable
@@ -33,43 +39,69 @@ STATIC = {
     "size": (PYTHON, "tools/count_lines.py"),
     "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
 }
-ALL_TESTS = ("--nbval", "tests", "solutions")
-USUAL_TESTS = (*ALL_TESTS, "-m", f"not {SCHEDULED}")
+ALL_TESTS = ("--nbval", "tests", "solutions", "--hypothesis-profile=all")
+USUAL_TESTS = ("--nbval", "tests", "solutions", "-m", f"not {SCHEDULED}")
 QUICK = f"not ({' or '.join((*LEFT_OUT, SCHEDULED))})"
-QUICK_TESTS = ("tests", "-q", "-m", QUICK, "--durations=5", "--durations-min=1")
+QUICK_TESTS = ("tests", "-q", "-m", QUICK)
 
 
-def run(title: str, command: Sequence[str], environment: Mapping[str, str]) -> bool:
-    """Run one check; say so if it fails."""
-    print(f"== {title}", flush=True)
-    good = subprocess.run(command, cwd=ROOT, check=False, env=environment).returncode == 0
-    if not good:
-        print(f"FAILED: {title}", flush=True)
-    return good
+class StaticChecks:
+    """Checks that run in processes of their own while pytest, whose plugin this is, runs the tests."""
+
+    def __init__(self, commands: Mapping[str, Sequence[str]]) -> None:
+        self.failed: list[str] = []
+        pool = ThreadPoolExecutor(len(commands))
+        self._running = {title: pool.submit(self._run, command) for title, command in commands.items()}
+
+    @staticmethod
+    def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            command, cwd=ROOT, text=True, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+
+    def report(self) -> None:
+        """Wait for the checks, and print in order what each said; do nothing the second time."""
+        running, self._running = self._running, {}
+        for title, future in running.items():
+            done = future.result()
+            print(f"== {title}\n{done.stdout}".rstrip(), flush=True)
+            if done.returncode:
+                self.failed.append(title)
+                print(f"FAILED: {title}", flush=True)
+
+    def pytest_terminal_summary(self) -> None:
+        """Report before pytest's closing line."""
+        print()
+        self.report()
 
 
-def environment(folder: str) -> dict[str, str]:
-    """No progress bars in outputs that are compared, and none of a user's own settings of IPython.
+def set_environment(folder: str) -> None:
+    """Set what all checks and tests inherit.
 
-    Each process computes in one thread: there are as many processes as processors already.
+    No progress bars in outputs that are compared, and none of a user's own settings of IPython. Each process computes
+    in one thread: there are as many processes as processors already. Compiled modules are kept, even where Python is
+    told not to: else each of some thousand processes compiles all of its modules anew.
     """
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    return os.environ | {"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": folder, **threads}
+    os.environ.update({"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": folder, **threads})
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
 
 
 def main(options: list[str]) -> int:
-    """All checks, in order; 0 if all are good."""
+    """Run all checks; 0 if all are good."""
     quick, everything = "--quick" in options, "--all" in options
     options = [option for option in options if option not in ("--quick", "--all")]
+    os.chdir(ROOT)
     with tempfile.TemporaryDirectory() as folder:
-        variables = environment(folder)
-        checks = [run(title, command, variables) for title, command in STATIC.items()]
+        set_environment(folder)
         if quick:
             print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}; make test runs them")
         tests = QUICK_TESTS if quick else ALL_TESTS if everything else USUAL_TESTS
-        title = "quick tests" if quick else "tests and solution notebooks"
-        checks.append(run(title, (PYTHON, "-u", "-m", "pytest", *SHARED, *tests, *options), variables))
-    return 0 if all(checks) else 1
+        static = StaticChecks(STATIC)
+        code = pytest.main([*SHARED, *tests, "--seconds-by-file", *options], plugins=[static])
+        static.report()
+    return 1 if code or static.failed else 0
 
 
 if __name__ == "__main__":

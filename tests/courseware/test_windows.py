@@ -176,6 +176,7 @@ print(json.dumps([len(found), fill(pathlib.Path("work"), "ada")]))
 """
 
 
+@pytest.mark.slow
 def test_all_that_students_have_loads_without_what_windows_has_not(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", AS_ON_WINDOWS],

@@ -112,6 +112,7 @@ def test_show_works_without_a_notebook_and_prints_nothing(capsys):
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_figures_load_neither_pyplot_nor_an_instructor_module():
     code = "import sys, rotflex.figures; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()

@@ -19,6 +19,8 @@ from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
+pytestmark = pytest.mark.slow
+
 COUNT = 360 / 4096 * DEG
 GAIN = [13.04, -17.26, 1.32, -0.046]
 
@@ -135,7 +137,6 @@ def fitted_as_it_is(request):
     return {name: value for name, value in truth(seed, DRAW).items() if name in result.estimates}, result
 
 
-@pytest.mark.slow
 def test_motor_and_delay_of_a_bench_are_found_with_the_rest(fitted_as_it_is):
     true, result = fitted_as_it_is
     within = {"K_s": 0.002, "J_eq": 0.005, "torque_per_volt": 0.01, "braking": 0.005, "B_l": 0.15}

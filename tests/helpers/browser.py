@@ -1,4 +1,4 @@
-"""JupyterLab as a student starts it, and a headless browser in front of it."""
+"""JupyterLab as a student starts it, and a headless browser in front of it: one of each for all tests of a process."""
 
 from __future__ import annotations
 
@@ -100,6 +100,35 @@ def _wait_for(server: subprocess.Popen, url: str, log: Path) -> None:
     raise AssertionError(f"JupyterLab did not answer:\n{log.read_text(errors='replace')[-3000:]}")
 
 
+@dataclass
+class Served:
+    """A JupyterLab that runs, with the course in its folder."""
+
+    address: str
+    folder: Path
+    released: Path  # a copy of the course, as students get it
+
+    def course(self, name: str) -> Path:
+        """Give a test file the course in a folder of its own, below JupyterLab's."""
+        return Path(shutil.copytree(self.released, self.folder / name))
+
+
+@contextlib.contextmanager
+def served(folder: Path) -> Iterator[Served]:
+    """Serve the course in ``folder / "work"``, below a prefix as a hub does, until the block ends."""
+    work, released = folder / "work", folder / "released"
+    with jupyterlab(work, "--student", "ada", "--", "--expose-app-in-browser", prefix="/user/ada") as address:
+        shutil.copytree(work, released)
+        yield Served(address, work, released)
+
+
+def end_kernels(address: str) -> None:
+    """End all kernels that run, as nobody looks at their notebooks any more."""
+    for session in get(address, "/api/sessions"):
+        ended = urllib.request.Request(f"{address}/api/sessions/{session['id']}?token={TOKEN}", method="DELETE")
+        urllib.request.urlopen(ended, timeout=60).close()
+
+
 def get(address: str, path: str) -> Any:
     """What the server's interface says."""
     with urllib.request.urlopen(f"{address}{path}?token={TOKEN}", timeout=30) as reply:
@@ -115,24 +144,33 @@ class Visit:
     abroad: list[str] = field(default_factory=list)
 
 
-@contextlib.contextmanager
-def started() -> Iterator[Any]:
-    """A browser without a window, until the block ends."""
-    from playwright.sync_api import sync_playwright
+_open = contextlib.ExitStack()
+_chromium: list[Any] = []  # none or one
 
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=CHROMIUM_OPTIONS)
-        try:
-            yield chromium
-        finally:
-            chromium.close()
+
+def chromium() -> Any:
+    """Return the browser of this process; start it, without a window, if it does not run yet."""
+    if not _chromium:
+        from playwright.sync_api import sync_playwright
+
+        playwright = _open.enter_context(sync_playwright())
+        launched = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=CHROMIUM_OPTIONS)
+        _open.callback(launched.close)
+        _chromium.append(launched)
+    return _chromium[0]
+
+
+def close() -> None:
+    """End the browser, if it runs. (While it does, this thread has playwright's event loop, and can run no other.)"""
+    _chromium.clear()
+    _open.close()
 
 
 @contextlib.contextmanager
 def visit(address: str, notebook: str) -> Iterator[Visit]:
     """A notebook in JupyterLab, in a browser with a fresh profile, its kernel ready."""
-    with started() as chromium:
-        page = chromium.new_page(viewport={"width": 1280, "height": 1600})
+    page = chromium().new_page(viewport={"width": 1280, "height": 1600})
+    try:
         page.set_default_timeout(PATIENCE)
         seen = Visit(page)
         page.on("console", lambda message: seen.errors.append(message.text) if message.type == "error" else None)
@@ -141,6 +179,9 @@ def visit(address: str, notebook: str) -> Iterator[Visit]:
         page.goto(f"{address}/lab/tree/{notebook}?token={TOKEN}&reset")
         page.wait_for_function(_READY)
         yield seen
+    finally:
+        page.close()
+        end_kernels(address)
 
 
 def _note_request(seen: Visit, url: str, address: str) -> None:

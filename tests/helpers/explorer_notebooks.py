@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -33,15 +31,11 @@ explorer""",
 }
 
 
-@contextlib.contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """JupyterLab on the notebooks, until the block ends. Gives the address."""
-    with browser.jupyterlab(folder, "--student", "ada", "--", "--expose-app-in-browser") as address:
-        for name, cell in NOTEBOOKS.items():
-            cells = [nbformat.v4.new_code_cell(source) for source in (BEGIN, cell)]
-            notebook = nbformat.v4.new_notebook(cells=cells, metadata=KERNEL)
-            nbformat.write(notebook, folder / f"{name}.ipynb")
-        yield address
+def write(folder: Path) -> None:
+    """Write the notebooks into a folder that JupyterLab serves."""
+    for name, cell in NOTEBOOKS.items():
+        cells = [nbformat.v4.new_code_cell(source) for source in (BEGIN, cell)]
+        nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=KERNEL), folder / f"{name}.ipynb")
 
 
 def show(seen: browser.Visit) -> None:

@@ -39,8 +39,9 @@ _UPDATE = """async ([scene, data]) => {
 @contextlib.contextmanager
 def opened() -> Iterator[Any]:
     """An empty page, until the block ends."""
-    with browser.started() as chromium:
-        yield chromium.new_page(viewport={"width": 1280, "height": 720})
+    page = browser.chromium().new_page(viewport={"width": 1280, "height": 720})
+    yield page
+    page.close()
 
 
 def show(page: Any, scene: Scene, width: int = 836) -> None:

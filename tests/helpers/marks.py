@@ -16,7 +16,7 @@ import pytest
 from checkout import ROOT
 
 #: A fixture → the marker of tests that use it, be it by way of another fixture.
-BY_FIXTURE = {"sandbox": "isolation", "server": "postgres", "chromium": "browser"}
+BY_FIXTURE = {"sandbox": "isolation", "server": "postgres", "chromium": "browser", "jupyterlab": "browser"}
 #: A helper → the marker of all tests of a module that imports it, or something from it.
 BY_HELPER = {"browser": "browser", "hostile_outside": "isolation"}
 #: A folder → the marker of all tests in it.

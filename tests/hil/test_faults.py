@@ -325,6 +325,7 @@ def fault(request):
     return FAULTS[request.param]
 
 
+@pytest.mark.slow
 def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, tmp_path):
     board = FaultBoard()
     bench = bench_of(board, tmp_path, **fault.bench)
@@ -493,6 +494,7 @@ def test_a_clock_that_drifts_is_no_lateness():
 # --- signs -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude", [5.0, 20.0])
 @pytest.mark.parametrize("signs", list(itertools.product((1, -1), repeat=3)))
 def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
@@ -515,6 +517,7 @@ def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
     assert board.voltage == 0.0
 
 
+@pytest.mark.slow
 def test_an_arm_that_is_moved_by_hand_at_0_V_is_no_runaway():
     board = FaultBoard()
     board.spoil = lambda counts, sample: [round(300 * math.sin(sample / 60)), round(60 * math.sin(sample / 9))]

@@ -83,6 +83,7 @@ def run_cell(kernel: KernelManager, folder: Path) -> None:
     client.stop_channels()
 
 
+@pytest.mark.slow
 def test_a_kernel_that_is_restarted_leaves_0_V_and_what_it_recorded(board, kernel, tmp_path):
     """Jupyter interrupts a kernel before it kills it: whichever comes first sets 0 V, the program or the watchdog."""
     run_cell(kernel, tmp_path)
@@ -91,6 +92,7 @@ def test_a_kernel_that_is_restarted_leaves_0_V_and_what_it_recorded(board, kerne
     assert_at_0_V_and_recorded(board, tmp_path, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="on Windows a kernel is interrupted by an event of its own")
 def test_a_kernel_that_is_interrupted_sets_0_V_itself(board, kernel, tmp_path):
     run_cell(kernel, tmp_path)

@@ -57,6 +57,7 @@ def test_answers_are_too_slow_when_samples_wait_time_and_again():
     assert pace.too_slow and pace.answer > 1.0
 
 
+@pytest.mark.slow
 def test_python_does_not_tidy_up_in_a_run_and_does_so_again_afterwards():
     switching = sys.getswitchinterval()
     with undisturbed(True):

@@ -9,7 +9,6 @@ import inspect
 import json
 import re
 import threading
-from pathlib import Path
 
 import pytest
 
@@ -24,7 +23,6 @@ from rotflex.instructor import model
 
 pytestmark = pytest.mark.slow
 
-CHROMIUM = Path("/usr/bin/chromium")
 #: A page of each kind: front, door, chapter, guide with tables, reference, search.
 KINDS = (
     "docs/index.html",
@@ -106,24 +104,13 @@ def address(site):
         server.shutdown()
 
 
-@pytest.fixture(scope="module")
-def browser():
-    if not CHROMIUM.exists():
-        pytest.skip(f"there is no {CHROMIUM}")
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=str(CHROMIUM), args=["--no-sandbox"])
-        yield launched
-        launched.close()
-
-
 @pytest.fixture
-def visit(browser, address):
+def visit(chromium, address):
     """Opens a page, in a scheme of colours; what it asks of elsewhere, and what fails, is in the list ``wrong``."""
     contexts, wrong = [], []
 
     def opened(name, scheme="light"):
-        context = browser.new_context(color_scheme=scheme, reduced_motion="reduce")
+        context = chromium.new_context(color_scheme=scheme, reduced_motion="reduce")
         contexts.append(context)
         context.route(lambda url: not url.startswith((address, "data:", "blob:")), lambda route: route.abort())
         page = context.new_page()
@@ -204,8 +191,8 @@ class TestInABrowser:
         page = opened("docs/index.html")
         assert page.evaluate("getComputedStyle(document.querySelector('.arm .moves')).animationName") == "none"
 
-    def test_the_arm_moves_and_can_be_stopped(self, browser, address):
-        page = browser.new_page(reduced_motion="no-preference")
+    def test_the_arm_moves_and_can_be_stopped(self, chromium, address):
+        page = chromium.new_page(reduced_motion="no-preference")
         page.goto(f"{address}docs/index.html")
         assert page.evaluate("document.querySelector('svg.arm').getAnimations({subtree: true}).length") > 3
         page.check("#arm-stopped")

@@ -13,14 +13,8 @@ _NOW = """() => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("course") / "work"
-    with browser.jupyterlab(folder, "--student", "ada", "--", "--expose-app-in-browser") as found:
-        yield found
-
-
-def test_the_arm_moves_at_the_first_press_of_start(address, tmp_path):
+def test_the_arm_moves_at_the_first_press_of_start(jupyterlab, tmp_path):
+    address = jupyterlab.address
     with browser.visit(address, "00_start.ipynb") as seen:
         page = seen.page
         page.goto(f"{address}/?token={browser.TOKEN}")  # where nothing is named, the first notebook comes

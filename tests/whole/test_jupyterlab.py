@@ -1,6 +1,6 @@
 """What a student meets: JupyterLab, with the notebooks in it, running in a browser, without a network.
 
-It is served below a prefix, as a hub does; other tests have it without one.
+It is served below a prefix, as a hub does.
 """
 
 from __future__ import annotations
@@ -20,12 +20,10 @@ needs_chromium = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory):
-    """A student's folder, empty to begin with, as `rotflex lab` fills and serves it."""
-    folder = tmp_path_factory.mktemp("course") / "work"
-    options = ("--student", "ada", "--", "--expose-app-in-browser")
-    with browser.jupyterlab(folder, *options, prefix="/user/ada") as address:
-        yield address
+def served(jupyterlab):
+    """The address of a course that nobody has worked on."""
+    jupyterlab.course("empty")
+    return jupyterlab.address
 
 
 def test_rotflex_lab_serves_the_notebooks(served):
@@ -37,7 +35,7 @@ def test_rotflex_lab_serves_the_notebooks(served):
 @needs_chromium
 @pytest.mark.parametrize("notebook", NOTEBOOKS)
 def test_a_student_notebook_runs_empty_in_the_browser(served, notebook):
-    with browser.visit(served, notebook) as seen:
+    with browser.visit(served, f"empty/{notebook}") as seen:
         cells = browser.run_all(seen)
         errors = [output for cell in cells for output in cell["outputs"] if output["output_type"] == "error"]
         assert not errors
@@ -57,5 +55,5 @@ def the_arm_moves_and_is_saved(page, address, notebook):
     explorer_notebooks.run_to_the_end(page)
     page.evaluate("() => window.jupyterapp.commands.execute('docmanager:save')")
     page.wait_for_function("() => !window.jupyterapp.shell.currentWidget.context.model.dirty", timeout=browser.PATIENCE)
-    saved = json.dumps(browser.get(address, f"/api/contents/{notebook}")["content"])
+    saved = json.dumps(browser.get(address, f"/api/contents/empty/{notebook}")["content"])
     assert "Run this cell again to use this explorer" in saved and "widget-view" not in saved

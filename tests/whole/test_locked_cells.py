@@ -24,13 +24,10 @@ _GO_TO = """async id => {
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory):
+def page(jupyterlab):
     """A notebook as a student has it, in the browser."""
-    folder = tmp_path_factory.mktemp("course") / "work"
-    with (
-        browser.jupyterlab(folder, "--student", "ada", "--", "--expose-app-in-browser") as address,
-        browser.visit(address, NOTEBOOK) as seen,
-    ):
+    jupyterlab.course("locked")
+    with browser.visit(jupyterlab.address, f"locked/{NOTEBOOK}") as seen:
         yield seen.page
 
 

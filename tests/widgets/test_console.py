@@ -159,14 +159,14 @@ def test_messages_from_another_thread_are_heard_on_the_kernels_loop(lab):
             sender.join()
 
         page("start")
-        await asyncio.sleep(0.2)
-        assert live.running
+        while not live.running:
+            await asyncio.sleep(0.01)
         version = live.scene["version"]
-        await asyncio.sleep(0.5)
-        assert live.scene["version"] > version + 3
+        while live.scene["version"] <= version + 3:
+            await asyncio.sleep(0.01)
         page("stop")
-        time.sleep(0.5)  # the loop is kept busy: the run ends all the same
-        assert live._run.done and live._bench.board.terminals.commanded[0] == 0.0
+        wait_until(lambda: live._run.done)  # the loop is kept busy: the run ends all the same
+        assert live._bench.board.terminals.commanded[0] == 0.0
         await asyncio.wait_for(live._task, 30)
         assert set(heard) == {here}
         live.close()
@@ -312,11 +312,13 @@ def test_a_kernel_that_ends_leaves_0_volts(tmp_path):
 
 
 def test_missed_deadlines_are_counted_and_told(lab, monkeypatch):
-    def slow(self, instant):
-        remaining = instant - self.now()
-        time.sleep(max(remaining, 0) + (0.006 if 0.1 < instant % 0.5 < 0.12 else 0))
+    passed = [0.0]  # s
 
-    monkeypatch.setattr(WallClock, "wait_until", slow)
+    def wait_until(self, instant):
+        passed[0] = max(passed[0], instant) + (0.006 if 0.1 < instant % 0.5 < 0.12 else 0)
+
+    monkeypatch.setattr(WallClock, "now", lambda self: passed[0])
+    monkeypatch.setattr(WallClock, "wait_until", wait_until)
     live = BenchConsole(lab, K)
     live.connect()
     live.set("experiment", "watch")

@@ -21,14 +21,14 @@ LEAST_PLOTS = 240  # px
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory):
-    with explorer_notebooks.served(tmp_path_factory.mktemp("small") / "work") as address:
-        yield address
+def served(jupyterlab):
+    explorer_notebooks.write(jupyterlab.course("small"))
+    return jupyterlab.address
 
 
 @pytest.fixture
 def opened(served, request):
-    with browser.visit(served, f"{request.param}.ipynb") as seen:
+    with browser.visit(served, f"small/{request.param}.ipynb") as seen:
         seen.page.set_viewport_size(SCREEN)
         explorer_notebooks.show(seen)
         seen.page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
@@ -125,13 +125,13 @@ SAVE = "() => window.jupyterapp.shell.currentWidget.context.save()"
 @pytest.mark.parametrize("name", ["poles", "console", "results"])
 def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
     """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
-    with browser.visit(served, f"{name}.ipynb") as seen:
+    with browser.visit(served, f"small/{name}.ipynb") as seen:
         explorer_notebooks.show(seen)
         seen.page.evaluate(SAVE)
         settled(seen.page)
         assert seen.page.locator(".rotflex-explorer button").count() > 0
         seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
-    with browser.visit(served, f"{name}.ipynb") as seen:
+    with browser.visit(served, f"small/{name}.ipynb") as seen:
         output = seen.page.locator(".jp-OutputArea-output", has_text="Run this cell again")
         output.wait_for()
         assert "widget" not in output.inner_text()

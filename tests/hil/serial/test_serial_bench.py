@@ -45,6 +45,7 @@ def uno(monkeypatch):
 # --- experiments -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @needs_simavr
 def test_state_feedback_at_the_serial_bench_is_that_at_a_virtual_one(uno):
     settings = {"amplitude": 20 * DEG, "duration": 3.0, "progress": False}
@@ -62,6 +63,7 @@ def test_state_feedback_at_the_serial_bench_is_that_at_a_virtual_one(uno):
     assert recorded.metadata["source"] == "bench"
 
 
+@pytest.mark.slow
 @needs_simavr
 def test_a_sweep_at_the_serial_bench_is_that_at_a_virtual_one(uno):
     settings = {"f_start": 2.0, "f_stop": 5.0, "duration": 3.0, "progress": False}

@@ -109,6 +109,7 @@ def test_a_place_that_is_read_only(handed_in, book, tmp_path, monkeypatch, isola
         one_line(done, "There can be no results in", "Read-only file system")
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monkeypatch, isolated):
     """What was graded stays in the gradebook, and what could not be written is told at the end."""
     from rotflex.courseware import files
@@ -128,6 +129,7 @@ def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monke
         assert book.current("ada") is not None
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_for_the_gradebook(book, tmp_path):
     """A real one: SQLite may have no more pages than there are."""
     code = (

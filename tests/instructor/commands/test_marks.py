@@ -261,6 +261,7 @@ def measured(student, of, status):
     return graded(student, MarkRecord("2.12", "K_s", status, 0.0, 2.0, "Well.", ""), answers=answers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["report", "regrade"])
 def test_answers_that_fit_a_class_mates_bench_are_told_in_one_line(tmp_path, command):
     with Gradebook(tmp_path / "book.sqlite") as opened:

@@ -30,6 +30,7 @@ def book(tmp_path_factory):
     return marked_class.gradebook(tmp_path_factory.mktemp("class"), {"North": 6, "South": 6})
 
 
+@pytest.mark.slow
 def test_outcomes_writes_the_report_and_says_what_is_yours_alone(book, tmp_path):
     done = rotflex("outcomes", book, "--out", tmp_path / "out", "--course", ROOT / "solutions")
     assert done.exit_code == 0, done.output
@@ -55,6 +56,7 @@ def test_sheets_writes_those_of_the_students_named(book, tmp_path):
     assert wrong.exit_code == 2 and "There is no student 'zoe' in this gradebook." in said(wrong)
 
 
+@pytest.mark.slow
 def test_a_course_without_map_and_sheets_says_so(book, tmp_path):
     shutil.copytree(SPRING.parent, tmp_path / "spring")
 

@@ -82,6 +82,7 @@ def named(folder, *words):
     return [(name, word) for name, content in files(folder).items() for word in words if word.encode() in content]
 
 
+@pytest.mark.slow
 def test_no_byte_of_who_is_erased_is_left_and_everybody_elses_pages_are_the_same(out):
     before = files(out)
     assert {name for name, word in named(out, WORD)} == {"gradebook.sqlite", "fay/marks.json", "fay/feedback.html"}
@@ -103,6 +104,7 @@ def test_no_byte_of_who_is_erased_is_left_and_everybody_elses_pages_are_the_same
     assert b"Student" not in after["grades.csv"] and set(rows(out)) == {*NAMES, "hal"} - {"fay"}
 
 
+@pytest.mark.slow
 def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
     out = slim
     before = files(out)
@@ -119,6 +121,7 @@ def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
     assert forget(out, input="y\n").exit_code == 0
 
 
+@pytest.mark.slow
 def test_everything_goes_on_afterwards(slim):
     out = slim
     assert forget(out, "--yes").exit_code == 0
@@ -146,6 +149,7 @@ def test_nobody_unknown_is_erased_and_of_who_only_scored_it_is_said_that_it_stay
     assert {name for name in before if files(out)[name] != before[name]} <= {"gradebook.sqlite"}
 
 
+@pytest.mark.slow
 def test_where_they_are_named_still_is_told(out, tmp_path):
     (out / "attainment.html").unlink()
     (out / "sent.csv").write_text("student,mark\nFAY,3\n", encoding="utf-8")

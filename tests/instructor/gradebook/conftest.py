@@ -1,7 +1,12 @@
-"""Gradebooks on a file and on a real PostgreSQL server: tests with ``book`` or ``url`` are run on both."""
+"""Gradebooks on a file and on a real PostgreSQL server.
+
+On both run the gradebook's contract (``test_gradebook.py``), and other tests that name ``url``, since they ask the
+database itself. What else has a ``book`` has it in a file.
+"""
 
 from __future__ import annotations
 
+import inspect
 import os
 import secrets
 import shutil
@@ -67,7 +72,18 @@ def new_url(request, kind, tmp_path):
     return lambda: new_schema(request.getfixturevalue("server"))
 
 
-@pytest.fixture(params=KINDS)
+def pytest_generate_tests(metafunc):
+    """Run on PostgreSQL what depends on the database."""
+    if "kind" not in metafunc.fixturenames:
+        return
+    if any(mark.args[0] == "kind" for mark in metafunc.definition.iter_markers("parametrize")):
+        return
+    named = inspect.signature(metafunc.function).parameters
+    both = metafunc.definition.path.name == "test_gradebook.py" or "url" in named
+    metafunc.parametrize("kind", KINDS if both else KINDS[:1], indirect=True)
+
+
+@pytest.fixture
 def kind(request):
     """Which database."""
     return request.param

@@ -242,6 +242,7 @@ def kept(student):
         return None
 
 
+@pytest.mark.slow
 @given(
     people=st.lists(st.tuples(good_ids, words, words), max_size=6, unique_by=lambda person: caseless(person[0])),
     separator=st.sampled_from(",;\t"),

@@ -350,7 +350,6 @@ def test_the_processor_time_of_a_process_ends_though_the_clock_goes_on(monkeypat
     monkeypatch.setattr(sandbox.math, "ceil", lambda seconds: -59)
     outcome = shell("while :; do :; done", limits=Limits(seconds=60))
     assert outcome.ending is Ending.FINISHED and outcome.code in (-signal.SIGXCPU, -signal.SIGKILL)
-    assert outcome.seconds < 30
 
 
 def test_it_sees_its_own_processes_and_network_and_little_of_the_files(inside):

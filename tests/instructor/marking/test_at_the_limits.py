@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import time
+import signal
 
 import numpy as np
 import pytest
@@ -209,12 +209,11 @@ def test_a_file_of_just_the_largest_size_is_read_as_strictly_as_any(spare):
     assert "a name is there twice" in problem
 
 
+@pytest.mark.timeout(60)
 def test_digits_are_counted_before_they_are_read():
-    begun = time.perf_counter()
     for digits in (26, 4000, 500_000):
         problems = decoding.decode(file({}).replace(b": 7", b": " + b"1" * digits), 7, CATALOGUE).problems
         assert "an integer is too large" in problems[0]
-    assert time.perf_counter() - begun < 5
 
 
 @FITS
@@ -234,14 +233,12 @@ def test_characters_that_are_shown_of_a_bench(fits):
     assert ('"}. They' in told) == fits
 
 
-def test_time_is_up_after_it_and_not_before():
+def test_the_alarm_is_set_to_the_time_that_is_allowed_and_none_is_left():
     with time_limit.within(5.0):
-        time.sleep(0.05)
-    begun = time.perf_counter()
+        assert 1 < signal.getitimer(signal.ITIMER_REAL)[0] <= 5
     with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.within(0.2):
-        time.sleep(5)
-    assert 0.2 <= time.perf_counter() - begun < 2
-    time.sleep(0.3)  # and no alarm is left
+        signal.pause()
+    assert signal.getitimer(signal.ITIMER_REAL) == (0, 0)
 
 
 def test_each_answer_has_the_time_that_is_said(monkeypatch):

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import re
 import sys
-import time
 import unicodedata
 from pathlib import Path, PurePosixPath
 
@@ -34,7 +33,7 @@ from rotflex.instructor.running.prepared import prepare
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="these files cannot be made there")
 
-SECONDS = 20.0  # for what takes an honest hand-in a fraction of one
+SECONDS = 60.0  # after which reading one that hangs ends; it takes an honest hand-in a fraction of one
 #: Own files that harm nobody, as they bear no name that anything looks for.
 HARMLESS = {
     *("Rotflex/courseware/run/cell_reports.py", "evil.pth", "conftest.py", "main.py", "watch.py", "style/matplotlibrc"),
@@ -55,13 +54,12 @@ def frame(tmp_path_factory):
 
 @pytest.fixture
 def taken(request, frame, tmp_path, handed_in):
-    """One of them, taken in and explained, and how long that took."""
+    """One of them, taken in and explained."""
     source, course, bundle = frame
     student = request.param
     handed_in(tmp_path / "in", source, student, ALL[student])
     for honest in hostile.HONEST:
         handed_in(tmp_path / "in", source, honest, hostile.Attack())
-    began = time.monotonic()
     found = {one.student: one for one in intake.find(tmp_path / "in").submissions}
     read = intake.read(found[student], sorted(bundle.pristine), {}, course.packages)
     hand_in, _said = intake.newest([item for one in read for item in one.items()], sorted(bundle.pristine))
@@ -77,7 +75,7 @@ def taken(request, frame, tmp_path, handed_in):
     )
     said = [*found[student].problems, *intake.problems(read), *ready.problems, *ready.notes, *reasons.lost]
     said += [note for one in read for note in one.notes]
-    return student, ready, said, time.monotonic() - began, found
+    return student, ready, said, found
 
 
 @pytest.fixture
@@ -97,10 +95,10 @@ def handed_in(tmp_path):
     return hand_in
 
 
+@pytest.mark.timeout(SECONDS, func_only=False)
 @pytest.mark.parametrize("taken", ALL, indirect=True)
-def test_it_is_read_in_little_time_and_nothing_dangerous_is_left(taken):
-    student, ready, said, seconds, found = taken
-    assert seconds < SECONDS
+def test_it_is_read_and_nothing_dangerous_is_left(taken):
+    student, ready, said, found = taken
     assert set(found) == {student, *hostile.HONEST}
     for honest in hostile.HONEST:
         assert [piece.source for piece in found[honest].pieces] == [honest]
