@@ -197,7 +197,10 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--venv", type=Path, default=ROOT / "build" / "nbgrader-venv", help="where nbgrader is or goes")
     parser.add_argument("--without-nbgrader", action="store_true")
+    parser.add_argument("--smoke", action="store_true", help="one submission, once, without nbgrader")
     asked = parser.parse_args()
+    if asked.smoke:
+        asked.submissions, asked.repeats, asked.without_nbgrader = 1, 1, True
     notebooks = len(student_course.derived(courses.load(WHOLE)))
     print(f"{asked.submissions} submissions of {notebooks} notebooks, {asked.repeats} repeats")
     print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
