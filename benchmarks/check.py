@@ -9,6 +9,7 @@ started.
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
 import shutil
@@ -22,14 +23,14 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def fill(folder: Path) -> None:
-    """A student's folder in which every question is answered."""
+    """Fill a student's folder, with every question answered."""
     for path in sorted((ROOT / "solutions").glob("[0-8]*.ipynb")):
         shutil.copyfile(path, folder / path.name)
     (folder / "course.json").write_text('{"student": "ada"}\n', encoding="utf-8")
 
 
-def check(folder: Path) -> None:
-    """Check it, and print how long it took."""
+def check(folder: Path) -> int:
+    """Check it, print how long it took, and return the exit code."""
     command = [sys.executable, "-P", "-m", "rotflex.cli", "check", str(folder)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     begun = latest = time.perf_counter()
@@ -49,12 +50,20 @@ def check(folder: Path) -> None:
     print(f"{'all':<34}{wall:6.1f} s, {used.ru_utime + used.ru_stime:.1f} s of processor time, of {os.cpu_count()}")
     print(f"exit code {child.returncode}")
     print("".join(said))
+    return child.returncode
+
+
+def main() -> int:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?")
+    asked = parser.parse_args()
+    if asked.folder is not None:
+        return check(asked.folder)
+    with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
+        fill(Path(scratch))
+        return check(Path(scratch))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        check(Path(sys.argv[1]))
-    else:
-        with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
-            fill(Path(scratch))
-            check(Path(scratch))
+    sys.exit(main())

@@ -99,13 +99,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sizes", type=int, nargs="*", default=[60, 150, 300], metavar="SIZE")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--smoke", action="store_true", help="classes of one and of two")
     asked = parser.parse_args()
+    warming, sizes = (1, [2]) if asked.smoke else (2, sorted(asked.sizes))
     print(f"{asked.jobs} jobs on {os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
     rows = []
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
         course = small_course(Path(scratch) / "course")
         count = len(student_course.derived(courses.load(course)))
-        for size in (2, *sorted(asked.sizes)):  # the first one only to warm up the caches
+        for size in (warming, *sizes):  # the first one only to warm up the caches
             folder = Path(scratch) / str(size)
             folder.mkdir()
             rows.append(measured(course, folder, size, asked.jobs))

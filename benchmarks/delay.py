@@ -52,7 +52,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--benches", type=int, default=200)
     parser.add_argument("--log", type=Path)
+    parser.add_argument("--smoke", action="store_true", help="two benches")
     options = parser.parse_args()
+    if options.smoke:
+        options.benches = 2
 
     nominal = preset("workbook")
     drawn = [student_bench(seed) for seed in range(options.benches)]

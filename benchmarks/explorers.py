@@ -142,13 +142,13 @@ def shown(what: str, times: list[float]) -> tuple[float, float]:
     return cuts[9], cuts[18]
 
 
-def drag(page: Any, place: tuple[float, float]) -> float:
+def drag(page: Any, place: tuple[float, float], lasts: float) -> float:
     """Move the mouse, button down, as fast as a hand does; returns the seconds that it took."""
     x, y = place
     page.mouse.move(x, y)
     page.mouse.down()
     began = time.perf_counter()
-    count = round(DRAG_SECONDS * DRAG_RATE)
+    count = round(lasts * DRAG_RATE)
     for number in range(count):
         page.mouse.move(x - 40 * (number % 60) / 60, y + 30 * (number % 45) / 45)
         time.sleep(max(0.0, began + (number + 1) / DRAG_RATE - time.perf_counter()))
@@ -192,7 +192,7 @@ def middle(page: Any, selector: str) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-def yardstick(address: str, changes: int) -> tuple[float, float]:
+def yardstick(address: str, changes: int, lasts: float) -> tuple[float, float]:
     """`interact` with inline matplotlib."""
     with browser.visit(address, "yardstick.ipynb") as seen:
         browser.run_all(seen)
@@ -200,12 +200,12 @@ def yardstick(address: str, changes: int) -> tuple[float, float]:
         seen.page.evaluate(INTERACT, 5)
         found = shown("interact, slider → picture", seen.page.evaluate(INTERACT, changes))
         seen.page.evaluate(COUNT_IMAGES)
-        drag(seen.page, middle(seen.page, ".noUi-handle"))
-        print(f"{'interact, updates/s in a drag':44}{seen.page.evaluate('() => window.images') / DRAG_SECONDS:9.1f}")
+        drag(seen.page, middle(seen.page, ".noUi-handle"), lasts)
+        print(f"{'interact, updates/s in a drag':44}{seen.page.evaluate('() => window.images') / lasts:9.1f}")
         return found
 
 
-def poles(address: str, changes: int) -> list[tuple[float, float]]:
+def poles(address: str, changes: int, lasts: float) -> list[tuple[float, float]]:
     """The pole explorer."""
     with browser.visit(address, "poles.ipynb") as seen:
         browser.run_all(seen)
@@ -216,15 +216,15 @@ def poles(address: str, changes: int) -> list[tuple[float, float]]:
         handle = '.handle[data-name="pair"]'
         found.append(shown("pole explorer, drag → picture", dragged_times(page, middle(page, handle), changes)))
         page.evaluate(COUNT_VERSIONS)
-        taken = drag(page, middle(page, handle))
+        taken = drag(page, middle(page, handle), lasts)
         print(f"{'pole explorer, updates/s in a drag':44}{page.evaluate('() => window.versions.size') / taken:9.1f}")
-        taken_p3 = drag(page, middle(page, '.handle[data-name="p3"]'))
+        taken_p3 = drag(page, middle(page, '.handle[data-name="p3"]'), lasts)
         rate = page.evaluate("() => window.versions.size") / (taken + taken_p3)
         print(f"{'  and with the region drawn anew (both drags)':44}{rate:9.1f}")
         return found
 
 
-def console(address: str) -> None:
+def console(address: str, stops: int) -> None:
     """The bench console: animation, and STOP."""
     with browser.visit(address, "console.ipynb") as seen:
         browser.run_all(seen)
@@ -243,7 +243,7 @@ def console(address: str) -> None:
         page.wait_for_timeout(3000)
         print(f"{'console, pictures/s in recorded time':44}{page.evaluate('() => window.frames') / 3:9.1f}")
         times = []
-        for _ in range(STOPS):
+        for _ in range(stops):
             page.locator('[data-name="experiment"]').select_option("sweep")
             page.locator(".rotflex-explorer").get_by_role("button", name="Start", exact=True).click()
             page.wait_for_selector('[data-name="start"][aria-disabled="true"]')
@@ -259,7 +259,9 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--changes", type=int, default=60)
+    parser.add_argument("--smoke", action="store_true", help="few changes, short drags, two stops")
     asked = parser.parse_args()
+    changes, lasts, stops = (3, 0.5, 2) if asked.smoke else (asked.changes, DRAG_SECONDS, STOPS)
     print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}")
     print(f"{'':44}{'p50, ms':>9}{'p95, ms':>9}{'n':>6}", flush=True)
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
@@ -268,9 +270,9 @@ def main() -> None:
             for name, cell in CELLS.items():
                 cells = [nbformat.v4.new_code_cell(source) for source in (BEGIN, cell)]
                 nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=KERNEL), folder / f"{name}.ipynb")
-            theirs = yardstick(address, asked.changes)
-            ours = poles(address, asked.changes)
-            console(address)
+            theirs = yardstick(address, changes, lasts)
+            ours = poles(address, changes, lasts)
+            console(address, stops)
     for name, (p50, p95) in zip(("slider", "drag"), ours, strict=True):
         print(f"{name}: {theirs[0] / p50:.1f} times quicker than interact at p50, {theirs[1] / p95:.1f} at p95")
 

@@ -28,7 +28,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
-from classes import ROOT, WHOLE, answered, environment, grade, grade_command, hand_in
+from classes import ROOT, WHOLE, answered, environment, grade, grade_command, hand_in, small_course
 from contenders import NbGrader, Papermill
 from memory import OTHERS, SANDBOX, TOTAL, WORKERS, Peaks, Sampler
 
@@ -68,15 +68,16 @@ class Contest:
     scratch : a folder for everything
     submissions : how many
     venv : nbgrader's virtual environment; None to leave it out
+    source : the course's folder
     """
 
-    def __init__(self, scratch: Path, submissions: int, venv: Path | None) -> None:
-        self._scratch = scratch
+    def __init__(self, scratch: Path, submissions: int, venv: Path | None, source: Path) -> None:
+        self._scratch, self._source = scratch, source
         self._submissions = scratch / "submissions"
-        self._students = hand_in(WHOLE, self._submissions, submissions)
+        self._students = hand_in(source, self._submissions, submissions)
         others: list[Papermill | NbGrader] = [Papermill(self._submissions, scratch)]
         if venv is not None:
-            others.append(NbGrader(self._submissions, scratch, venv))
+            others.append(NbGrader(self._submissions, scratch, venv, source))
         self.names = [other.name for other in others] + [OURS.format(jobs) for jobs in (1, 2)]
         self._runs: dict[str, Look] = {other.name: self._other(other) for other in others}
         self._runs |= {OURS.format(jobs): self._ours(jobs) for jobs in (1, 2)}
@@ -126,7 +127,7 @@ class Contest:
 
     def _ours(self, jobs: int) -> Look:
         def look(folder: Path, with_memory: bool) -> tuple[float, Peaks | None]:
-            command = grade_command(WHOLE, self._submissions, folder / "out", jobs)
+            command = grade_command(self._source, self._submissions, folder / "out", jobs)
             done = grade(command, environment(self._scratch), INTERVAL if with_memory else None)
             if (done.ran, done.known) != (len(self._students), 0):
                 raise RuntimeError(f"{done.ran} submissions were run and {done.known} were not.")
@@ -142,18 +143,18 @@ class Contest:
             raise RuntimeError(f"{who}: other questions were answered: {sorted(answered ^ self._answered)[:5]} ...")
 
 
-def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None) -> Figures:
+def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None, source: Path) -> Figures:
     """Run everything. Progress is printed on the standard error."""
     figures = Figures()
     (scratch / "memory").mkdir()
-    for_memory = Contest(scratch / "memory", min(FOR_MEMORY, submissions), venv)
+    for_memory = Contest(scratch / "memory", min(FOR_MEMORY, submissions), venv, source)
     for who in for_memory.names:
         seconds, peaks = for_memory.run(who, with_memory=True)
         print(f"memory, {who}: {seconds:.1f} s", file=sys.stderr, flush=True)
         if peaks is not None:
             figures.peaks[who] = peaks
     shutil.rmtree(scratch / "memory")
-    contest = Contest(scratch, submissions, venv)
+    contest = Contest(scratch, submissions, venv, source)
     for repeat in range(1, repeats + 1):
         for who in contest.names:
             figures.add(who, contest.run(who)[0])
@@ -197,14 +198,18 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--venv", type=Path, default=ROOT / "build" / "nbgrader-venv", help="where nbgrader is or goes")
     parser.add_argument("--without-nbgrader", action="store_true")
+    parser.add_argument("--smoke", action="store_true", help="one submission of two notebooks, once, without nbgrader")
     asked = parser.parse_args()
-    notebooks = len(student_course.derived(courses.load(WHOLE)))
-    print(f"{asked.submissions} submissions of {notebooks} notebooks, {asked.repeats} repeats")
-    print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
+    if asked.smoke:
+        asked.submissions, asked.repeats, asked.without_nbgrader = 1, 1, True
+    venv = None if asked.without_nbgrader else asked.venv
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
-        figures = measured(
-            Path(scratch), asked.submissions, asked.repeats, None if asked.without_nbgrader else asked.venv
-        )
+        source = small_course(Path(scratch) / "course") if asked.smoke else WHOLE
+        notebooks = len(student_course.derived(courses.load(source)))
+        print(f"{asked.submissions} submissions of {notebooks} notebooks, {asked.repeats} repeats")
+        print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
+        (Path(scratch) / "contest").mkdir()
+        figures = measured(Path(scratch) / "contest", asked.submissions, asked.repeats, venv, source)
     show(figures, asked.submissions * notebooks)
 
 

@@ -1,6 +1,6 @@
 """The honest class as a whole: graded in isolation, and each hand-in that is a folder checked as its student would.
 
-    python benchmarks/honest.py [NAME ...]
+    python benchmarks/honest.py [NAME ...] [--smoke]
 
 Prints what is not as it should be: marks, what is told, and where a check at home differs from grading. In the end, how
 many there were, and how long a check took.
@@ -8,6 +8,7 @@ many there were, and how long a check took.
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import os
 import statistics
@@ -78,6 +79,12 @@ def run(ways: list[Way], place: Path) -> None:
 
 if __name__ == "__main__":
     pandas = importlib.util.find_spec("pandas") is not None
-    chosen = [way for way in WAYS if way.pandas in (None, pandas) and (not sys.argv[1:] or way.name in sys.argv[1:])]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--smoke", action="store_true", help="one way alone, handed in as a folder")
+    asked = parser.parse_args()
+    chosen = [way for way in WAYS if way.pandas in (None, pandas) and (not asked.names or way.name in asked.names)]
+    if asked.smoke:
+        chosen = [way for way in chosen if way in RIGHT][:1]
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
         run(chosen, Path(scratch).resolve())

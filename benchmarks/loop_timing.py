@@ -51,7 +51,7 @@ class NullBoard:
         return samples
 
 
-def cost() -> float:
+def cost(samples: int = SAMPLES) -> float:
     """Processor time of a sample, s: the least of a few runs."""
     taken = []
     for _repeat in range(REPEATS):
@@ -65,8 +65,8 @@ def cost() -> float:
             )
             with bench:
                 started = time.process_time()
-                run(bench, StateFeedback(GAIN), np.zeros(SAMPLES), progress=False)
-                taken.append((time.process_time() - started) / SAMPLES)
+                run(bench, StateFeedback(GAIN), np.zeros(samples), progress=False)
+                taken.append((time.process_time() - started) / samples)
     return min(taken)
 
 
@@ -92,8 +92,11 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--busy", action="store_true")
     parser.add_argument("--cost-only", action="store_true")
+    parser.add_argument("--smoke", action="store_true", help="few samples, and 1 s")
     chosen = parser.parse_args()
-    ours = cost()
+    if chosen.smoke:
+        chosen.seconds = 1.0
+    ours = cost(500 if chosen.smoke else SAMPLES)
     print(f"cost of a sample    {ours * 1e6:6.1f} us, {ours * 500:6.2%} of 2 ms")
     if chosen.cost_only:
         return

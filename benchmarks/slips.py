@@ -1,14 +1,16 @@
 """What single slips cost, as a table: points lost automatically, own and besides, and the reason that is told.
 
-    python benchmarks/slips.py [PATTERN]
+    python benchmarks/slips.py [PATTERN] [--smoke]
 
 One line of Markdown for each slip of ``tests/helpers/single_slips.py`` whose name has the pattern.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,7 +31,7 @@ def line(slip: Slip) -> tuple[float, str]:
     return total, f"| {slip.name} | {own:g} | {besides} | {told} | {acts} |"
 
 
-def run(pattern: str) -> None:
+def run(slips: Sequence[Slip]) -> None:
     """Print the table."""
     print(
         "| slip | own points | besides, as a person would | reason told | names what to look at |",
@@ -37,13 +39,18 @@ def run(pattern: str) -> None:
         sep="\n",
     )
     costs = []
-    for slip in SLIPS:
-        if re.search(pattern, slip.name):
-            total, row = line(slip)
-            costs.append(total)
-            print(row, flush=True)
-    print(f"\n{len(costs)} slips; at most {max(costs):g} points, {sum(c > 4 for c in costs)} of them more than 4.")
+    for slip in slips:
+        total, row = line(slip)
+        costs.append(total)
+        print(row, flush=True)
+    most, many = max(costs, default=0), sum(points > 4 for points in costs)
+    print(f"\n{len(costs)} slips; at most {most:g} points, {many} of them more than 4.")
 
 
 if __name__ == "__main__":
-    run(sys.argv[1] if sys.argv[1:] else "")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pattern", nargs="?", default="")
+    parser.add_argument("--smoke", action="store_true", help="the first alone")
+    asked = parser.parse_args()
+    chosen = [slip for slip in SLIPS if re.search(asked.pattern, slip.name)]
+    run(chosen[:1] if asked.smoke else chosen)

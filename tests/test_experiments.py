@@ -100,6 +100,28 @@ def test_tracking_meets_the_specifications_on_the_workbook_bench():
     assert np.abs(partial["alpha"][late]).max() > 5 * np.abs(full["alpha"][late]).max()
 
 
+LINEAR, GAIN = linear_model(1.4), [18.2356, -17.1547, 1.5893, 0.6327]
+EXPERIMENTS = {
+    "sweep": (experiments.sweep, 15.0),
+    "sweep of the voltage": (lambda bench, **more: experiments.sweep(bench, drive="voltage", **more), 15.0),
+    "free decay": (experiments.free_decay, 6.0),
+    "square wave": (lambda bench, **more: experiments.validation(bench, *LINEAR, **more), 10.0),
+    "step": (lambda bench, **more: experiments.validation(bench, *LINEAR, "step", **more), 2.5),
+    "tracking": (lambda bench, **more: experiments.tracking(bench, GAIN, **more), 10.0),
+    "watching": (experiments.watch, 10.0),
+}
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_an_experiment_lasts_as_long_as_is_asked_and_as_documented_unless_it_is(experiment):
+    run, usual = EXPERIMENTS[experiment]
+    with hil.open("virtual:?preset=workbook") as bench:
+        for asked, lasts in (({"duration": 1.5}, 1.5), ({}, usual)):
+            recording = run(bench, progress=False, **asked)
+            assert recording.time[[0, -1]] == pytest.approx([0, lasts])
+            assert np.diff(recording.time) == pytest.approx(0.002)
+
+
 def test_every_experiment_starts_at_rest_counted_from_there_and_ends_at_0_volts():
     with hil.open(seed=5) as bench:
         for _ in range(2):

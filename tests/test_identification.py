@@ -133,6 +133,17 @@ def test_no_resonance_is_said_for_noise_for_a_stiff_link_and_for_one_outside_the
             resonance(frequency_response((x, y, SAMPLE_TIME)))
 
 
+@pytest.mark.parametrize(("f_n", "inside"), [(0.98, False), (1.1, True), (4.9, True), (5.02, False)])
+def test_a_resonance_just_beyond_either_edge_of_the_band_is_none(f_n, inside):
+    f = np.arange(0.05, 20, 0.02)
+    response = FrequencyResponse(f, link_ratio(f * HZ, f_n * HZ, 0.03), np.ones(f.size), resolution=0.1)
+    if inside:
+        assert resonance(response).value == pytest.approx(f_n * HZ, rel=1e-5)
+    else:
+        with pytest.raises(IdentificationError):
+            resonance(response)
+
+
 def test_a_recording_too_short_for_the_band_is_said():
     short = slice(0, 500)
     theta = chirp(T, 1.0, 5.0)[short]
@@ -246,6 +257,19 @@ def test_only_swings_above_the_floor_are_used():
     assert np.abs(found.peaks).min() > 0.05
     assert np.all(np.diff(np.sign(found.peaks)) != 0)
     np.testing.assert_allclose(np.diff(found.peak_times), math.pi / 20.0, rtol=0.01)
+
+
+@pytest.mark.parametrize(("omega", "zeta"), [(11.3, 0.02), (15.1, 0.01), (19.0, 0.03)])
+def test_turning_points_are_found_between_the_samples(omega, zeta):
+    """Of exp(−σt)·cos(ωt) they are at ωt = kπ − atan(σ/ω); a sample is up to 6 ms, and 0.6 % in height, off."""
+    sigma, dt = zeta * omega, 0.012
+    t = dt * np.arange(500)
+    found = logarithmic_decrement(0.2 * np.exp(-sigma * t) * np.cos(omega * t), dt)
+    k = np.round((omega * found.peak_times + math.atan(sigma / omega)) / math.pi)
+    times = (k * math.pi - math.atan(sigma / omega)) / omega
+    np.testing.assert_allclose(found.peak_times, times, rtol=0, atol=dt / 20)
+    heights = 0.2 * np.exp(-sigma * times) * np.cos(omega * times)
+    np.testing.assert_allclose(found.peaks, heights, rtol=2.5e-3)
 
 
 def test_what_is_no_free_decay_is_refused():

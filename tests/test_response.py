@@ -89,6 +89,17 @@ def test_settling_time_runs_to_the_first_sample_that_stays_in_the_band():
     assert step.peak_time == pytest.approx(200 * SAMPLE_TIME)
 
 
+@pytest.mark.parametrize("outside", [0.81, -0.81])
+@pytest.mark.parametrize("size", [20.0, -20.0])
+def test_the_band_has_two_edges_upwards_and_downwards(size, outside):
+    reference, theta = (np.where(np.arange(1000) < begin, -size, size) for begin in (100, 200))
+    theta[300] += outside
+    (step,) = response.measure(
+        Recording.of(np.arange(1000) * SAMPLE_TIME, theta_ref=reference * DEG, theta=theta * DEG)
+    )
+    assert step.settling_time == pytest.approx(201 * SAMPLE_TIME)
+
+
 def test_a_rate_limited_step_counts_from_the_start_of_its_ramp():
     t = signals.time_axis(2.9, SAMPLE_TIME)
     sharp = signals.square_wave(t - 1, 0.5, 20 * DEG)
@@ -304,7 +315,9 @@ def test_a_recording_without_a_command_is_refused():
         response.measure(Recording.of(recording.time, theta=recording["theta"]))
 
 
-@pytest.mark.parametrize("choice", [{"band": 4}, {"band": 0}, {"band": math.nan}, {"final": "20 deg"}])
+@pytest.mark.parametrize(
+    "choice", [{"band": 4}, {"band": 1}, {"band": 0}, {"band": -0.04}, {"band": math.nan}, {"final": "20 deg"}]
+)
 def test_an_impossible_convention_is_refused(choice):
     with pytest.raises(ConfigurationError):
         response.measure(wave([-1, 1, -1], start=-1), **choice)

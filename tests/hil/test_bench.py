@@ -96,6 +96,20 @@ def test_what_is_said_to_the_board_in_a_run_and_nothing_else():
     assert_left_alone(board)
 
 
+def test_the_motor_is_at_0_V_before_and_after_the_board_is_set_up():
+    """A range that is chosen then may make other volts of the same number."""
+    board = FaultyBoard()
+    seen = []
+
+    def prepare(opened):
+        seen.append((opened.transcript.count("write_analog"), opened.voltage))
+        opened.inner.write_analog(np.array([0], dtype=np.uint32), 1, np.array([3.0]))
+
+    with bench_of(board, prepare=prepare):
+        assert seen == [(1, 0.0)]
+        assert (board.transcript.count("write_analog"), board.voltage) == (2, 0.0)
+
+
 def test_time_counts_samples_from_the_start():
     with hil.open("virtual:?preset=workbook") as bench:
         for _ in range(2):
@@ -293,6 +307,20 @@ def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, 
         assert board.voltage == 0.0
         with pytest.raises(BenchError, match="not sampling"):
             bench.read()
+    assert_left_alone(board)
+
+
+@pytest.mark.parametrize("voltage", [3.0, -3.0])
+@pytest.mark.parametrize("limits", [Limits(theta=5 * DEG), Limits(alpha=2 * DEG), Limits(rate=1.0)], ids=repr)
+def test_every_limit_holds_in_both_directions(limits, voltage):
+    board = FaultyBoard()
+    with bench_of(board, limits=limits) as bench:
+        bench.start(SAMPLE_TIME)
+        with pytest.raises(LimitExceeded):
+            for _ in range(100):
+                bench.read()
+                bench.write(voltage)
+    assert abs(bench.latest.theta) < 20 * DEG
     assert_left_alone(board)
 
 

@@ -87,11 +87,13 @@ def test_a_motion_at_0_V_is_not_judged():
     assert not any(guard.see(0.5 * np.sin(sample / 50), 0.1 * np.sin(sample / 10)) for sample in range(2000))
 
 
+@pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize(("theta", "alpha", "name"), [(1.0, 0.0, "servo angle"), (0.0, 1.0, "deflection")])
-def test_a_jump_is_told_at_once_and_a_quick_motion_over_samples_that_were_missed_is_none(theta, alpha, name):
+def test_a_jump_is_told_at_once_and_a_quick_motion_over_samples_that_were_missed_is_none(theta, alpha, name, sign):
+    theta, alpha = sign * theta, sign * alpha
     guard = Guard(srv02())
     guard.see(0.0, 0.0)
-    assert f"The {name} jumped by 57.3 deg" in guard.see(theta, alpha)
+    assert f"The {name} jumped by {sign * 57.3} deg" in guard.see(theta, alpha)
     guard.start(0.002)
     guard.see(0.0, 0.0)
     assert guard.see(theta, alpha, samples=50) == ""

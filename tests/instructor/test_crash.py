@@ -11,7 +11,7 @@ import pytest
 import small_class
 
 pytestmark = pytest.mark.usefixtures("sandbox")
-SIZE, KILLS = 6, 4  # benchmarks/crash.py does the same with 40 and 20
+SIZE, KILLS = 6, 4
 
 
 @pytest.fixture(scope="module")

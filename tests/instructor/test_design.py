@@ -330,6 +330,14 @@ def test_transformation_of_a_pair_that_is_not_controllable_is_refused():
         design.transformation(np.eye(2), [1, 1])
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e6])
+def test_how_exactly_poles_must_be_conjugate_does_not_depend_on_the_unit_of_time(unit):
+    nearly, hardly = ([unit * (-3 + 4j), unit * (-3 - 4j * (1 + off)), -unit] for off in (1e-7, 1e-4))
+    assert_array_equal(design.paired(nearly, 3), nearly)
+    with pytest.raises(DesignError):
+        design.paired(hardly)
+
+
 @ROUTES
 @pytest.mark.parametrize(
     ("wanted", "message"),

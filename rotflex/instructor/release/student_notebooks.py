@@ -9,6 +9,7 @@ So is what students may change: answers, the parameters, and cells tagged ``open
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -36,6 +37,7 @@ from nbformat import NotebookNode, ValidationError  # noqa: E402
 from nbformat.reader import NotJSONError  # noqa: E402
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
+_LIKE_A_MARK = re.compile(r"(?<![^\W_])(?:begin|end)[\s_-]*solution", re.IGNORECASE)
 STUB = "# Your code here."
 _WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
 INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = words.INSTRUCTOR, "open", "parameters"
@@ -248,7 +250,7 @@ def _without_solutions(source: str, where: str, begin: str, end: str, stub: str)
             inside = not inside
         elif word in (begin, end):
             raise GradingError(f"{where}: {word!r} without its {'end' if inside else 'beginning'}.")
-        elif "BEGIN SOLUTION" in line.upper() or "END SOLUTION" in line.upper():
+        elif _LIKE_A_MARK.search(line):
             raise GradingError(f"{where}: {word!r} should be exactly {begin!r} or {end!r}, alone on its line.")
         elif not inside:
             kept.append(line)

@@ -156,6 +156,21 @@ def test_who_comes_again_is_a_new_person_with_another_number(book, url, tmp_path
     assert list(book.persons.erased([ID])) == [ID]
 
 
+def test_no_number_is_ever_given_again_whoever_was_erased(book, url):
+    def numbers():
+        with closing(Database(url)) as database, database.reading() as connection:
+            return dict(connection.execute(select(students.c.student, students.c.id)).tuples().all())
+
+    given = set(numbers().values())
+    for gone in (["bob"], ["new 0"], ["ada", ID, "new 1"]):  # the last that came, and everybody
+        for student in gone:
+            book.persons.erase(student, "lea")
+        new = f"new {len(given) - 3}"
+        record(book, graded(new))
+        assert numbers()[new] not in given
+        given.add(numbers()[new])
+
+
 def test_what_others_wrote_themselves_stays_and_is_told(book):
     book.deliver("bob", [Delivery("notes.txt", "n", f"With {NAME}!".encode(), WHEN)])
     record(book, graded("bob", mark(), prose(given=f"As {NAME} says."), report_text()))

@@ -22,6 +22,7 @@ from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number, prose
 from rotflex.errors import GradingError
 from rotflex.instructor.release import student_course, student_notebooks
+from rotflex.instructor.release.student_notebooks import BEGIN, END
 
 
 def code(source, cell_id="a", **metadata):
@@ -81,6 +82,37 @@ def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
 def test_an_answer_that_would_be_released_with_its_solution_is_refused_by_name(source):
     with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'q1'"):
         stripped(answer(source))
+
+
+@pytest.mark.parametrize("place", ["before", "in", "after"])
+@pytest.mark.parametrize(
+    "spelt",
+    [
+        *(
+            "### Begin Solution",
+            "### begin solution",
+            "###BEGIN SOLUTION",
+            "# BEGIN SOLUTION",
+            "### BEGIN SOLUTION ###",
+        ),
+        *("### BEGIN  SOLUTION", "### BEGIN\tSOLUTION", "### BEGIN\u00a0SOLUTION", "### BEGIN_SOLUTION"),
+        *("### BeginSolution", "### BEGIN-SOLUTIONS", "### beg\u0131n solution", "x = 0  ### BEGIN SOLUTION"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["code", "words"])
+def test_a_second_mark_in_other_letters_beside_a_right_pair_is_refused(kind, spelt, place):
+    begin, end, cell = (BEGIN, END, answer) if kind == "code" else (words.BEGIN, words.END, in_words)
+    other = spelt.replace("egin", "nd").replace("EGIN", "ND").replace("BND", "END").replace("Bnd", "End")
+    second = f"{spelt}\nsecret = 2\n{other}"
+    right = f"{begin}\nsecret = 1\n{second if place == 'in' else ''}\n{end}"
+    source = {"before": f"{second}\n{right}", "in": right, "after": f"{right}\n{second}"}[place]
+    with pytest.raises(GradingError):
+        released_cells(cell(source))
+
+
+def test_prose_and_names_that_only_contain_the_words_of_a_mark_are_no_mark():
+    source = "backendsolution = weekend_solutions\n# at the end. Solution: see above"
+    assert stripped(code(source))[0].source == source
 
 
 def test_a_solution_outside_of_an_answer_cell_is_refused():
@@ -251,6 +283,25 @@ def test_a_new_module_of_the_instructors_folder_is_not_released(tmp_path, monkey
     monkeypatch.syspath_prepend(tmp_path)
     made = student_course.release(replace(OURS, packages=("rotflex", package.name)), tmp_path / "out")
     assert {path.name for path in (made.folder / package.name).rglob("*")} == {"__init__.py", "lab.py"}
+
+
+def test_hidden_files_and_what_python_leaves_are_not_released_from_wherever(tmp_path, monkeypatch):
+    package, data = tmp_path / "lab_of_ours", tmp_path / "data"
+    stray = [".env", ".git/config", ".ipynb_checkpoints/01-checkpoint.ipynb", "__pycache__/x.py", "x.pyc"]
+    for folder in (package, package / "deep" / "down", data, data / "deep"):
+        for name in (*stray, "kept.py"):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    (package / "__init__.py").write_text("")
+    monkeypatch.setattr(type(OURS), "data", data)
+    course = replace(OURS, packages=("rotflex", package.name))
+    made = student_course.release(course, tmp_path / "out", with_data=True)
+    with zipfile.ZipFile(made.archive) as archive:
+        packed = archive.namelist()
+    there = [path.relative_to(made.folder.parent).as_posix() for path in made.folder.rglob("*") if path.is_file()]
+    assert sorted(packed) == sorted(there) and sum(name.endswith("/kept.py") for name in packed) == 4
+    assert not [name for name in packed if "/." in name or "__pycache__" in name or name.endswith(".pyc")]
 
 
 def test_no_module_of_a_release_imports_an_instructors_module(released):

@@ -21,6 +21,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TypeVar
 
+from rotflex.instructor.running.intake import times
+
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE = "Moodle", "Canvas", "Blackboard", "Brightspace"
 
 _MOODLE = re.compile(r"(?P<who>.+?)_(?P<number>\d+)_assignsubmission_(?P<kind>[a-z]+)(?:_(?P<rest>.*))?", re.DOTALL)
@@ -138,11 +140,9 @@ def _brightspace_time(text: str) -> datetime | None:
     if found is None:
         return None
     month, day, year, hour, minute, half = found.groups()
-    hours = int(hour)
-    if half:
-        hours = hours % 12 + 12 * (half.lower() == "p")
     try:
-        return datetime(int(year), _MONTHS.index(month.lower()) + 1, int(day), hours, int(minute))
+        month_number = _MONTHS.index(month.lower()) + 1
+        return datetime(int(year), month_number, int(day), times.hour_of(hour, half), int(minute))
     except ValueError:
         return None
 

@@ -99,14 +99,31 @@ def _spelled(text: str) -> datetime | None:
     found = _SPELLED.fullmatch(text)
     if found is None:
         return None
-    hour = int(found["hour"])
-    if found["half"]:
-        hour = hour % 12 + 12 * (found["half"].lower() == "pm")
     try:
-        month = _MONTHS.index(found["month"].lower()) + 1
+        month, hour = _MONTHS.index(found["month"].lower()) + 1, hour_of(found["hour"], found["half"])
         return datetime(int(found["year"]), month, int(found["day"]), hour, int(found["minute"]))
     except ValueError:
         return None
+
+
+def hour_of(hour: str, half: str | None) -> int:
+    """Return an hour of the day, from 0 to 23.
+
+    Parameters
+    ----------
+    hour : as written
+    half : AM or PM, in any letters, where the hour has one
+
+    Raises
+    ------
+    ValueError
+        If an hour with AM or PM is beyond 12.
+    """
+    if not half:
+        return int(hour)
+    if int(hour) > 12:
+        raise ValueError(f"{hour} {half} is not an hour.")
+    return int(hour) % 12 + 12 * (half[0].lower() == "p")
 
 
 def in_utc(time: datetime, zone: tzinfo) -> datetime:

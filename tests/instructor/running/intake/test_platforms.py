@@ -6,12 +6,16 @@ from datetime import UTC, datetime, timedelta, timezone
 
 import packings
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from packings import WANTED, before, lay, renamed, under, work, zipped
 
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
 from rotflex.instructor.running import intake
-from rotflex.instructor.running.intake import times
+from rotflex.instructor.running.intake import labels, times
+from rotflex.instructor.running.intake.labels import Label
+from rotflex.instructor.running.intake.people import People
 
 ROSTER = [
     StudentRecord("ada", "Ada King Lovelace", "ada@example.org", aliases=("alovelace", "12345")),
@@ -289,6 +293,80 @@ def test_of_loose_files_of_one_name_the_newer_counts_and_it_is_told(tmp_path):
     assert [first_answer(found, "ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]
     (told,) = [line for line in found.ignored if "there is a newer one of the same name" in line]
     assert "_678901_" in told
+
+
+@given(st.datetimes(datetime(1990, 1, 1), datetime(2090, 1, 1)), st.sampled_from(["%I", "%H"]))
+@example(datetime(2026, 11, 21, 12, 5), "%I")
+@example(datetime(2026, 11, 21, 0, 5), "%I")
+@example(datetime(2026, 11, 21, 12, 0), "%H")
+def test_times_with_and_without_am_and_pm_are_read_as_strptime_reads_them(when, hour):
+    half = " %p" if hour == "%I" else ""
+    for pattern in (f"%A, %d %B %Y, {hour}:%M{half}", f"%d %b %Y at {hour}:%M:%S{half.strip().lower()}"):
+        written = when.strftime(pattern)
+        assert times.parsed(written) == datetime.strptime(written, pattern).replace(second=0, tzinfo=UTC)
+    written = when.strftime(f"%b %d, %Y {hour}%M{half}")
+    label = labels.read(f"12345-678910 - Ada Lovelace - {written}")
+    assert label.time == datetime.strptime(written, f"%b %d, %Y {hour}%M{half}")
+
+
+@pytest.mark.parametrize("clock", ["13:05 AM", "13:05 PM", "25:05 PM", "24:05", "12:60 PM"])
+def test_a_time_that_no_clock_shows_is_none(clock):
+    assert times.parsed(f"21 November 2026, {clock}") is None
+    assert labels.read(f"1-2 - Ada - Nov 21, 2026 {clock.replace(':', '')}").time is None
+
+
+@given(st.permutations(["name", "Full name", "Student ID", "Username", "time", "Status"]))
+def test_every_column_of_names_in_a_list_of_times_counts_wherever_it_stands(tmp_path_factory, headings):
+    path = tmp_path_factory.getbasetemp() / "columns.csv"
+    cells = {"time": "2026-11-21 13:05", "Status": "Submitted"}
+    path.write_text("\n".join([",".join(headings), ",".join(cells.get(one, f"by {one}") for one in headings)]))
+    names = {f"by {one}" for one in headings if one not in cells}
+    assert times.read(path) == (dict.fromkeys(names, datetime(2026, 11, 21, 13, 5, tzinfo=UTC)), [])
+
+
+@pytest.mark.parametrize(
+    ("ada", "bob"),
+    [
+        ({"aliases": ("Emmy Noether",)}, {"name": "Emmy Noether"}),
+        ({"name": "Noether, Emmy"}, {"name": "Emmy Noether"}),
+        ({"aliases": ("Emmy Noether",)}, {"aliases": ("emmy noether",)}),
+        ({"email": "Emmy Noether"}, {"name": "Emmy Noether"}),
+    ],
+)
+def test_a_name_that_two_students_have_is_nobodys(tmp_path, ada, bob):
+    roster = [StudentRecord("ada", **ada), StudentRecord("bob", **bob), StudentRecord("eve", "Eve")]
+    for order in (roster, roster[::-1]):
+        known = People(order)
+        assert known.named("Emmy Noether").students == () == known.labelled(Label("Moodle", ("Emmy Noether",))).students
+    lay(tmp_path, packings.moodle("Emmy Noether", 7, work(None)) | under("eve", work("eve")))
+    assert students(intake.find(tmp_path, roster)) == ["eve"]
+
+
+@given(
+    st.sets(
+        st.sampled_from(
+            [f"{stem}{count}.{end}" for stem in "ab" for count in ("", "-1", "-2", "-31") for end in ("py", "csv")]
+        )
+    )
+)
+def test_a_file_that_canvas_may_have_counted_never_replaces_another(names):
+    files = {name: f"of {name}" for name in names}
+    added = labels.before_canvas(files)
+    assert not added.keys() & files.keys()
+    counted = {
+        name: {one for one in names if one[0] + one[one.rindex(".") :] == name != one}
+        for name in ("a.py", "b.py", "a.csv", "b.csv")
+    }
+    assert added == {name: f"of {min(ones)}" for name, ones in counted.items() if len(ones) == 1 and name not in names}
+
+
+def test_own_files_that_differ_in_a_number_only_are_both_had_under_their_own_names(tmp_path):
+    own = {"tools.py": b"G = 1\n", "tools-1.py": b"G = 2\n", "data-1.csv": b"3\n"}
+    lay(tmp_path, packings.canvas("lovelaceadaking", 12345, work() | own))
+    (submission,) = intake.find(tmp_path, ROSTER).submissions
+    delivered = intake.read(submission, WANTED)
+    hand_in, _notes = intake.newest([item for one in delivered for item in one.items()], WANTED)
+    assert hand_in.files == own | {"data.csv": b"3\n"}
 
 
 def test_a_time_without_a_zone_is_of_the_one_where_it_is_read():
