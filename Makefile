@@ -1,7 +1,7 @@
 # make lab    open JupyterLab on the course, in the folder work/
 # make check  what takes three minutes: style, types, imports, size, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
-# make test-all  the same, and the tests against nbgrader, which it installs for them
+# make test-all  the same, and what takes too long for a landing: each attack, slip and way by itself; and nbgrader
 # make site   build the site into build/site; make site-instructor: the one with answers, into build/site-instructor
 
 PYTHON ?= python3

@@ -3,8 +3,9 @@
     python tools/run_tests.py [--quick | --all] [PYTEST OPTIONS ...]
 
 ``--quick`` leaves out the tests that take long or need more than Python, and the solution notebooks, and says so.
-``--all`` adds the tests that need a package which ``make test-all`` installs for them. Tests are shared among as many
-processes as there are processors, up to four; ``-n 0`` runs them in one. pytest's closing line comes last.
+``--all`` adds the tests that take too long for a landing, or need what ``make test-all`` installs for them. Tests are
+shared among as many processes as there are processors, up to four; ``-n 0`` runs them in one. pytest's closing line
+comes last.
 """
 
 from __future__ import annotations
