@@ -16,6 +16,7 @@ import sysconfig
 import threading
 import time
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,6 +33,32 @@ from hostile_reach import REACH
 from hostile_words import WORDS
 
 CLASS: dict[str, Attack] = {**CODE, **CELLS, **REACH, **FORGED, **TEXT, **FORMS, **OWN_FILES, **WORDS, **NAMES}
+#: One attack of each mechanism, for a landing; all others are made by `make test-all`.
+OF_EACH_MECHANISM: dict[str, Attack] = {
+    name: CLASS[name]
+    for name in (
+        # it does not end, ends its watchers, goes on afterwards, becomes something else, dies
+        *("uninterruptible-loop", "stops-its-watcher", "lingers", "kills-all", "turns-into-another", "segfault"),
+        # it takes too much: memory, processes, threads, room, output
+        *("memory", "children", "threads", "full-folders", "output"),
+        # it patches, lies, forges, plants, pickles
+        *("patches-lab", "liars", "forged-messages", "plants-modules", "pickles"),
+        # cells of its own: before all others, as another student; reports of cells; errors; many, odd and slow ones
+        *("before-the-first-cell", "other-parameters", "forged-reports", "reports-are-the-key", "error-of-markup"),
+        *("ten-thousand-cells", "odd-cell-names", "traps-for-readers"),
+        # it reaches for secrets, accounts, memories, files and the network outside
+        *REACH,
+        # answers written by hand: no JSON, too large, not a file, odd, slow to work out, of somebody else; markup
+        *("nested", "sparse", "a-link-to-the-key", "odd-parts", "slow", "somebody-else", "escapes-in-names", "markup"),
+        # odd notebooks, links, depth, modules, archives
+        *("retagged", "other-types", "links", "deep-folders", "modules", "odd-notebooks", "zip-slip", "zip-bomb"),
+        # what lies beside the notebooks: modules, many files, paths that lead away, claims, other students' names
+        *("own-modules", "thousands-of-own-files", "own-files-lead-away", "claims-all", "says-it-is-anothers-too"),
+        # words and pictures
+        *("words-of-scripts", "words-of-formulas", "pictures-of-all-sorts", "words-everywhere"),
+        *NAMES,
+    )
+}
 PROBE_SEED = 20_240_229
 CELL_TIMEOUT, DEADLINE = 4, 30  # s
 
@@ -93,12 +120,12 @@ class Listeners:
 class Graded:
     """A class that was graded, and what was found around it before and afterwards."""
 
+    attacks: Mapping[str, Attack]
     out: Path
     alone: Path
     done: subprocess.CompletedProcess
     canaries: dict[str, str]
     outside: dict
-    seconds: float
     tried_out: list[str]
     heard: list[str] = field(default_factory=list)
     survivors: list[int] = field(default_factory=list)
@@ -120,7 +147,7 @@ class Graded:
     def undeserved(self, student: str) -> float:
         """Points that nobody deserves who did what this student did."""
         earned = by_question(self.marks(student))
-        return sum(max(0.0, earned[number] - CLASS[student].earns.get(number, 0)) for number in earned)
+        return sum(max(0.0, earned[number] - self.attacks[student].earns.get(number, 0)) for number in earned)
 
 
 def by_question(marks: dict) -> dict[str, float]:
@@ -130,7 +157,10 @@ def by_question(marks: dict) -> dict[str, float]:
     return earned
 
 
-def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: Listeners) -> Graded:
+def grade(
+    attacks: Mapping[str, Attack], folder: Path, open_to_all: Path, token: str, witness: int, listeners: Listeners
+) -> Graded:
+    """Grade three honest students alone, and then together with attackers; what was outside before, and afterwards."""
     names = ("key", "neighbour", "home", "gradebook", "environment", "marks")
     canaries = {name: hostile.new_canary() for name in names}
     source = hostile.course(folder / "course", canaries["key"])
@@ -172,7 +202,7 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
         "abstract": listeners.abstract,
         **listeners.ports,
     }
-    for student, attack in CLASS.items():
+    for student, attack in attacks.items():
         hand_in(submissions, source, student, attack, outside)
     for name in REFUSED:
         with contextlib.suppress(OSError):
@@ -181,7 +211,7 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
         table = csv.writer(file)
         table.writerow(["id", "name", "user ID"])  # the last is kept, and stands in no report
         table.writerow([HONEST[0], "Ada", canaries["gradebook"]])
-        table.writerows([student, "", ""] for student in (*HONEST[1:], *CLASS))
+        table.writerows([student, "", ""] for student in (*HONEST[1:], *attacks))
     for book in (out, folder / "marks-alone"):
         command = ["roster", folder / "roster.csv", "--gradebook", book / "gradebook.sqlite"]
         book.mkdir(exist_ok=True)
@@ -189,9 +219,9 @@ def grade(folder: Path, open_to_all: Path, token: str, witness: int, listeners: 
     tried_out = listeners.try_out()
     watched = (source, submissions, open_to_all, home)
     _grade_folder(folder / "alone", folder / "marks-alone", source, environment)
-    before, started = hostile.state(watched), time.monotonic()
+    before = hostile.state(watched)
     done = _grade_folder(submissions, out, source, environment)
-    result = Graded(out, folder / "marks-alone", done, canaries, outside, time.monotonic() - started, tried_out)
+    result = Graded(attacks, out, folder / "marks-alone", done, canaries, outside, tried_out)
     result.before, result.after = before, hostile.state(watched)
     result.heard = list(listeners.heard)
     result.survivors = [pid for pid in hostile.processes(token) if pid != witness]

@@ -350,3 +350,28 @@ SLIPS: tuple[Slip, ...] = (
     Slip(("Table 3", "K_psf"), "of full feedback", lambda v, own: own["3.8"]["K"], "follows from"),
     Slip(("Table 3", "W"), "its inverse", lambda v, own: np.linalg.inv(v), "inverse|follows from"),
 )
+
+_NAMED = {slip.name: slip for slip in SLIPS}
+#: One slip of each kind, for a landing; all are tried by `make test-all`.
+OF_EACH_KIND = [
+    _NAMED[name]
+    for name in (
+        "2.1 V: no factor 1/2",  # a factor
+        "2.4 equation: friction drives",  # a sign in an equation
+        "2.7 A: the rates exchanged",  # places exchanged in a matrix of symbols
+        "2.11 omega_n: in Hz",  # a unit, with all that is built on it
+        "2.12 K_s: omega_n not squared",  # a formula for a number
+        "2.13 state_space: a minus lost in the last row of A",  # a function
+        "2.13 state_space: A transposed",  # a model that cannot be controlled
+        "2.14 A: the voltage's model",  # the right thing of another model
+        "2.18 poles: mirrored",  # signs of poles
+        "3.1 stability: stable",  # a choice
+        "3.2 polynomial: lowest power first",  # an order
+        "3.4 desired_poles: omega_n for omega_d",  # a formula for poles
+        "3.8 K: W for its inverse",  # a gain
+        "3.11 response: with the torque's model",  # a simulation
+        "3.13 response: with partial feedback",  # a run on the bench
+        "3.12 PO: of the amplitude",  # a number read off a response
+        "Table 3 W: its inverse",  # a table
+    )
+]

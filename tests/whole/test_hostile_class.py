@@ -1,7 +1,7 @@
 """A class of students who mean harm, graded as an instructor grades it: nothing undeserved is earned, no secret is
 read, nothing outside is touched, nothing survives, and honest neighbours do not notice.
 
-With ``pytest -s`` it prints a table, attack by attack.
+At a landing there is one attack of each mechanism in the class, in `make test-all` there are all.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import hostile
 import pytest
 from hostile import CANARY, HONEST
 from hostile_files import NAMES, REFUSED, remove
-from hostile_outside import CLASS, Listeners, by_question, grade
+from hostile_outside import CLASS, OF_EACH_MECHANISM, Listeners, by_question, grade
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="isolation needs Linux")
 
@@ -35,9 +35,11 @@ OF_WORDS = re.compile(
 )
 
 
-@pytest.fixture(scope="session")
-def graded():
+@pytest.fixture(scope="module")
+def graded(request):
     """The class, graded by the command as an instructor runs it, after its three honest members were graded alone."""
+    here = [item for item in request.session.items if item.path == request.path]
+    attacks = CLASS if any(item.get_closest_marker("scheduled") for item in here) else OF_EACH_MECHANISM
     # Neither where temporary files are, nor below: there, a sandbox has something of its own.
     folder = Path(tempfile.mkdtemp(prefix="rotflex-hostile-", dir="/var/tmp"))
     token = f"token{os.urandom(8).hex()}"
@@ -47,7 +49,7 @@ def graded():
     listeners = Listeners(open_to_all, token)
     try:
         folder.chmod(0o755)
-        yield grade(folder, open_to_all, token, witness.pid, listeners)
+        yield grade(attacks, folder, open_to_all, token, witness.pid, listeners)
     finally:
         listeners.close()
         witness.kill()
@@ -61,41 +63,35 @@ def graded():
 # --- marks ------------------------------------------------------------------------------------------------------------
 
 
-def test_there_are_many_and_all_are_graded(graded):
-    assert len(CLASS) >= 120
+def test_all_are_graded(graded):
     with (graded.out / "grades.csv").open(encoding="utf-8", newline="") as file:
-        assert len(list(csv.DictReader(file))) == len(CLASS) + len(HONEST), graded.done.stderr
+        assert len(list(csv.DictReader(file))) == len(graded.attacks) + len(HONEST), graded.done.stderr
     assert graded.done.returncode == 1, graded.done.stderr
 
 
-@pytest.mark.parametrize("student", CLASS)
-def test_nothing_is_earned_but_what_is_deserved(graded, student):
-    marks = graded.marks(student)
+@pytest.mark.parametrize(
+    "student",
+    [
+        pytest.param(student, marks=() if student in OF_EACH_MECHANISM else pytest.mark.scheduled, id=student)
+        for student in CLASS
+    ],
+)
+def test_an_attack_earns_nothing_undeserved_is_contained_and_is_named(graded, student):
+    attack, marks = CLASS[student], graded.marks(student)
     assert marks["out_of"] == OUT_OF
-    if CLASS[student].exactly:
-        earned = {number: points for number, points in by_question(marks).items() if points}
-        assert earned == CLASS[student].earns, marks["problems"]
     assert graded.undeserved(student) == 0
-
-
-@pytest.mark.parametrize("student", [student for student, attack in CLASS.items() if attack.runs])
-def test_the_attack_was_made_and_found_itself_contained(graded, student):
-    report = graded.report(student)
-    assert report.get("inside") is True, graded.marks(student)
-    for name, expected in CLASS[student].finds.items():
-        assert expected(report[name]) if callable(expected) else report[name] == expected, (name, report)
-
-
-@pytest.mark.parametrize("student", [student for student, attack in CLASS.items() if attack.trouble])
-def test_what_is_wrong_is_said(graded, student):
-    marks = graded.marks(student)
+    if attack.exactly:
+        earned = {number: points for number, points in by_question(marks).items() if points}
+        assert earned == attack.earns, marks["problems"]
+    if attack.runs:  # what it found, as it tells from inside
+        report = graded.report(student)
+        assert report.get("inside") is True, marks
+        for name, expected in attack.finds.items():
+            assert expected(report[name]) if callable(expected) else report[name] == expected, (name, report)
     said = "\n".join([*marks["problems"], *marks["notes"], *(mark["reason"] for mark in marks["marks"])])
-    assert all(trouble in said for trouble in CLASS[student].trouble), said
-
-
-@pytest.mark.parametrize("student", CLASS)
-def test_no_fault_of_ours_is_reported(graded, student):
-    assert not any("Grading failed" in problem for problem in graded.marks(student)["problems"])
+    assert [trouble for trouble in attack.trouble if trouble not in said] == [], said
+    assert not any("Grading failed" in problem for problem in marks["problems"])  # that would be a fault of ours
+    _assert_harmless(_Page(graded.out / student / "feedback.html"), _Page(graded.alone / HONEST[0] / "feedback.html"))
 
 
 @pytest.mark.parametrize("student", HONEST)
@@ -173,7 +169,7 @@ def test_nothing_survives(graded):
 
 def test_only_students_have_a_place_among_the_results(graded):
     ours = {"grades.csv", "gradebook.sqlite", "earlier.json"}
-    assert {path.name for path in graded.out.iterdir()} - {"hints.md"} == {*CLASS, *HONEST, *ours}
+    assert {path.name for path in graded.out.iterdir()} - {"hints.md"} == {*graded.attacks, *HONEST, *ours}
 
 
 def test_hints_name_attacks_alone(graded):
@@ -222,12 +218,10 @@ class _Page(html.parser.HTMLParser):
         self.found.add(("comment", data))
 
 
-@pytest.mark.parametrize("student", CLASS)
-def test_feedback_has_no_elements_but_its_own_and_a_strict_policy(graded, student):
+def _assert_harmless(page, honest):
+    """A feedback has no elements but those of an honest student's, and of words; and a strict policy."""
     ours = {("h2", ""), ("ul", ""), ("li", "")}  # of problems, and notes
-    expected = _Page(graded.alone / HONEST[0] / "feedback.html")
-    page = _Page(graded.out / student / "feedback.html")
-    more = {(tag, name) for tag, name in page.found - expected.found - ours if not OF_WORDS.fullmatch(tag)}
+    more = {(tag, name) for tag, name in page.found - honest.found - ours if not OF_WORDS.fullmatch(tag)}
     assert more == set()
     assert not {name for _tag, name in page.found if name.startswith("on")}
     assert all(one.startswith(("#", "data:image/png;base64,")) for one in page.loads)
@@ -245,23 +239,3 @@ def test_text_that_is_more_than_text_is_shown_as_text(graded, shown):
 @pytest.mark.parametrize("name", [name for name in REFUSED if name.isprintable()])
 def test_a_name_that_cannot_be_an_id_is_told_and_not_used(graded, name):
     assert repr(name)[:60] in graded.done.stdout.replace("\n", "")
-
-
-# --- for the record ---------------------------------------------------------------------------------------------------
-
-
-def test_table_of_all_attacks(graded):
-    """Printed by ``pytest -s``."""
-    identical = all(graded.marks(student) == graded.marks(student, graded.alone) for student in HONEST)
-    changed = graded.before != graded.after or bool(graded.strays or graded.heard)
-    rows = []
-    for student in CLASS:
-        text = "".join((graded.out / student / name).read_text("utf-8") for name in ("marks.json", "feedback.html"))
-        rows.append((student, graded.undeserved(student), len(set(re.findall(CANARY, text)))))
-    print(f"\n{len(rows)} attacks, {len(HONEST)} honest neighbours, {graded.seconds:.0f} s with 2 workers")
-    print(f"{'attack':<32} undeserved points  secrets read")
-    for student, undeserved, secrets in rows:
-        print(f"{student:<32} {undeserved:>17g} {secrets:>13}")
-    print(f"effects outside: {int(changed)}   survivors: {len(graded.survivors)}   neighbours identical: {identical}")
-    assert [row for row in rows if row[1:] != (0, 0)] == []
-    assert (changed, graded.survivors, identical) == (False, [], True)

@@ -17,7 +17,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 MIB = 2**20
 _NEW_USER, _AF_VSOCK, _PTRACE_SEIZE = 0x10000000, 40, 0x4206
@@ -200,29 +200,50 @@ def take_memory(targets: dict[str, Any]) -> str:
 
 
 def take_memory_together(targets: dict[str, Any]) -> str:
-    """Take it with several processes, each within its limit."""
+    """Take it with several processes, each within its limit, one after the other.
+
+    Which of them the kernel kills for it is the kernel's choice: often one that has had its memory for a while. So they
+    are asked when all have had their turn; who was killed does not answer.
+    """
     each = int(0.6 * targets["memory"])
     children = []
-    for _ in range(3):
-        reading, writing = os.pipe()
-        child = os.fork()
-        if child == 0:
-            os.close(reading)
-            taken = bytearray(each)
-            taken[::4096] = b"x" * len(taken[::4096])
-            os.write(writing, b"x")
-            time.sleep(10)
-            os._exit(0)
-        os.close(writing)
-        children.append((child, reading))
-    held = sum(len(os.read(reading, 1)) for _, reading in children)
-    for child, reading in children:
-        os.close(reading)
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+    try:
+        for _ in range(3):
+            ours, theirs = socket.socketpair()
+            child = os.fork()
+            if child == 0:
+                _hold_memory(each, theirs)
+            theirs.close()
+            children.append((child, ours))
+            _answers(ours)
+        held = sum(_answers(ours) for _, ours in children)
+    finally:
+        for child, ours in children:
+            ours.close()
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
     if held == len(children):
         return f"{held * each // MIB} MiB were given"
     raise MemoryError(f"{len(children) - held} of {len(children)} processes were killed for it")
+
+
+def _hold_memory(size: int, asked: socket.socket) -> NoReturn:
+    """Take memory, page by page, and answer whoever asks whether it is still held."""
+    try:
+        taken = bytearray(size)
+        taken[::4096] = b"x" * len(taken[::4096])
+        while asked.recv(1):
+            asked.sendall(b"x")
+    finally:
+        os._exit(0)
+
+
+def _answers(child: socket.socket) -> bool:
+    """Ask a child whether it holds its memory; one that was killed does not answer."""
+    with contextlib.suppress(OSError):
+        child.sendall(b"?")
+        return child.recv(1) == b"x"
+    return False
 
 
 def fork_many(targets: dict[str, Any]) -> str:
