@@ -34,23 +34,15 @@ def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw(
     assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
 
 
-@pytest.mark.parametrize(
-    ("course", "told"),
-    [
-        ({"bench": "own"}, '"bench" should be as'),
-        ({"bench": {"which": "mine"}}, '"own", "same", "preset" or "real"; it is'),
-        ({"bench": {"which": ["own"]}}, '"bench" should be as'),
-        ({"bench": {"which": "same", "seed": -1}}, '"seed" is -1'),
-        ({"bench": {"which": "preset", "preset": 3}}, '"preset" should be a name, not 3'),
-        ({"bench": {"which": "real", "benches": ["north", 3]}}, "\"benches\" should be names, not ['north', 3]"),
-        ({"draw": "1"}, "\"draw\" should be a whole number, not '1'"),
-        ({"draw": True}, '"draw" should be a whole number'),
-    ],
-)
-def test_what_cannot_be_understood_is_told(course, told):
-    with pytest.raises(ConfigurationError) as raised:
-        policy_of(course)
-    assert told in str(raised.value)
+def test_what_cannot_be_understood_is_refused(snapshot):
+    unfit = ["own", {"which": "mine"}, {"which": ["own"]}, {"which": "same", "seed": -1}]
+    unfit += [{"which": "preset", "preset": 3}, {"which": "real", "benches": ["north", 3]}]
+    messages = []
+    for course in [*({"bench": bench} for bench in unfit), {"draw": "1"}, {"draw": True}]:
+        with pytest.raises(ConfigurationError) as error:
+            policy_of(course)
+        messages.append(str(error.value))
+    assert messages == snapshot
 
 
 def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_none(tmp_path, monkeypatch):

