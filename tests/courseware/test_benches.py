@@ -12,26 +12,16 @@ from rotflex.courseware.benches import BenchPolicy, policy_of
 from rotflex.errors import ConfigurationError
 
 
-@pytest.mark.parametrize(
-    "policy",
-    [
-        BenchPolicy(),
-        BenchPolicy("same", seed=7),
-        BenchPolicy("preset", preset="x", draw=2),
-        BenchPolicy("real", benches=("north",)),
-    ],
-)
-def test_a_policy_comes_back_from_plain_data(policy):
-    course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
-    assert policy_of(course) == policy
+def test_a_policy_comes_back_from_plain_data():
+    real = BenchPolicy("real", benches=("north",))
+    for policy in (BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), real):
+        course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
+        assert policy_of(course) == policy
+    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
 
 
 def test_seeds_are_the_students_own_unless_everybody_has_the_same():
     assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3, 3]
-
-
-def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw():
-    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
 
 
 def test_what_cannot_be_understood_is_refused(snapshot):
@@ -56,5 +46,5 @@ def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_n
     (tmp_path / "course.json").write_text('{"student": "ada"}')
     assert course_file.bench_policy(tmp_path) == BenchPolicy()
     (tmp_path / "course.json").write_text('{"student": "ada", "bench": 3}')
-    with pytest.raises(ConfigurationError, match=r'course\.json: "bench" should be'):
+    with pytest.raises(ConfigurationError, match=r'course\.json.*"bench"'):
         course_file.bench_policy(tmp_path)

@@ -48,7 +48,7 @@ def test_it_is_marked_and_not_asked():
     assert list(CATALOGUE.marked) == ["1.1", "First report", "Second report", AS_A_WHOLE]
     assert CATALOGUE.find_marked(AS_A_WHOLE) is CATALOGUE.judged[AS_A_WHOLE]
     assert CATALOGUE.find_marked("1.1") is CATALOGUE.find("1.1")
-    with pytest.raises(AnswerError, match=r"no question '1\.2'"):
+    with pytest.raises(AnswerError, match=r"1\.2"):
         CATALOGUE.find_marked("1.2")
     with pytest.raises(AnswerError, match="as text"):
         CATALOGUE.find_marked(1.1)
@@ -56,7 +56,7 @@ def test_it_is_marked_and_not_asked():
 
 def test_whoever_answers_it_is_told_what_to_write_instead(lab):
     for attempt in (lambda: lab.answer(AS_A_WHOLE, order="Good."), lambda: lab.value(AS_A_WHOLE, "order")):
-        with pytest.raises(AnswerError, match=r"nothing to answer .*, as a whole'.* the texts of 'First report'\."):
+        with pytest.raises(AnswerError, match="'First report'"):
             attempt()
     assert not lab.book.path.exists()
 

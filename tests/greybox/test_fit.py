@@ -187,25 +187,16 @@ def jittering(duration=4.0, **changed):
     return Recording.of(t, **{name: values for name, values in channels.items() if values is not None})
 
 
-@pytest.mark.parametrize(
-    ("recording", "said"),
-    [
+def test_what_cannot_be_fitted_is_refused_with_the_reason():
+    for recording, named in (
         (jittering(vm=None), "'vm'"),
         (jittering(alpha=np.zeros(2000)), "'alpha'"),
         (jittering(duration=2.0), "2 windows"),
-    ],
-)
-def test_a_recording_that_cannot_be_fitted_is_refused_with_the_reason(recording, said):
-    with pytest.raises(IdentificationError, match=said):
-        fit(recording, srv02(), joint(1), progress=False)
-
-
-def test_parameters_without_effect_on_the_recording_are_named():
+    ):
+        with pytest.raises(IdentificationError, match=named):
+            fit(recording, srv02(), joint(1), progress=False)
     stuck = replace(PlantParameters.of(srv02(), joint(1), 1.4), servo_friction=(1.0, 1.0), link_friction=(1.0, 1.0))
     with pytest.raises(IdentificationError, match="K_s, J_eq, alpha_offset"):
         fit(jittering(3.0), srv02(), joint(1), free=("K_s", "J_eq"), initial=stuck, progress=False)
-
-
-def test_an_unknown_parameter_is_refused_with_those_that_exist():
-    with pytest.raises(ConfigurationError, match="'K_3'; allowed: 'K_s'"):
+    with pytest.raises(ConfigurationError, match=r"'K_3'.*'K_s'"):
         fit(jittering(), srv02(), joint(1), free=("K_3",))
