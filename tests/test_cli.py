@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -52,31 +53,13 @@ def opened(monkeypatch):
 # --- help -------------------------------------------------------------------------------------------------------------
 
 
-def test_help_names_the_commands_of_students_and_instructors():
-    shown = rotflex("--help").output
-    assert all(
-        f" {command} " in shown
-        for command in (
-            "lab",
-            "check",
-            "submit",
-            "restore",
-            "release",
-            "notebooks",
-            "doctor",
-            "grade",
-            "regrade",
-            "mark",
-            "history",
-            "roster",
-        )
-    )
-
-
-def test_the_exit_codes_are_in_the_help_of_grade():
-    shown = " ".join(rotflex("grade", "--help").output.replace("│", " ").split())
-    trouble = "1 there was trouble with some submissions (they score what they earned)"
-    assert f"0 all graded, {trouble}, 2 nothing graded, 3 nothing graded" in shown
+def test_help_lists_the_commands_and_the_exit_codes(snapshot):
+    """Each command with the beginning of its line."""
+    lines = [re.sub(r"[│╭╮╰╯─]", "", line).rstrip() for line in rotflex("--help").output.splitlines()]
+    assert [line for line in lines if re.match(r"  ?[a-z]", line)] == snapshot
+    for command, codes in (("grade", "0123"), ("check", "012")):
+        shown = " ".join(re.sub("│", " ", rotflex(command, "--help").output).split())
+        assert re.search(".*".join(rf"\b{code} [a-z]" for code in codes), shown), command
 
 
 def test_help_does_not_load_what_only_a_command_needs():
@@ -201,9 +184,8 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
         Path("work/course.json").write_text(json.dumps(about))
     done = rotflex("lab", "work")
     assert done.exit_code == 0 and opened
-    assert "Your notebooks now have the course's text of the release 2026-x" in done.output
-    assert "00_start.ipynb: of the course's cells 1 changed, 0 new, 0 gone." in done.output
-    assert "Copied to work: 01_next.ipynb" in done.output and "another bench" not in done.output
+    assert re.search(r"2026-x.*00_start\.ipynb: .*1 changed, 0 new, 0 gone.*01_next\.ipynb", done.output, re.DOTALL)
+    assert "another bench" not in done.output
     cells = json.loads(Path("work/00_start.ipynb").read_text())["cells"]
     assert [cell["source"] for cell in cells] == ["# New", "k = 3.5", "1"]
     assert json.loads(Path("work/.before-2026-x/00_start.ipynb").read_text()) == begun
@@ -219,10 +201,9 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
 def test_lab_tells_that_the_bench_is_another(released, opened):
     Path("work").mkdir()
     Path("work/00_start.ipynb").write_bytes(saved(notebook(text("title", "# New"))))
-    Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": {"which": "same", "seed": 3}}))
-    assert "The course gives you another bench now: run your notebooks again" in rotflex("lab", "work").output
-    Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": 3}))
-    assert "The course gives you another bench now" in rotflex("lab", "work").output
+    for bench in ({"which": "same", "seed": 3}, 3):
+        Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": bench}))
+        assert "another bench" in rotflex("lab", "work").output
 
 
 def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, opened):
@@ -258,8 +239,7 @@ def named():
 
 def test_lab_asks_for_the_id_where_there_is_none_and_once_only(course, opened, at_a_terminal):
     done = CliRunner().invoke(cli.app, ["lab", "work"], input="a/b\nAda\n")
-    assert done.output.count("Your student ID, by which your instructor knows you") == 2
-    assert "'a/b' cannot be a student's ID" in done.output and "Student: Ada" in done.output
+    assert done.output.count("Your student ID") == 2 and "'a/b'" in done.output
     assert named() == "Ada" and len(opened) == 1
     assert "Your student ID" not in rotflex("lab", "work").output
 
@@ -268,10 +248,6 @@ def test_who_gives_no_id_can_work_and_is_told(course, opened, at_a_terminal):
     done = CliRunner().invoke(cli.app, ["lab", "work"], input="\n")
     assert done.exit_code == 0 and NOBODY_YET in done.output and len(opened) == 1
     assert not Path("work/course.json").exists()
-
-
-def test_lab_asks_nobody_where_there_is_no_terminal(course, opened):
-    assert NOBODY_YET in rotflex("lab", "work").output and len(opened) == 1
 
 
 def test_lab_asks_nothing_of_who_opens_the_courses_own_notebooks(course, opened, at_a_terminal, monkeypatch):
@@ -313,11 +289,6 @@ def test_python_dash_m_is_the_command():
         [sys.executable, "-m", "rotflex", "lab", "--help"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0 and "Usage: rotflex lab" in done.stdout
-
-
-def test_lab_works_in_the_folder_notebooks_unless_told_otherwise(course, opened):
-    assert rotflex("lab").exit_code == 0
-    assert opened == [(Path("notebooks"), [])]
 
 
 def test_lab_started_where_the_notebooks_are_leaves_them_as_they_are(course, opened, monkeypatch):
@@ -433,9 +404,7 @@ def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
     (tmp_path / "course" / "releases").write_text("in the way")
     done = rotflex("release", tmp_path / "out", "--course", course)
     assert done.exit_code == 2
-    assert "it cannot be kept in" in " ".join(done.output.split()) and "Put a copy there" in " ".join(
-        done.output.split()
-    )
+    assert "cannot be kept" in " ".join(done.output.split())
     assert (tmp_path / "out" / "rotflex-course.zip").exists()
 
 
@@ -445,10 +414,7 @@ def test_settings_that_are_not_understood_stop_every_command_in_words(tmp_path):
     done = rotflex("release", tmp_path / "out", "--course", course)
     assert done.exit_code == 2
     said = " ".join(done.output.split())
-    assert (
-        'course.toml cannot be used: bench.which: it is \'mine\', and should be "own", "same", "preset" or "real"'
-        in said
-    )
+    assert "course.toml" in said and "bench.which" in said and "'mine'" in said
 
 
 @pytest.mark.parametrize("command", [["release", "out"], ["notebooks"]])
@@ -597,7 +563,7 @@ def test_a_slip_in_the_name_of_a_gradebook_makes_no_new_one(tmp_path, words):
 def test_a_roster_is_taken_in(tmp_path):
     (tmp_path / "class.csv").write_text("ID,Name\nada,Ada\nbob,Bob\n")
     done = rotflex("roster", tmp_path / "class.csv", "--gradebook", tmp_path / "book.sqlite")
-    assert (done.exit_code, done.output.splitlines()[0]) == (0, "2 added, 0 changed, 0 as they were.")
+    assert (done.exit_code, re.findall(r"\d+", done.output.splitlines()[0])) == (0, ["2", "0", "0"])
 
 
 # --- doctor -----------------------------------------------------------------------------------------------------------

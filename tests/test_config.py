@@ -104,11 +104,8 @@ def test_encoder_counts_four_edges_a_line(encoder, counts):
     assert srv02(encoder=encoder).K_enc * counts == pytest.approx(2 * math.pi, rel=1e-15)
 
 
-def test_one_count_of_the_standard_encoder_in_degrees():
+def test_sensors():
     assert math.degrees(srv02().K_enc) == pytest.approx(0.08789, abs=5e-6)
-
-
-def test_potentiometer_and_tachometer():
     assert math.degrees(srv02().K_pot) == pytest.approx(-35.2, rel=1e-12)
     assert srv02().K_tach == pytest.approx(-0.99733, abs=5e-6)
 
@@ -190,19 +187,14 @@ def test_moving_the_top_arm_out_by_x_adds_what_the_parallel_axis_theorem_says(d,
 def test_servo_that_does_not_exist_is_refused_with_those_that_do(argument, value, allowed):
     with pytest.raises(ConfigurationError) as caught:
         srv02(**{argument: value})
-    assert str(caught.value) == f"{argument} is {value!r}; allowed: {allowed}."
+    assert isinstance(caught.value, ValueError) and isinstance(caught.value, RotflexError)
+    assert all(one in str(caught.value) for one in (argument, repr(value), allowed))
 
 
 @pytest.mark.parametrize("position", [0, 4, 1.5, "1", None])
 def test_anchor_that_does_not_exist_is_refused_with_those_that_do(position):
-    with pytest.raises(ConfigurationError, match=r"^arm_position is .*; allowed: 1, 2, 3\.$"):
+    with pytest.raises(ConfigurationError, match=r"arm_position.*1, 2, 3"):
         joint(position)
-
-
-def test_configuration_error_is_a_value_error_and_one_of_ours():
-    with pytest.raises(ValueError, match="gear"):
-        srv02(gear="middle")
-    assert issubclass(ConfigurationError, RotflexError)
 
 
 def test_joint_is_mounted_on_the_bare_servo_in_high_gear_only():

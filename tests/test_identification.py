@@ -129,7 +129,7 @@ def test_no_resonance_is_said_for_noise_for_a_stiff_link_and_for_one_outside_the
     stiff = 0.5 * theta + 0.01 * DEG * draw.standard_normal(T.size)
     above = link_driven_by(theta, 9.0 * HZ, 0.02)
     for x, y in ((*draw.standard_normal((2, T.size)),), (theta, stiff), (theta, above)):
-        with pytest.raises(IdentificationError, match="no resonance between 1 and 5 Hz"):
+        with pytest.raises(IdentificationError, match="no resonance"):
             resonance(frequency_response((x, y, SAMPLE_TIME)))
 
 

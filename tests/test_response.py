@@ -163,9 +163,7 @@ def test_the_first_step_does_not_flatter_the_summary():
     summary = response.worst(steps)
     assert (summary.steps, summary.left_out) == (2, 1)
     assert summary.settling_time == steps[1].settling_time > steps[0].settling_time
-
-
-def test_a_wave_that_opens_at_its_first_level_has_no_step_there():
+    # A wave that opens at its first level has no step there.
     assert [step.direction for step in response.measure(wave([1, -1, 1], start=1))] == [-1, 1]
 
 
@@ -229,30 +227,33 @@ def test_noise_that_stays_inside_the_band_moves_the_figures_by_no_more_than_itse
 @pytest.mark.parametrize("last", [SAMPLE_TIME, 0.3, 1.0])
 def test_a_last_step_that_is_cut_off_is_listed_as_not_measurable(last):
     steps = response.measure(wave([-1, 1, -1], hold=1.5, start=-1, last=last))
-    assert len(steps) == 2
-    assert not steps[1].measurable
+    assert [step.measurable for step in steps] == [True, False]
     assert steps[1].settling_time is steps[1].overshoot is steps[1].max_vm is None
-    assert f"ends {last:.3g} s after" in steps[1].remark
+    assert f"{last:.3g} s" in steps[1].remark
     summary = response.worst(steps)
     assert (summary.steps, summary.left_out) == (1, 1)
-    assert "step at 3 s, 20 to -20 deg: not measurable" in summary.remarks[0]
+    assert "3 s, 20 to -20 deg" in summary.remarks[0]
+    ramped = wave([-1, 1, -1], hold=1.0, start=-1, last=0.02)
+    reference = 20 * DEG * signals.rate_limit(ramped["theta_ref"] / (20 * DEG), 25, SAMPLE_TIME, initial=-1)
+    assert not response.measure(changed(ramped, theta_ref=reference))[1].measurable
 
 
-def test_a_ramp_that_the_recording_cuts_off_is_not_measurable():
-    recording = wave([-1, 1, -1], hold=1.0, start=-1, last=0.02)
-    reference = 20 * DEG * signals.rate_limit(recording["theta_ref"] / (20 * DEG), 25, SAMPLE_TIME, initial=-1)
-    _, last = response.measure(changed(recording, theta_ref=reference))
-    assert not last.measurable
-
-
-def test_nothing_measurable_is_an_error_that_says_why():
+def test_what_cannot_be_measured_is_an_error_that_says_why():
     t = np.arange(200) * SAMPLE_TIME
     reference = np.where(np.arange(200) < 199, -0.3, 0.3)
     steps = response.measure(Recording.of(t, theta_ref=reference, theta=np.full(200, -0.3)))
-    with pytest.raises(IdentificationError, match=r"the recording ends 0\.002 s after"):
+    with pytest.raises(IdentificationError, match=r"0\.002 s"):
         response.worst(steps)
     with pytest.raises(IdentificationError, match="no steps"):
         response.worst([])
+    for command, named in ((np.full(t.size, 20 * DEG), "20 deg"), (signals.chirp(t, 1, 5, 0.3), "square wave")):
+        with pytest.raises(IdentificationError, match=named):
+            response.measure(Recording.of(t, theta_ref=command, theta=reference))
+    with pytest.raises(RecordingError, match="theta_ref"):
+        response.measure(Recording.of(t, theta=reference))
+    for choice in ({"band": 4}, {"band": 0}, {"band": math.nan}, {"final": "20 deg"}):
+        with pytest.raises(ConfigurationError):
+            response.measure(wave([-1, 1, -1], start=-1), **choice)
 
 
 @pytest.mark.parametrize("frequency", [2.3, 5.0, 31.0])
@@ -260,23 +261,16 @@ def test_an_angle_that_keeps_ringing_never_settles(frequency):
     recording = wave([-1, 1, -1], hold=1.5, start=-1)
     ringing = 1.5 * DEG * np.sin(2 * np.pi * frequency * recording.time)
     steps = response.measure(changed(recording, theta=recording["theta"] + ringing))
-    for step in steps:
-        assert step.settling_time == math.inf
-        assert "not settled within ±0.8 deg of" in step.remark
-    finding = response.verdict(response.worst(steps))[0]
-    assert finding.met is False
-    assert "does not settle" in finding.words
+    assert all(step.settling_time == math.inf and "±0.8 deg" in step.remark for step in steps)
+    assert response.verdict(response.worst(steps))[0].met is False
 
 
-def test_an_angle_of_the_wrong_sign_is_found_out():
+def test_an_angle_of_the_wrong_sign_or_that_does_not_move_is_found_out():
     recording = wave([1, -1, 1], hold=1.5)
-    steps = response.measure(changed(recording, theta=-recording["theta"]))
     for final in ("commanded", "measured"):
         steps = response.measure(changed(recording, theta=-recording["theta"]), final=final)
         for step in steps:
-            assert step.settling_time == math.inf
-            assert step.overshoot is None
-            assert "against the command" in step.remark
+            assert (step.settling_time, step.overshoot) == (math.inf, None)
             assert "sign" in step.remark
     assert [finding.met for finding in response.verdict(response.worst(steps))[:2]] == [False, None]
 
@@ -334,22 +328,15 @@ def figures(step):
 
 @settings(max_examples=40, deadline=None)
 @given(**servos, amplitude_deg=st.floats(0.5, 90))
-def test_settling_time_and_overshoot_do_not_depend_on_the_amplitude(zeta, omega_n, amplitude_deg):
-    one = response.measure(wave([1, -1, 1], zeta, omega_n))
-    other = response.measure(wave([1, -1, 1], zeta, omega_n, amplitude_deg=amplitude_deg))
-    for a, b in zip(one, other, strict=True):
-        assert figures(a) == pytest.approx(figures(b), abs=1e-6)
-
-
-@settings(max_examples=40, deadline=None)
-@given(**servos)
-def test_up_and_down_measure_alike(zeta, omega_n):
+def test_figures_do_not_depend_on_amplitude_and_direction(zeta, omega_n, amplitude_deg):
     up = response.measure(wave([1, -1, 1], zeta, omega_n))
+    larger = response.measure(wave([1, -1, 1], zeta, omega_n, amplitude_deg=amplitude_deg))
     down = response.measure(wave([-1, 1, -1], zeta, omega_n))
-    for a, b in zip(up, down, strict=True):
+    for a, b, c in zip(up, larger, down, strict=True):
         assert figures(a) == pytest.approx(figures(b), abs=1e-6)
-        assert a.direction == -b.direction
-        assert a.steady_state_error == pytest.approx(-b.steady_state_error, abs=1e-9)
+        assert figures(a) == pytest.approx(figures(c), abs=1e-6)
+        assert a.direction == -c.direction
+        assert a.steady_state_error == pytest.approx(-c.steady_state_error, abs=1e-9)
 
 
 @settings(max_examples=40, deadline=None)
@@ -394,7 +381,9 @@ def test_the_specifications_are_the_four_of_the_workbook():
 def test_the_printed_simulation_meets_all_four():
     findings = response.verdict(summary())
     assert all(finding.met is True for finding in findings)
-    assert findings[2].words == "Specification 3, largest link deflection: met, 10.9 deg; at most 12.5 deg."
+    assert "10.9 deg" in findings[2].words and "12.5 deg" in findings[2].words
+    at_the_limit = response.verdict(summary(max_vm=10.0))[3]
+    assert at_the_limit.met and len(at_the_limit.words) > len(findings[3].words)  # more may have been asked for
 
 
 @pytest.mark.parametrize(
@@ -405,12 +394,6 @@ def test_a_limit_is_met_up_to_itself_and_broken_beyond(quantity, limit):
         broken = {f.specification.quantity: f.met for f in response.verdict(summary(**{quantity: value}))}
         assert broken.pop(quantity) is met
         assert all(broken.values())
-
-
-def test_a_voltage_at_its_limit_is_said_to_be_so():
-    words = response.verdict(summary(max_vm=10.0))[3].words
-    assert "may have asked for more" in words
-    assert "may have asked" not in response.verdict(summary())[3].words
 
 
 # --- the real bench --------------------------------------------------------------------------------------------------

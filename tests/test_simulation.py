@@ -80,15 +80,6 @@ def test_the_voltage_acts_through_the_torque_of_equation_2_8(volts, x):
     )
 
 
-@pytest.mark.parametrize(
-    ("changed", "named"), [({"A": np.eye(2)}, "A must have the shape"), ({"B": [1, 2]}, "B must have the shape")]
-)
-def test_the_motor_needs_the_four_states_of_the_bench(changed, named):
-    given_matrices = {"A": A, "B": B} | changed
-    with pytest.raises(DesignError, match=named):
-        with_actuator(**given_matrices, servo=srv02())
-
-
 # --- the table of checked figures ------------------------------------------------------------------------------------
 
 
@@ -298,24 +289,18 @@ def test_it_takes_the_shapes_that_matrices_come_in():
     np.testing.assert_array_equal(plain["theta"], shaped["theta"])
 
 
-@pytest.mark.parametrize(
-    ("changed", "named"),
-    [
-        ({"A": np.eye(3)}, r"A must have the shape \(4, 4\); its shape is \(3, 3\)"),
-        ({"A": A * np.nan}, "A has a value that is not finite"),
-        ({"B": B.reshape(1, 4)}, "B must have the shape"),
-        ({"B": None}, "B must"),
-        ({"K": K.reshape(4, 1)}, "K must have the shape"),
-        ({"K": "K"}, "K must be an array of numbers"),
-        ({"K": K * (1 + 0.1j)}, "K is complex"),
-        ({"K": [1, 2, np.inf, 4]}, "K has a value that is not finite"),
-        ({"x0": [0, 0]}, "x0 must have the shape"),
-    ],
-)
-def test_a_wrong_matrix_is_named_with_its_shape(changed, named):
-    given_matrices = {"A": A, "B": B, "K": K, "reference": np.zeros(10)} | changed
-    with pytest.raises(DesignError, match=named):
-        closed_loop(**given_matrices)
+def test_a_wrong_matrix_is_named_with_its_shape(snapshot):
+    wrong = [{"A": np.eye(3)}, {"A": A * np.nan}, {"B": B.reshape(1, 4)}, {"B": None}, {"K": K.reshape(4, 1)}]
+    wrong += [{"K": "K"}, {"K": K * (1 + 0.1j)}, {"K": [1, 2, np.inf, 4]}, {"x0": [0, 0]}]
+    right = {"A": A, "B": B, "K": K, "reference": np.zeros(9)}
+    calls = [lambda changed=changed: closed_loop(**right | changed) for changed in wrong]
+    calls += [lambda: with_actuator(np.eye(2), B, srv02()), lambda: with_actuator(A, [1, 2], srv02())]
+    messages = []
+    for call in calls:
+        with pytest.raises(DesignError) as error:
+            call()
+        messages.append(str(error.value))
+    assert messages == snapshot
 
 
 @pytest.mark.parametrize("reference", [[0.1], [0.1, np.nan], np.zeros((10, 2)), "square", [[0.1], [0.1, 0.2]]])
@@ -352,5 +337,5 @@ def test_an_unstable_loop_is_reported_with_its_pole(fidelity, saturation, gain):
 
 def test_a_loop_that_only_euler_steps_upset_says_so():
     closed_loop(A, B, K, np.full(500, 0.3), 0.012, saturation=None)
-    with pytest.raises(DesignError, match="too fast for Euler steps"):
+    with pytest.raises(DesignError, match="Euler"):
         closed_loop(A, B, K, np.full(500, 0.3), 0.012, fidelity="workbook", saturation=None)

@@ -75,33 +75,24 @@ def test_the_latest_cell_to_record_an_answer_is_known(path):
     assert book_at(path).cell("2.12", "K_s") == ""
 
 
-def test_nothing_is_written_before_the_first_answer(path):
+def test_each_part_is_acknowledged_by_a_line_and_kept_or_refused_by_itself(path, snapshot):
     book = book_at(path)
-    book.answer(CATALOGUE.find("2.11"), {"omega_n": None})
+    replies = book.answer(CATALOGUE.find("2.11"), {"omega_n": None})
     assert not path.exists()
-
-
-def test_each_part_is_acknowledged_by_a_line(path):
-    replies = book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.876, "explanation": None})
-    assert lines(replies) == ["2.11  omega_n = 19.9 rad/s  recorded", "2.11  explanation  not answered yet"]
-    assert [reply.recorded for reply in replies] == [True, False]
-
-
-def test_a_hint_follows_its_acknowledgement(path):
-    (reply,) = book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 3.17})
-    assert str(reply) == ("2.11  omega_n = 3.17 rad/s  recorded\n      hint: it looks like it is in hertz; give rad/s")
-
-
-def test_an_earlier_answer_is_kept_when_there_is_nothing_or_something_of_another_form(path):
-    book = book_at(path)
-    book.answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    assert lines(book.answer(CATALOGUE.find("2.11"), {"omega_n": None})) == [
-        "2.11  omega_n  not answered yet (the earlier answer is kept)"
-    ]
-    assert lines(book.answer(CATALOGUE.find("2.11"), {"omega_n": "19"})) == [
-        "2.11  omega_n  not recorded: it is text; leave out the quotes (the earlier answer is kept)"
-    ]
-    assert book_at(path).get("2.11", "omega_n") == {"kind": "number", "value": 19.9}
+    for number, given in (
+        ("2.11", {"omega_n": 3.17, "explanation": None}),
+        ("2.11", {"omega_n": None}),
+        ("2.11", {"omega_n": "19"}),
+        ("2.12", {"J_l": 0.0035, "K_s": "stiff"}),
+    ):
+        replies += book.answer(CATALOGUE.find(number), given)
+    assert [reply.recorded for reply in replies] == [False, True, False, False, False, True, False]
+    kept = {
+        "2.11": {"omega_n": {"kind": "number", "value": 3.17}},
+        "2.12": {"J_l": {"kind": "number", "value": 0.0035}},
+    }
+    assert parse(path.read_bytes())["answers"] == kept
+    assert lines(replies) == snapshot
 
 
 def test_a_later_answer_replaces_an_earlier_one_and_leaves_the_others(path):
@@ -114,17 +105,11 @@ def test_a_later_answer_replaces_an_earlier_one_and_leaves_the_others(path):
     assert again.get("2.13", "state_space") is None
 
 
-def test_what_is_right_is_kept_on_disk_beside_what_is_refused(path):
-    replies = book_at(path).answer(CATALOGUE.find("2.12"), {"J_l": 0.0035, "K_s": "stiff"})
-    assert [reply.recorded for reply in replies] == [True, False]
-    assert parse(path.read_bytes())["answers"] == {"2.12": {"J_l": {"kind": "number", "value": 0.0035}}}
-
-
 def test_an_unknown_part_is_an_error_and_nothing_is_recorded(path):
-    with pytest.raises(AnswerError, match=r"no part 'omega'; it has omega_n, explanation"):
+    with pytest.raises(AnswerError, match="omega_n, explanation"):
         book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9, "omega": 3})
     assert not path.exists()
-    with pytest.raises(AnswerError, match="takes omega_n, explanation; nothing was given"):
+    with pytest.raises(AnswerError, match="nothing"):
         book_at(path).answer(CATALOGUE.find("2.11"), {})
 
 
@@ -173,10 +158,8 @@ def test_another_students_answers_are_put_aside_and_not_mixed_in(path):
     book_at(path, student="demo").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
     book = book_at(path, student="ada")
     assert book.get("2.11", "omega_n") is None
-    assert book.notices == [
-        "The answers of 'demo' were put aside as answers.demo.json. If you gave them under a mistyped ID, run your "
-        "notebooks again, in order: your answers are then recorded for 'ada'."
-    ]
+    (notice,) = book.notices
+    assert "answers.demo.json" in notice and "'ada'" in notice
     assert parse((path.parent / "answers.demo.json").read_bytes())["student"] == "demo"
 
 
@@ -190,7 +173,7 @@ def test_answers_that_were_put_aside_come_back_with_their_id(path):
     worked_in(path, "adda").answer(CATALOGUE.find("2.11"), {"omega_n": 17.0})
     book = worked_in(path, "ada l")
     assert book.get("2.11", "omega_n")["value"] == 19.9
-    assert book.notices[-1] == "Your answers are back, which had been put aside as answers.Ada_L.json."
+    assert "answers.Ada_L.json" in book.notices[-1]
     assert not list(path.parent.glob("answers.Ada*"))
     assert worked_in(path, "adda").get("2.11", "omega_n")["value"] == 17.0
 
@@ -206,11 +189,6 @@ def test_where_a_program_runs_the_notebooks_nothing_comes_back(path):
     path.rename(path.with_name("answers.ada.json"))
     assert AnswerBook(path, "ada", {}, 12, clock=None).get("2.11", "omega_n") is None
     assert path.with_name("answers.ada.json").exists()
-
-
-def test_the_case_of_a_students_id_does_not_matter(path):
-    book_at(path, student="Ada").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    assert book_at(path, student="ada").get("2.11", "omega_n")["value"] == 19.9
 
 
 def test_an_aside_name_stays_in_the_folder_whatever_the_students_id(path):

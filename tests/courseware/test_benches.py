@@ -12,45 +12,27 @@ from rotflex.courseware.benches import BenchPolicy, policy_of
 from rotflex.errors import ConfigurationError
 
 
-@pytest.mark.parametrize(
-    "policy",
-    [
-        BenchPolicy(),
-        BenchPolicy("same", seed=7),
-        BenchPolicy("preset", preset="x", draw=2),
-        BenchPolicy("real", benches=("north",)),
-    ],
-)
-def test_a_policy_comes_back_from_plain_data(policy):
-    course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
-    assert policy_of(course) == policy
+def test_a_policy_comes_back_from_plain_data():
+    real = BenchPolicy("real", benches=("north",))
+    for policy in (BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), real):
+        course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
+        assert policy_of(course) == policy
+    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
 
 
 def test_seeds_are_the_students_own_unless_everybody_has_the_same():
     assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3, 3]
 
 
-def test_what_says_nothing_of_benches_means_the_students_own_and_the_first_draw():
-    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
-
-
-@pytest.mark.parametrize(
-    ("course", "told"),
-    [
-        ({"bench": "own"}, '"bench" should be as'),
-        ({"bench": {"which": "mine"}}, '"own", "same", "preset" or "real"; it is'),
-        ({"bench": {"which": ["own"]}}, '"bench" should be as'),
-        ({"bench": {"which": "same", "seed": -1}}, '"seed" is -1'),
-        ({"bench": {"which": "preset", "preset": 3}}, '"preset" should be a name, not 3'),
-        ({"bench": {"which": "real", "benches": ["north", 3]}}, "\"benches\" should be names, not ['north', 3]"),
-        ({"draw": "1"}, "\"draw\" should be a whole number, not '1'"),
-        ({"draw": True}, '"draw" should be a whole number'),
-    ],
-)
-def test_what_cannot_be_understood_is_told(course, told):
-    with pytest.raises(ConfigurationError) as raised:
-        policy_of(course)
-    assert told in str(raised.value)
+def test_what_cannot_be_understood_is_refused(snapshot):
+    unfit = ["own", {"which": "mine"}, {"which": ["own"]}, {"which": "same", "seed": -1}]
+    unfit += [{"which": "preset", "preset": 3}, {"which": "real", "benches": ["north", 3]}]
+    messages = []
+    for course in [*({"bench": bench} for bench in unfit), {"draw": "1"}, {"draw": True}]:
+        with pytest.raises(ConfigurationError) as error:
+            policy_of(course)
+        messages.append(str(error.value))
+    assert messages == snapshot
 
 
 def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_none(tmp_path, monkeypatch):
@@ -64,5 +46,5 @@ def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_n
     (tmp_path / "course.json").write_text('{"student": "ada"}')
     assert course_file.bench_policy(tmp_path) == BenchPolicy()
     (tmp_path / "course.json").write_text('{"student": "ada", "bench": 3}')
-    with pytest.raises(ConfigurationError, match=r'course\.json: "bench" should be'):
+    with pytest.raises(ConfigurationError, match=r'course\.json.*"bench"'):
         course_file.bench_policy(tmp_path)

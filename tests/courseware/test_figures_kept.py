@@ -38,40 +38,25 @@ def test_of_a_curve_that_goes_on_beyond_the_limits_what_is_within_is_kept():
     assert (line["x"][0], line["x"][-1], line["x"].size, line["n"]) == (4, 6, 200, 1001)
 
 
-def test_what_is_above_or_below_is_not_seen_and_turned_limits_are_limits():
+def test_only_what_is_within_the_limits_is_seen():
     figure, ax = plotted(T, np.sin(T))
-    ax.set(ylim=(0.5, 0), xlim=(15, 0))
-    ((diagram,), _hints) = kept(figure)
-    y = diagram["lines"][0]["y"]
-    assert y.min() >= 0
-    assert y.max() <= 0.5
-
-
-def test_points_on_the_limits_are_seen():
+    ax.set(ylim=(0.5, 0), xlim=(15, 0))  # turned limits are limits
+    y = kept(figure)[0][0]["lines"][0]["y"]
+    assert y.min() >= 0 and y.max() <= 0.5
     figure, ax = plotted(0.1 * np.arange(31), np.arange(31))
     ax.set(xlim=(0, 0.3 * 10), ylim=(0, 30))
-    assert kept(figure)[0][0]["lines"][0]["n"] == 31
-
-
-def test_on_a_logarithmic_axis_zero_is_not_seen():
+    assert kept(figure)[0][0]["lines"][0]["n"] == 31  # points on the limits are seen
     figure, ax = plotted(T, np.exp(T))
     ax.set_xscale("log")
-    assert kept(figure)[0][0]["lines"][0]["x"][0] == 0.002
-
-
-def test_a_figure_whose_curves_are_all_out_of_sight_is_refused():
-    figure, ax = plotted(T, np.sin(T))
-    ax.set_xlim(20, 30)
-    with pytest.raises(AnswerError, match="within the limits"):
-        forms.encode(FIGURE, figure, 1)
-
-
-def test_marks_across_the_diagram_stay():
+    assert kept(figure)[0][0]["lines"][0]["x"][0] == 0.002  # zero is not
     figure, ax = plotted(T, np.sin(T))
     ax.axvline(5)
     ax.set_xlim(4, 6)
-    mark = kept(figure)[0][0]["lines"][1]
-    assert mark["x"].tolist() == [5, 5]
+    assert kept(figure)[0][0]["lines"][1]["x"].tolist() == [5, 5]  # marks across the diagram stay
+    ax.set_xlim(20, 30)
+    ax.lines[1].remove()
+    with pytest.raises(AnswerError, match="limits"):
+        forms.encode(FIGURE, figure, 1)
 
 
 def test_what_was_made_invisible_is_not_kept():
@@ -122,30 +107,22 @@ def test_the_lowest_label_is_for_those_above_with_the_same_limits():
     assert [axis["xlabel"] for axis in kept(figure)[0]] == ["", "time (s)"]
 
 
-def test_the_whole_figures_label_is_for_all():
+def test_labels_of_the_whole_figure_and_of_twin_axes_are_shared_and_units_are_known():
     figure, axes = diagrams()
     axes[1].set_ylabel("")
     figure.supxlabel("t / s")
     figure.supylabel("y / V")
     assert [(one["xlabel"], one["ylabel"]) for one in kept(figure)[0]] == [("t / s", "x (deg)"), ("t / s", "y / V")]
-
-
-def test_twin_axes_share_their_labels():
     figure, ax = plotted(T, np.sin(T))
+    for label in ("Time, s", "время в с", "時間（秒）", "time {s}", r"$t\,/\,\mathrm{s}$"):
+        ax.set_xlabel(label)
+        assert kept(figure)[1] == ()
+    ax.set_xlabel("time (s)")
     other = ax.twinx()
     other.plot(T, T)
     other.set_ylabel("voltage (V)")
-    assert [(one["xlabel"], one["ylabel"]) for one in kept(figure)[0]] == [
-        ("time (s)", "x (deg)"),
-        ("time (s)", "voltage (V)"),
-    ]
-
-
-@pytest.mark.parametrize("label", ["Time, s", "время в с", "時間（秒）", "time {s}", r"$t\,/\,\mathrm{s}$"])
-def test_nobody_is_told_that_a_unit_is_missing_where_it_stands(label):
-    figure, ax = plotted(T, np.sin(T))
-    ax.set_xlabel(label)
-    assert kept(figure)[1] == ()
+    labels = [(one["xlabel"], one["ylabel"]) for one in kept(figure)[0]]
+    assert labels == [("time (s)", "x (deg)"), ("time (s)", "voltage (V)")]
 
 
 def test_what_was_kept_before_limits_counted_is_read_as_it_was():

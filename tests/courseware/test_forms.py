@@ -39,10 +39,10 @@ def through_json(wanted, value, seed=SEED):
     return decode(wanted, json.loads(json.dumps(encoded.content, allow_nan=False))), encoded
 
 
-def refused(wanted, value, hint):
-    with pytest.raises(FormError, match=hint) as told:
+def refused(wanted, value, token=None):
+    with pytest.raises(FormError, match=token) as error:
         encode(wanted, value, SEED)
-    return str(told.value)
+    return str(error.value)
 
 
 OMEGA_N = part("2.11", "omega_n")
@@ -78,31 +78,6 @@ def test_a_number_is_taken_in_whatever_type_it_comes(value):
     assert back == 19.5
     assert encoded.content == {"kind": "number", "value": 19.5}
     assert encoded.hints == ()
-
-
-@pytest.mark.parametrize(
-    ("value", "hint"),
-    [
-        (True, "True or False"),
-        (np.bool_(True), "True or False"),
-        ([True], "True or False"),
-        ("19.9", "quotes"),
-        (np.array(["19.9"]), "quotes"),
-        (float("nan"), "not finite"),
-        (np.inf, "not finite"),
-        (sympy.zoo, "not finite"),
-        ([1.0, 2.0], "2 values"),
-        ([], "0 values"),
-        ([[1, 2], [3]], "one number"),
-        (19.9 + 1j, "complex"),
-        (2 * sympy.Symbol("K_s"), "contains K_s"),
-        (lambda: 19.9, "call it"),
-        ({"omega_n": 19.9}, "dict"),
-        (object(), "object"),
-    ],
-)
-def test_what_is_not_one_real_number_is_refused_with_a_hint(value, hint):
-    refused(OMEGA_N, value, hint)
 
 
 @pytest.mark.parametrize("nothing", [None, ...], ids=["None", "..."])
@@ -215,9 +190,6 @@ def test_polynomials_of_numpy_and_sympy_are_their_coefficients():
         back, _ = through_json(POLYNOMIAL, value)
         assert back.shape == (5,)
         assert back == pytest.approx([1, 10, 35, 50, 24])
-    refused(POLYNOMIAL, np.polynomial.Polynomial([1, 2, 1]), "5 numbers; it is a row of 3")
-    refused(POLYNOMIAL, s**3 + 1, "5 numbers; it is a row of 4")
-    refused(POLYNOMIAL, 1 / s, "5 numbers")
 
 
 def test_tables_of_pandas_are_their_entries():
@@ -231,29 +203,6 @@ def test_tables_of_pandas_are_their_entries():
     assert through_json(OMEGA_N, pandas.Series([22.5]))[0] == 22.5
     table = pandas.DataFrame({"f": [3.4, 3.5], "a": [1.0, 2.0]})
     assert through_json(OMEGA_N, 2 * np.pi * table["f"][table["a"].idxmax()])[0] == pytest.approx(7 * np.pi)
-
-
-@pytest.mark.parametrize(
-    ("wanted", "value", "hint"),
-    [
-        (A, NUMBERS[:3], r"4 × 4 matrix; it is 3 × 4"),
-        (A, [1, 2, 3], r"4 × 4 matrix; it is a row of 3"),
-        (A, np.arange(16), r"4 × 4 matrix; it is a row of 16"),
-        (A, [[1, 2], [3]], "rows differ in length"),
-        (A, 5, "4 × 4"),
-        (A, "eye", "4 × 4"),
-        (A, [[0, 0, 1, 0], [0, 0, 0, 1], [0, np.nan, 1, 0], [0, 1, 1, 0]], "row 3, column 2: it is not finite"),
-        (A, [[0, 0, 1, 0], [0, 0, 0, 1], [0, None, 1, 0], [0, 1, 1, 0]], "row 3, column 2 is still empty"),
-        (A, np.full((4, 4), True), "row 1, column 1: it is True or False"),
-        (A, sympy.Matrix(4, 4, lambda i, j: sympy.Symbol("K_s")), "row 1, column 1: it still contains K_s"),
-        (A, np.array(NUMBERS) + 1j, "complex"),
-        (B, np.eye(2), "4 numbers; it is 2 × 2"),
-        (K, [1, 2, 3], "4 numbers; it is a row of 3"),
-        (K, lambda: [1, 2, 3, 4], "call it"),
-    ],
-)
-def test_a_matrix_of_another_form_is_refused_with_a_hint(wanted, value, hint):
-    refused(wanted, value, hint)
 
 
 def test_a_matrix_of_none_is_not_answered_yet():
@@ -295,45 +244,19 @@ def test_multiple_poles_of_sympys_eigenvalues_count_as_often_as_they_occur():
     assert sorted(back.real) == [-2, -1, -1, -1]
 
 
-def test_a_row_of_zeros_is_shown_without_signs():
-    for value in ([-0.0, 0.0, -0.0, 0.0], [-1e-20, 0.0, -1e-20, 3.0]):
-        assert show(K, encode(K, np.array([value]), SEED).content) == f"K = [0, 0, 0, {value[3]:g}]"
-
-
-def test_shown_poles_have_no_noise_from_rounding():
+def test_values_are_shown_without_noise_from_rounding():
     noisy = [1.2e-14, -18.9, -8.09 + 27j, -8.09 - 27j]
     assert show(POLES, encode(POLES, noisy, SEED).content) == "poles = -18.9, -8.09 - 27j, -8.09 + 27j, 0"
-
-
-@pytest.mark.parametrize(
-    ("value", "hint"),
-    [
-        (FOUND[:3], "4 poles are asked for .*; there are 3"),
-        ("0, -18.9", "str"),
-        (-18.9, "float"),
-        ([0, -18.9, None, 1], "pole 3 is still empty"),
-        ([0, -18.9, np.nan, 1], "pole 3: it is not finite"),
-        ([0, -18.9, "x", 1], "pole 3: it is text"),
-        ([sympy.Symbol("s"), 1, 2, 3], "contains s"),
-    ],
-)
-def test_poles_of_another_form_are_refused_with_a_hint(value, hint):
-    refused(POLES, value, hint)
-
-
-def test_complex_poles_without_their_conjugate_are_kept_and_hinted_at():
-    _, encoded = through_json(POLES, [0, -18.9, -8.09 + 27j, -8.09 + 27j])
-    assert "conjugate" in encoded.hints[0]
+    for value in ([-0.0, 0.0, -0.0, 0.0], [-1e-20, 0.0, -1e-20, 3.0]):
+        assert show(K, encode(K, np.array([value]), SEED).content) == f"K = [0, 0, 0, {value[3]:g}]"
 
 
 # --- choices and prose -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "value", ["marginally stable", "Marginally Stable", "marginally_stable", " marginally-stable. "]
-)
-def test_a_choice_is_taken_however_it_is_written(value):
-    assert through_json(part("3.1", "stability"), value)[0] == "marginally stable"
+def test_a_choice_is_taken_however_it_is_written():
+    for value in ("marginally stable", "Marginally Stable", "marginally_stable", " marginally-stable. "):
+        assert through_json(part("3.1", "stability"), value)[0] == "marginally stable"
 
 
 def test_a_truth_value_answers_yes_or_no():
@@ -341,15 +264,10 @@ def test_a_truth_value_answers_yes_or_no():
     assert through_json(part("3.6", "controllable"), False)[0] == "no"
 
 
-def test_another_choice_is_refused_with_those_that_there_are():
-    refused(part("3.1", "stability"), "perhaps", "none of 'stable', 'marginally stable', 'unstable'")
-    refused(part("3.1", "stability"), True, "bool; give one of")
-
-
-@pytest.mark.parametrize("stub", ["", "   \n", "...", "Your answer here.", "your answer here"])
-def test_the_text_that_a_notebook_puts_there_is_no_answer(stub):
-    with pytest.raises(NotAnswered):
-        encode(part("2.16", "comparison"), stub, SEED)
+def test_the_text_that_a_notebook_puts_there_is_no_answer():
+    for stub in ("", "   \n", "...", "Your answer here.", "your answer here"):
+        with pytest.raises(NotAnswered):
+            encode(part("2.16", "comparison"), stub, SEED)
 
 
 def test_prose_is_kept_as_it_is_and_counted():
@@ -360,12 +278,7 @@ def test_prose_is_kept_as_it_is_and_counted():
 
 def test_prose_that_is_too_long_is_refused_with_its_length():
     assert len(through_json(part("2.16", "comparison"), "x" * LONGEST_PROSE)[0]) == LONGEST_PROSE
-    refused(
-        part("2.16", "comparison"),
-        "x" * (LONGEST_PROSE + 1),
-        f"{LONGEST_PROSE + 1} characters; {LONGEST_PROSE} at most",
-    )
-    refused(part("2.16", "comparison"), 42, "text in quotes")
+    refused(part("2.16", "comparison"), "x" * (LONGEST_PROSE + 1), f"{LONGEST_PROSE + 1}")
 
 
 def test_prose_with_what_no_database_bears_is_cleaned():
@@ -387,13 +300,6 @@ def test_expressions_equations_and_matrices_of_them_come_back():
     assert back == sympy.Matrix([0, 0, 1 / J_eq, -1 / J_eq])
     assert show(part("2.7", "B"), encoded.content) == "B: 4 × 1 matrix in J_eq"
     assert through_json(part("2.7", "B"), [0, 0, 1 / J_eq, -1 / J_eq])[0] == back
-
-
-def test_a_symbolic_matrix_of_another_form_is_refused_with_a_hint():
-    J_eq = sympy.Symbol("J_eq")
-    refused(part("2.7", "A"), sympy.eye(3), "4 × 4 matrix; it is 3 × 3")
-    refused(part("2.7", "B"), [0, 0, sympy.Symbol("J"), 1], "row 3, column 1: it contains J, which is not among")
-    refused(part("2.7", "B"), [0, 0, None, 1 / J_eq], "row 3, column 1 is still empty")
 
 
 # --- functions -------------------------------------------------------------------------------------------------------
@@ -451,7 +357,6 @@ def test_a_long_spectrum_is_thinned_out_as_documented():
 def test_a_function_may_return_one_array_of_rows():
     outputs, _ = through_json(SPECTRUM, lambda x, dt: np.array(spectrum(x, dt)))
     assert np.array_equal(outputs[0], through_json(SPECTRUM, spectrum)[0][0])
-    refused(SPECTRUM, lambda x, dt: np.array([x, x, x]), "it returned a ndarray")
 
 
 def test_a_function_gets_a_copy_of_its_inputs():
@@ -463,29 +368,10 @@ def test_a_function_gets_a_copy_of_its_inputs():
     assert np.abs(COMPOUND_SINES.inputs(SEED)[0][0]).max() > 0.3
 
 
-@pytest.mark.parametrize("nothing", [lambda x, dt: None, lambda x, dt: ..., lambda x, dt: (None, None)])
-def test_a_function_that_returns_nothing_is_not_answered_yet(nothing):
-    with pytest.raises(NotAnswered):
-        encode(SPECTRUM, nothing, SEED)
-
-
-@pytest.mark.parametrize(
-    ("value", "hint"),
-    [
-        (lambda x, dt: 1 / 0, r"calling spectrum\(x, dt\) raised ZeroDivisionError: division by zero"),
-        (lambda x: x, "raised TypeError"),
-        (lambda x, dt: x, r"should return \(f_hz, amplitude\); it returned a ndarray"),
-        (lambda x, dt: (x, x, x), "tuple of 3"),
-        (lambda x, dt: (x[:5], x[:4]), "5 values and amplitude has 4"),
-        (lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.fft.rfft(x)), "amplitude is complex"),
-        (lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.full(len(x) // 2 + 1, np.nan)), "not finite"),
-        (lambda x, dt: (np.arange(100) * 1000 + 50, np.arange(100)), "nothing between 0 and 10 Hz"),
-        (lambda x, dt: ("f", "a"), "f_hz is not"),
-        (spectrum(np.ones(8), 0.01), "the function spectrum"),
-    ],
-)
-def test_a_function_that_goes_wrong_is_refused_with_a_hint(value, hint):
-    refused(SPECTRUM, value, hint)
+def test_a_function_that_returns_nothing_is_not_answered_yet():
+    for nothing in (lambda x, dt: None, lambda x, dt: ..., lambda x, dt: (None, None)):
+        with pytest.raises(NotAnswered):
+            encode(SPECTRUM, nothing, SEED)
 
 
 def test_a_state_space_function_is_kept_whatever_form_its_matrices_have():
@@ -502,8 +388,6 @@ def test_a_state_space_function_is_kept_whatever_form_its_matrices_have():
     drawn = [arguments[0] for arguments in PLANT_PARAMETERS.inputs(SEED)]
     assert [out[0][2, 1] for out in outputs] == pytest.approx(drawn, rel=1e-5)
     assert encode(STATE_SPACE, model, SEED) == encoded
-    refused(STATE_SPACE, lambda *p: (np.eye(3), *lists(*p)[1:]), "A is 3 × 3, not 4 × 4")
-    refused(STATE_SPACE, lambda *p: (*lists(*p)[:3], 0), "D is a single number, not 2 × 1")
     with pytest.raises(NotAnswered):
         encode(STATE_SPACE, lambda *p: (None, None, None, None), SEED)
 
@@ -542,21 +426,11 @@ def test_axes_lines_and_what_subplots_returns_stand_for_their_figure():
         assert encode(FIGURE, value, SEED) == expected
 
 
-def test_a_figure_without_labels_or_units_is_kept_and_hinted_at():
-    figure = Figure()
-    ax = figure.subplots()
-    ax.plot([0, 1, 2], [0, 1, 0])
-    ax.set_xlabel("time")
-    (x_hint, y_hint) = encode(FIGURE, figure, SEED).hints
-    assert "x axis has no unit" in x_hint
-    assert "y axis has no label" in y_hint
-
-
-@pytest.mark.parametrize("label", ["time (s)", "$t$ [s]", "t / s", "time in s"])
-def test_units_may_be_written_in_the_usual_ways(label):
-    figure = labelled()
-    figure.axes[0].set_xlabel(label)
-    assert encode(FIGURE, figure, SEED).hints == ()
+def test_units_may_be_written_in_the_usual_ways():
+    for label in ("time (s)", "$t$ [s]", "t / s", "time in s"):
+        figure = labelled()
+        figure.axes[0].set_xlabel(label)
+        assert encode(FIGURE, figure, SEED).hints == ()
 
 
 def test_stacked_diagrams_share_the_label_of_their_common_axis():
@@ -566,17 +440,9 @@ def test_stacked_diagrams_share_the_label_of_their_common_axis():
         ax.plot([0, 1, 2], [0, 1, 0])
         ax.set_ylabel("theta (deg)")
     (hint,) = encode(FIGURE, figure, SEED).hints
-    assert hint.startswith("in diagram 1, 2: the x axis has no label")
+    assert "x axis" in hint
     lower.set_xlabel("time (s)")
     assert encode(FIGURE, figure, SEED).hints == ()
-
-
-def test_curves_without_names_are_hinted_at_but_marks_need_none():
-    figure = labelled()
-    figure.axes[0].axhline(1)
-    assert encode(FIGURE, figure, SEED).hints == ()
-    figure.axes[0].plot([0, 1, 2], [0, 1, 0])
-    assert "legend" in encode(FIGURE, figure, SEED).hints[0]
 
 
 def test_gaps_in_a_curve_are_left_out():
@@ -585,19 +451,6 @@ def test_gaps_in_a_curve_are_left_out():
     figure.axes[0].plot([0, 1, 2], [1, 2, 3], label="whole")
     line = through_json(FIGURE, figure)[0]["axes"][0]["lines"][0]
     assert line["x"].tolist() == [0, 2]
-
-
-def test_what_is_no_figure_with_curves_is_refused_with_a_hint():
-    refused(FIGURE, Figure(), "no curve")
-    empty = Figure()
-    empty.subplots()
-    refused(FIGURE, empty, "no curve")
-    refused(FIGURE, "figure.png", "str, not a figure")
-    refused(FIGURE, [1, 2, 3], "no figure in it")
-    many = Figure()
-    for ax in many.subplots(3, 3).ravel():
-        ax.plot([0, 1, 2])
-    refused(FIGURE, many, "9 diagrams")
 
 
 def test_the_fullest_figure_is_refused_before_the_file_grows_too_large():
@@ -632,33 +485,71 @@ def test_a_recording_is_kept_by_its_metadata_and_thinned_channels():
     assert len(json.dumps(encoded.content)) < 20_000
 
 
-def test_a_recording_of_another_experiment_is_kept_and_hinted_at():
-    _, encoded = through_json(SWEEP, recorded(experiment="tracking"))
-    assert "'tracking'" in encoded.hints[0]
-    channels = dict.fromkeys(("theta_ref", "theta", "alpha", "vm"), np.ones(5))
-    full = Recording.of(np.arange(5) * 0.1, {"experiment": "tracking", "feedback": "full"}, **channels)
-    assert encode(part("3.13", "response"), full, SEED).hints == ()
-    assert "'partial' is asked for" in encode(part("3.15", "response"), full, SEED).hints[0]
-
-
 def test_a_recording_from_elsewhere_that_says_nothing_draws_no_hint():
     bare = Recording.of(np.arange(5) * 0.1, alpha=np.ones(5))
     assert encode(SWEEP, bare, SEED).hints == ()
-
-
-def test_what_is_no_such_recording_is_refused_with_a_hint():
-    refused(SWEEP, np.zeros((10, 2)), "ndarray, not a recording")
-    refused(SWEEP, Recording.of(np.arange(5) * 0.1, theta=np.ones(5)), "lacks alpha; it has theta")
-    refused(part("2.15", "validation"), recorded(), "lacks theta_model and alpha_model")
-    refused(SWEEP, recorded(note=object()), "plain data")
-    refused(SWEEP, recorded(note=float("nan")), "plain data")
-    refused(SWEEP, recorded(note="x" * 10_000), "too long")
 
 
 def test_channels_that_no_file_knows_are_left_out():
     t = np.arange(5) * 0.1
     extra = Recording(t, {"alpha": Channel(t, "rad"), "noise": Channel(t, "m")})
     assert through_json(SWEEP, extra)[0]["channels"].keys() == {"alpha"}
+
+
+# --- what is refused, and what is kept with a hint -------------------------------------------------------------------
+
+
+def plotted(count=1, **labels):
+    """A figure of so many diagrams with one curve each."""
+    figure = Figure()
+    for ax in np.ravel(figure.subplots(count, 1)):
+        ax.plot([0, 1, 2], [0, 1, 0])
+        ax.set(**labels)
+    return figure
+
+
+def test_whatever_cannot_be_an_answer_is_refused(snapshot):
+    """Each message should say what is asked for, and where what was given differs."""
+    s, J, J_eq = sympy.symbols("s J J_eq")
+    stability, symbolic_A, symbolic_B = part("3.1", "stability"), part("2.7", "A"), part("2.7", "B")
+    numbers = [True, np.bool_(True), [True], "19.9", np.array(["19.9"]), np.nan, np.inf, sympy.zoo, [1.0, 2.0], []]
+    numbers += [[[1, 2], [3]], 19.9 + 1j, 2 * sympy.Symbol("K_s"), lambda: 19.9, {"omega_n": 19.9}]
+    matrices = [NUMBERS[:3], [1, 2, 3], np.arange(16), [[1, 2], [3]], 5, "eye", np.full((4, 4), True)]
+    matrices += [[*NUMBERS[:2], [0, hole, 1, 0], NUMBERS[3]] for hole in (np.nan, None)]
+    matrices += [sympy.Matrix(4, 4, lambda i, j: sympy.Symbol("K_s")), np.array(NUMBERS) + 1j]
+    poles = [FOUND[:3], "0, -18.9", -18.9, *([0, -18.9, hole, 1] for hole in (None, np.nan, "x")), [s, 1, 2, 3]]
+    functions = [lambda x, dt: 1 / 0, lambda x: x, lambda x, dt: x, lambda x, dt: (x, x, x), spectrum(np.ones(8), 0.01)]
+    functions += [lambda x, dt: (x[:5], x[:4]), lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.fft.rfft(x))]
+    functions += [lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.full(len(x) // 2 + 1, np.nan))]
+    functions += [lambda x, dt: (np.arange(100) * 1000 + 50, np.arange(100)), lambda x, dt: ("f", "a")]
+    functions += [lambda x, dt: np.array([x, x, x])]
+    models = [lambda *p: (np.eye(3), B_, C_, D_), lambda *p: (np.eye(4), B_, C_, 0)]
+    B_, C_, D_ = np.ones(4), np.eye(2, 4), np.zeros(2)
+    empty = Figure()
+    empty.subplots()
+    recordings = [np.zeros((10, 2)), Recording.of(np.arange(5) * 0.1, theta=np.ones(5))]
+    recordings += [recorded(note=note) for note in (object(), float("nan"), "x" * 10_000)]
+    table = [(OMEGA_N, numbers), (A, matrices), (B, [np.eye(2)]), (K, [[1, 2, 3], lambda: [1, 2, 3, 4]])]
+    table += [(POLYNOMIAL, [np.polynomial.Polynomial([1, 2, 1]), s**3 + 1, 1 / s]), (POLES, poles)]
+    table += [(stability, ["perhaps", True]), (part("2.16", "comparison"), [42])]
+    table += [(symbolic_A, [sympy.eye(3)]), (symbolic_B, [[0, 0, J, 1], [0, 0, None, 1 / J_eq]])]
+    table += [(SPECTRUM, functions), (STATE_SPACE, models)]
+    table += [(FIGURE, [Figure(), empty, "figure.png", [1, 2, 3], plotted(9)]), (SWEEP, recordings)]
+    table += [(part("2.15", "validation"), [recorded()])]
+    assert [f"{wanted.name}: {refused(wanted, value)}" for wanted, values in table for value in values] == snapshot
+
+
+def test_what_may_be_a_slip_is_kept_with_a_hint(snapshot):
+    channels = dict.fromkeys(("theta_ref", "theta", "alpha", "vm"), np.ones(5))
+    full = Recording.of(np.arange(5) * 0.1, {"experiment": "tracking", "feedback": "full"}, **channels)
+    nameless, marked = labelled(), labelled()
+    nameless.axes[0].plot([0, 1, 2], [0, 1, 0])
+    marked.axes[0].axhline(1)
+    for wanted, value in ((FIGURE, marked), (part("3.13", "response"), full)):
+        assert encode(wanted, value, SEED).hints == ()
+    table = [(POLES, [0, -18.9, -8.09 + 27j, -8.09 + 27j]), (FIGURE, plotted(xlabel="time")), (FIGURE, nameless)]
+    table += [(SWEEP, recorded(experiment="tracking")), (part("3.15", "response"), full)]
+    assert [encode(wanted, value, SEED).hints for wanted, value in table] == snapshot
 
 
 # --- untrusted answers -----------------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ def begin(tmp_path):
 def test_at_the_beginning_all_is_asked_and_nothing_given(begin, capsys):
     lab = begin(None)
     assert lab.catalogue is CATALOGUE and not lab.has("2.12", "K_s")
-    with pytest.raises(AnswerError, match="Answer it there first"):
+    with pytest.raises(AnswerError, match="K_s"):
         lab.value("2.12", "K_s")
     assert "Given" not in capsys.readouterr().out
 
@@ -47,13 +47,14 @@ def test_the_stiffness_of_the_own_bench_is_given_with_a_word(begin, capsys):
 
 def test_what_is_skipped_is_not_asked_and_nothing_is_recorded_of_it(begin, capsys):
     lab = begin({"from": "stiffness"})
-    assert lab.record("2.12", J_l=1, K_s=9.0) == ["2.12  not asked in your class: J_l, K_s"]
+    (line,) = lab.record("2.12", J_l=1, K_s=9.0)
+    assert line.startswith("2.12") and line.endswith("J_l, K_s")
     lines = lab.record("Table 2", omega_n=1.0, K_s=9.0, poles=[0, -1, -2, -3])
-    assert lines[-1] == "Table 2  not asked in your class: omega_n, K_s" and "recorded" in lines[0]
+    assert lines[-1].endswith(": omega_n, K_s") and "recorded" in lines[0]
     assert lab.value("2.12", "K_s") != 9.0 and lab.book.get("2.12", "K_s") is None
     capsys.readouterr()
     assert lab.value("2.7", "A", default=None) is None
-    assert capsys.readouterr().out == "2.7  A  is not asked in your class\n"
+    assert capsys.readouterr().out.startswith("2.7  A ")
     lab.progress()
     lab.summary()
     told = capsys.readouterr().out
@@ -67,9 +68,9 @@ def test_a_cell_asks_for_no_question_that_is_not_asked(begin, capsys):
     lab = begin({"from": "stiffness"})
     capsys.readouterr()
     assert not lab.given("2.12, 2.15", None)
-    assert capsys.readouterr().out == "Answer question 2.15 first; then run this cell again.\n"
+    assert " 2.15 " in (told := capsys.readouterr().out) and "2.12" not in told
     assert not lab.given("2.11, 2.12", None)
-    assert capsys.readouterr().out == "This cell builds on questions that your class is not asked. Go on below it.\n"
+    assert "2.1" not in capsys.readouterr().out
 
 
 def test_there_is_no_such_part_also_where_little_is_asked(begin):
@@ -96,17 +97,11 @@ def test_values_that_course_json_brings_are_those_that_count(begin):
     assert "3.5" not in lab.questions and lab.questions["Table 3"].names[0] == "t_s_sim"
 
 
-@pytest.mark.parametrize(
-    ("given", "why"),
-    [
-        ({"from": "the end"}, 'as "stiffness", "gain" in this course'),
-        ("stiffness", '"given" should be as'),
-        ({"from": "gain", "values": {"2.12": {}}}, "not all is there"),
-    ],
-)
-def test_what_is_not_understood_is_told(begin, given, why):
-    with pytest.raises(ConfigurationError, match=why):
-        begin(given)
+def test_what_is_not_understood_is_told(begin):
+    partial = {"from": "gain", "values": {"2.12": {}}}
+    for given, why in (({"from": "the end"}, '"stiffness", "gain"'), ("stiffness", '"given"'), (partial, "given")):
+        with pytest.raises(ConfigurationError, match=why):
+            begin(given)
 
 
 def test_a_check_at_home_asks_for_as_much(begin, tmp_path):

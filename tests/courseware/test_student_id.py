@@ -44,57 +44,35 @@ GOOD = {
     "u\u0308" * 80: "ü" * 80,  # 160 characters as they come, 80 as they are kept
     "民" * 80: "民" * 80,
 }
-BAD = {
-    "": "it is empty",
-    " \t\n": "it is empty",
-    "a\nb": r"one line of characters that can be seen. Leave '\\n' out",
-    "a\x1b[31m": r"Leave '\\x1b' out",
-    "a\u202eb": r"Leave '\\u202e' out",
-    "a\u00a0b": r"Leave '\\xa0' out",
-    "a\udcff": r"Leave '\\udcff' out",
-    "x" * 81: "it has 81 characters, of which there may be 80. Shorten it",
-    "\N{GRINNING FACE}" * 61: "takes 244 bytes, of which there may be 240. Shorten it",
-    ".ada": "begins with a dot",
-    "..": "begins with a dot",
-    "ada.": "ends with a dot",
-    "grades.csv": "a file of its own",
-    "Gradebook.SQLite": "a file of its own",
-    "gradebook.sqlite-journal": "a file of its own",
-    "gradebook.sqlite-wal": "a file of its own",
-    "gradebook.sqlite-shm": "a file of its own",
-    "NUL": "Windows keeps the name NUL for a device",
-    "con.ada.lovelace": "Windows keeps the name con for a device",
-    "Aux .ada": "Windows keeps the name Aux for a device",
-    "COM1": "for a device",
-    "lpt\u00b2": "for a device",
-    **{f"a{character}b": rf"\{character} cannot stand in a folder's name" for character in '/\\:*?"<>|'},
-}
+BAD = ["", " \t\n", "a\nb", "a\x1b[31m", "a\u202eb", "a\u00a0b", "a\udcff", "x" * 81, "\N{GRINNING FACE}" * 61]
+BAD += [".ada", "..", "ada.", "NUL", "con.ada.lovelace", "Aux .ada", "COM1", "lpt\u00b2"]
+BAD += ["grades.csv", "Gradebook.SQLite", *(f"gradebook.sqlite-{kind}" for kind in ("journal", "wal", "shm"))]
+BAD += [f"a{character}b" for character in '/\\:*?"<>|']
 
 
-@pytest.mark.parametrize(("given", "kept"), GOOD.items())
-def test_an_id_is_kept_composed_and_without_white_space_around(given, kept):
-    assert normalised(given) == kept
-
-
-@pytest.mark.parametrize(("given", "said"), BAD.items())
-def test_what_cannot_be_an_id_is_refused_in_words(given, said):
-    with pytest.raises(StudentIDError, match=said) as refused:
-        normalised(given)
-    assert str(refused.value).isprintable()  # whatever was given, a terminal can show it
-
-
-@pytest.mark.parametrize("given", [None, 3, b"ada", ["ada"], {"a": "x" * 1000}])
-def test_what_is_no_text_is_refused_and_shown_in_short(given):
-    with pytest.raises(StudentIDError, match="should be text, not") as refused:
-        normalised(given)
-    assert len(str(refused.value)) < 150
-
-
-def test_a_string_of_another_kind_is_plain_afterwards():
+def test_an_id_is_kept_composed_and_without_white_space_around():
     class Odd(str):
         __slots__ = ()
 
+    assert {text: normalised(text) for text in GOOD} == GOOD
     assert type(normalised(Odd("ada"))) is str
+
+
+def test_what_cannot_be_an_id_is_refused_in_words(snapshot):
+    messages = []
+    for text in BAD:
+        with pytest.raises(StudentIDError) as refused:
+            normalised(text)
+        messages.append(str(refused.value))
+    assert all(message.isprintable() for message in messages)  # whatever was given, a terminal can show it
+    assert messages == snapshot
+
+
+def test_what_is_no_text_is_refused_and_shown_in_short():
+    for value in (None, 3, b"ada", ["ada"], {"a": "x" * 1000}):
+        with pytest.raises(StudentIDError) as refused:
+            normalised(value)
+        assert len(str(refused.value)) < 150
 
 
 anything = st.text(st.characters(exclude_categories=()), max_size=90)
@@ -151,14 +129,24 @@ def test_an_id_can_name_a_folder_and_a_zip_on_every_system(typed, tmp_path_facto
     assert sorted(path.name for path in place.iterdir()) == sorted([student, f"{student}.zip"])
 
 
-@pytest.mark.parametrize(
-    "device",
-    ["CON", "prn", "AUX", "nul", "CONIN$", "conout$", "com1", "COM9", "LPT1", "lpt9", "COM\u00b9", "lpt\u00b3"],
-)
-@pytest.mark.parametrize("ending", ["", ".ada", " .ada"])
-def test_what_windows_reserves_is_refused(device, ending):
-    assert is_reserved_on_windows(device + ending)
-    assert kept(device + ending) is None
+def test_what_windows_reserves_is_refused():
+    devices = [
+        "CON",
+        "prn",
+        "AUX",
+        "nul",
+        "CONIN$",
+        "conout$",
+        "com1",
+        "COM9",
+        "LPT1",
+        "lpt9",
+        "COM\u00b9",
+        "lpt\u00b3",
+    ]
+    for name in [device + ending for device in devices for ending in ("", ".ada", " .ada")]:
+        assert is_reserved_on_windows(name)
+        assert kept(name) is None
 
 
 # --- all modules follow it --------------------------------------------------------------------------------------------
@@ -215,7 +203,7 @@ def test_what_the_laboratory_refuses_is_not_read_either(given, tmp_path):
 
 def test_errors_are_those_that_callers_expect():
     assert issubclass(StudentIDError, ConfigurationError) and issubclass(StudentIDError, RotflexError)
-    with pytest.raises(GradebookError, match="begins with a dot"):
+    with pytest.raises(GradebookError, match="dot"):
         storable.student(".ada")
 
 

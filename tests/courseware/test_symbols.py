@@ -14,35 +14,19 @@ theta, theta_dot, theta_ddot = sympy.symbols("theta theta_dot theta_ddot")
 alpha, alpha_dot, J_eq, t = sympy.symbols("alpha alpha_dot J_eq t")
 
 
-@pytest.mark.parametrize(
-    ("written", "meant"),
-    [
-        ("Jeq", "J_eq"),
-        ("J_{eq}", "J_eq"),
-        (r"\theta", "theta"),
-        ("θ", "theta"),
-        ("ϑ", "theta"),
-        ("𝜃", "theta"),
-        ("τ", "tau"),
-        ("m₁", "m_1"),
-        (r"\dot{\theta}", "theta_dot"),
-        (r"\ddot\theta", "theta_ddot"),
-        (r"\dot{x}", "x_dot"),
-        (r"\dot x", "x_dot"),
-        ("θ̇", "theta_dot"),
-        ("θ̈", "theta_ddot"),
-        ("ẋ", "x_dot"),
-        ("thetadot", "theta_dot"),
-    ],
-)
-def test_a_symbol_of_another_spelling_is_the_given_one(written, meant):
-    assert Names(NAMES)[written] == meant
-    assert decode(encode(sympy.Symbol(written), NAMES)) == sympy.Symbol(meant)
+def test_a_symbol_of_another_spelling_is_the_given_one():
+    spellings = {"J_eq": ["Jeq", "J_{eq}"], "theta": [r"\theta", "θ", "ϑ", "𝜃"], "tau": ["τ"], "m_1": ["m₁"]}
+    spellings |= {"theta_dot": [r"\dot{\theta}", "θ̇", "thetadot"], "theta_ddot": [r"\ddot\theta", "θ̈"]}
+    spellings |= {"x_dot": [r"\dot{x}", r"\dot x", "ẋ"]}
+    for meant, written in spellings.items():
+        for name in written:
+            assert Names(NAMES)[name] == meant
+            assert decode(encode(sympy.Symbol(name), NAMES)) == sympy.Symbol(meant)
 
 
 def test_spellings_of_different_symbols_stay_different():
     assert len({plain(name) for name in (*NAMES, "Theta", "T", "k_s", "theta_dddot")}) == len(NAMES) + 4
-    with pytest.raises(FormError, match="Θ, which is not among the given symbols: theta"):
+    with pytest.raises(FormError, match=r"Θ.*theta"):
         encode(sympy.Symbol("Θ"), NAMES)
 
 
@@ -68,5 +52,5 @@ def test_a_derivative_by_a_given_symbol_is_a_partial_one():
 def test_a_derivative_that_has_no_symbol_is_told():
     with pytest.raises(FormError, match="Derivative"):
         encode(sympy.Function("theta")(t).diff(t, 3), NAMES)
-    with pytest.raises(FormError, match="alpha_ddot, which is not among"):
+    with pytest.raises(FormError, match="alpha_ddot"):
         encode(sympy.Function("alpha")(t).diff(t, 2), NAMES)

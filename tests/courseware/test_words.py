@@ -73,47 +73,33 @@ def attached(data, name="image.png", media="image/png"):
 # --- where words are found --------------------------------------------------------------------------------------------
 
 
-def test_a_notebook_as_released_holds_no_answer():
-    found = words.written(MASTER, pristine())
+@pytest.mark.parametrize("source", ["", " \n ", "...", HEADING, STUB, f"{HEADING}\n\n{STUB}", f"{HEADING}\n\n{STUB}\n"])
+def test_nothing_written_is_no_answer(source):
+    found = words.written(MASTER, pristine(why=why(source)))
     assert (found.words, found.notes, found.problems) == ({}, [], [])
 
 
+LANGUAGES = "Größe: $\\omega_n=\\sqrt{K_s}$\n\n* ¿por qué? — «c'est ça»\n\n| a | b |\n|---|---|"
+
+
 @pytest.mark.parametrize(
-    "source",
+    ("source", "text"),
     [
-        f"{HEADING}\n\nIt bends.",
-        "It bends.",
-        f"{HEADING} It bends.",
-        f"{HEADING}\n\n{STUB}\n\nIt bends.",
-        f"{HEADING}\n\n{STUB} It bends.",
-        f"{HEADING}\r\n\r\nIt bends.\r\n",
-        f"{HEADING}\n\n{words.BEGIN}\nIt bends.\n{words.END}",
-    ],
-    ids=[
-        "over the stub",
-        "over all",
-        "on the heading's line",
-        "below the stub",
-        "after the stub",
-        "windows",
-        "solution",
+        (f"{HEADING}\n\nIt bends.", "It bends."),
+        ("It bends.", "It bends."),
+        (f"{HEADING} It bends.", "It bends."),
+        (f"{HEADING}\n\n{STUB}\n\nIt bends.", "It bends."),
+        (f"{HEADING}\n\n{STUB} It bends.", "It bends."),
+        (f"{HEADING}\r\n\r\nIt bends.\r\n", "It bends."),
+        (f"{HEADING}\n\n{words.BEGIN}\nIt bends.\n{words.END}", "It bends."),
+        (f"{HEADING}\n\n{LANGUAGES}", LANGUAGES),
+        ("a\x1b[31mb\x00", "a\ufffd[31mb\ufffd"),
     ],
 )
-def test_heading_and_stub_are_no_part_of_the_answer(source):
+def test_heading_and_stub_are_no_part_of_the_answer_and_all_else_is(source, text):
     found = words.written(MASTER, pristine(why=why(source)))
-    assert (found.words[WHY], found.notes) == (Words("It bends."), [])
-
-
-@pytest.mark.parametrize("source", ["", " \n ", "...", HEADING, STUB, f"{HEADING}\n\n{STUB}\n"])
-def test_nothing_written_is_no_answer(source):
-    assert texts(pristine(why=why(source))) == {}
-
-
-def test_formulas_lists_and_languages_stay_as_they_are():
-    text = (
-        "Größe: $\\omega_n=\\sqrt{K_s/J_l}$\n\n* der Rückstellmoment\n* ¿por qué? — «c'est ça»\n\n| a | b |\n|---|---|"
-    )
-    assert texts(pristine(why=why(f"{HEADING}\n\n{text}"))) == {WHY: text}
+    assert (found.words, found.notes) == ({WHY: Words(text)}, [])
+    assert words.words_of(MASTER, pristine(why=why(source))) == {WHY: Words(text)}
 
 
 @pytest.mark.parametrize(
@@ -130,7 +116,7 @@ def test_without_ids_metadata_and_heading_the_place_tells():
     cells = [cell(one.source, kind=one.kind) for one in pristine(why=why("It bends."))]
     found = words.written(MASTER, cells)
     assert found.words == {WHY: Words("It bends.")}
-    assert found.notes == ["1.1, why: taken from an added cell where the answer cell is missing."]
+    assert len(found.notes) == 1
 
 
 def test_pieces_of_a_split_cell_are_joined_in_order():
@@ -151,30 +137,26 @@ def test_a_copy_that_was_left_as_it_was_does_not_count_and_one_that_differs_is_t
     assert texts(empty) == {WHY: "It bends."}
     found = words.written(MASTER, pristine(why=why("It bends."), end=[why("It breaks.", cell_id="copy")]))
     assert found.words[WHY].text == "It bends.\n\nIt breaks."
-    assert found.notes == ["1.1, why: there are 2 copies of its cell that differ; all are read, one after the other."]
+    assert "2 copies" in found.notes[0]
 
 
 @pytest.mark.parametrize("kind", ["code", "raw"])
 def test_an_answer_cell_that_became_another_kind_is_read(kind):
     found = words.written(MASTER, pristine(why=why("It bends.", kind=kind)))
     assert found.words[WHY].text == "It bends."
-    assert found.notes == ["1.1, why: written in a cell that is no text cell any more."]
+    assert len(found.notes) == 1
 
 
-def test_a_text_just_below_an_empty_answer_cell_is_the_answer():
-    stub = why(f"{HEADING}\n\n{STUB}")
-    found = words.written(MASTER, pristine(why=[stub, cell("It bends.")]))
-    assert found.words == {WHY: Words("It bends.")}
-    assert found.notes == ["1.1, why: taken from an added cell just below the answer cell, which is empty."]
-    found = words.written(MASTER, pristine(why=[cell("It bends."), stub]))
-    assert found.words == {WHY: Words("It bends.")}
-    assert found.notes == ["1.1, why: taken from an added cell just above the answer cell, which is empty."]
-
-
-def test_a_text_that_goes_on_below_the_answer_cell_is_read_with_it():
-    found = words.written(MASTER, pristine(why=[why("It bends."), cell("And how.")]))
-    assert found.words == {WHY: Words("It bends.\n\nAnd how.")}
-    assert found.notes == ["1.1, why: with the text of an added cell just below the answer cell."]
+def test_a_text_beside_an_empty_answer_cell_is_the_answer_and_one_below_goes_on_with_it():
+    stub, beside = why(f"{HEADING}\n\n{STUB}"), cell("It bends.")
+    for cells, text, place in (
+        ([stub, beside], "It bends.", "just below"),
+        ([beside, stub], "It bends.", "just above"),
+        ([why("It bends."), cell("And how.")], "It bends.\n\nAnd how.", "just below"),
+    ):
+        found = words.written(MASTER, pristine(why=cells))
+        assert found.words == {WHY: Words(text)}
+        assert len(found.notes) == 1 and place in found.notes[0]
 
 
 def test_helper_cells_and_notes_elsewhere_are_no_answers():
@@ -188,23 +170,15 @@ def test_helper_cells_and_notes_elsewhere_are_no_answers():
 
 
 def test_words_in_a_code_cell_beside_an_empty_answer_cell_are_told_and_code_is_not():
-    def beside(source):
-        stub = why(f"{HEADING}\n\n{STUB}")
-        return words.written(MASTER, pristine(why=[stub, cell(source, kind="code")]))
-
-    told = beside("The link falls behind, because nothing pushes it.")
-    assert told.words == {}
-    assert told.notes == [
-        "1.1, why: nothing is written in its cell; an added cell beside it is not read as the answer."
-    ]
-    assert beside("for k in range(3):\n    print(k)").notes == []
+    for source, told in (("The link falls behind, as nothing pushes it.", 1), ("for k in n:\n    print(k)", 0)):
+        cells = [why(f"{HEADING}\n\n{STUB}"), cell(source, kind="code")]
+        found = words.written(MASTER, pristine(why=cells))
+        assert (found.words, len(found.notes)) == ({}, told)
 
 
 def test_of_two_answers_that_lack_none_gets_a_text_that_may_be_the_others():
-    two = [MASTER[1], MASTER[4]]
-    found = words.written(two, [cell("Because.")])
-    assert found.words == {}
-    assert len(found.notes) == 2 and "not read as the answer" in found.notes[0]
+    found = words.written([MASTER[1], MASTER[4]], [cell("Because.")])
+    assert (found.words, len(found.notes)) == ({}, 2)
 
 
 # --- bounds -----------------------------------------------------------------------------------------------------------
@@ -213,7 +187,7 @@ def test_of_two_answers_that_lack_none_gets_a_text_that_may_be_the_others():
 def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
     found = words.written(MASTER, pristine(why=why("x" * (LONGEST_PROSE + 7))))
     assert len(found.words[WHY].text) == LONGEST_PROSE
-    assert found.problems == ["1.1, why: it has 5007 characters, of which the first 5000 are read; shorten it."]
+    assert "5007" in found.problems[0]
     assert words.written(MASTER, pristine(why=why("x" * LONGEST_PROSE))).problems == []
 
 
@@ -251,19 +225,13 @@ def test_a_pasted_picture_comes_along_as_png():
     assert found.problems == []
 
 
-def test_a_picture_alone_is_an_answer():
-    found = words.written(MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(png()))))
-    assert list(found.words[WHY].pictures) == ["attachment:image.png"]
-
-
 def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters():
     data = base64.b64encode(png((300, 300)) * 1).decode()
-    noise = "A" * 8000
     found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{data}) b")))
     assert found.words[WHY].text == "a ![p](attachment:in-text-1) b"
     assert list(found.words[WHY].pictures) == ["attachment:in-text-1"]
-    found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{noise}) b")))
-    assert found.problems == ["1.1, why: the picture 'attachment:in-text-1': it is none of PNG, JPEG, GIF, WEBP, BMP"]
+    found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{'A' * 8000}) b")))
+    assert "attachment:in-text-1" in found.problems[0] and found.words[WHY].pictures == {}
 
 
 def test_a_picture_beside_the_notebook_is_taken_from_there():
@@ -271,7 +239,7 @@ def test_a_picture_beside_the_notebook_is_taken_from_there():
     cells = pristine(why=why("![](plots/my%20plot.png) ![](<./plots/my plot.png>) ![](other.png)"))
     found = words.written(MASTER, cells, files)
     assert set(found.words[WHY].pictures) == {"plots/my%20plot.png", "./plots/my plot.png"}
-    assert found.problems == ["1.1, why: the picture 'other.png': it is not in the notebook; paste it into the cell"]
+    assert len(found.problems) == 1 and "other.png" in found.problems[0]
 
 
 def bomb(side):
@@ -285,20 +253,21 @@ def bomb(side):
 @pytest.mark.parametrize(
     ("data", "told"),
     [
-        (bomb(60_000), "it has more than 60 million pixels"),
-        (bomb(8_000), "it has more than 60 million pixels"),
-        (png((1, 20_001)), "it is more than 20000 pixels wide or high"),
-        (png((20_001, 1)), "it is more than 20000 pixels wide or high"),
-        (png((400, 400))[:60], "it is damaged"),
-        (b"<svg onload='alert(1)'/>", "it is none of PNG, JPEG, GIF, WEBP, BMP"),
-        (b"", "it is none of PNG, JPEG, GIF, WEBP, BMP"),
+        (bomb(60_000), "60 million"),
+        (bomb(8_000), "60 million"),
+        (png((1, 20_001)), "20000 pixels"),
+        (png((20_001, 1)), "20000 pixels"),
+        (png((400, 400))[:60], "damaged"),
+        (b"<svg onload='alert(1)'/>", "PNG, JPEG"),
+        (b"", "PNG, JPEG"),
     ],
     ids=["bomb", "too large", "strip", "wide strip", "cut off", "svg", "empty"],
 )
 def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
     found = words.written(MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(data))))
     assert found.words[WHY].pictures == {}
-    assert found.problems == [f"1.1, why: the picture 'attachment:image.png': {told}"]
+    (problem,) = found.problems
+    assert "attachment:image.png" in problem and told in problem
 
 
 @pytest.mark.slow
@@ -312,7 +281,7 @@ def test_pictures_are_bounded_in_number_and_all_together():
     small = {f"{n}.png": attached(png(), f"{n}.png")[f"{n}.png"] for n in range(7)}
     found = words.written(MASTER, pristine(why=why(shown, attachments=small)))
     assert len(found.words[WHY].pictures) == 6
-    assert found.problems == ["1.1, why: more than 6 pictures: the first 6 are shown"]
+    assert "6 pictures" in found.problems[0]
 
 
 @pytest.mark.slow
@@ -374,10 +343,6 @@ def test_words_as_plain_data_and_back():
     for broken in ({}, {"text": "x", "pictures": {"a": "%"}}, {"text": "x", "pictures": 3}):
         with pytest.raises(ValueError):
             Words.from_plain(broken)
-
-
-def test_words_of_is_the_words_alone():
-    assert words.words_of(MASTER, pristine(why=why("It bends."))) == {WHY: Words("It bends.")}
 
 
 GERMAN = "*Hier doppelklicken und anstelle dieser Zeile schreiben.*"

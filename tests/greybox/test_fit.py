@@ -171,13 +171,10 @@ def test_a_fit_that_takes_the_data_sheets_motor_and_prompt_outputs_for_granted_i
     assert not low <= told.parameters.J_eq <= high
 
 
-@pytest.mark.parametrize(
-    ("free", "said"),
-    [((*FREE, "J_l"), "in ratio only: fit J_l or torque_per_volt"), ((*FREE, "B_eq"), "fit B_eq or braking")],
-)
-def test_what_has_the_same_effect_is_not_fitted_together(free, said):
-    with pytest.raises(IdentificationError, match=said):
-        fit(jittering(), srv02(), joint(1), free, progress=False)
+@pytest.mark.parametrize(("free", "other"), [("J_l", "torque_per_volt"), ("B_eq", "braking")])
+def test_what_has_the_same_effect_is_not_fitted_together(free, other):
+    with pytest.raises(IdentificationError, match=f"{free} or {other}"):
+        fit(jittering(), srv02(), joint(1), (*FREE, free), progress=False)
 
 
 # --- what cannot be fitted -------------------------------------------------------------------------------------------
@@ -191,25 +188,16 @@ def jittering(duration=4.0, **changed):
     return Recording.of(t, **{name: values for name, values in channels.items() if values is not None})
 
 
-@pytest.mark.parametrize(
-    ("recording", "said"),
-    [
-        (jittering(vm=None), "needs the channel 'vm'"),
-        (jittering(alpha=np.zeros(2000)), "'alpha' is constant"),
-        (jittering(duration=2.0), "2 windows of 1 s only; at least 3"),
-    ],
-)
-def test_a_recording_that_cannot_be_fitted_is_refused_with_the_reason(recording, said):
-    with pytest.raises(IdentificationError, match=said):
-        fit(recording, srv02(), joint(1), progress=False)
-
-
-def test_parameters_without_effect_on_the_recording_are_named():
+def test_what_cannot_be_fitted_is_refused_with_the_reason():
+    for recording, named in (
+        (jittering(vm=None), "'vm'"),
+        (jittering(alpha=np.zeros(2000)), "'alpha'"),
+        (jittering(duration=2.0), "2 windows"),
+    ):
+        with pytest.raises(IdentificationError, match=named):
+            fit(recording, srv02(), joint(1), progress=False)
     stuck = replace(PlantParameters.of(srv02(), joint(1), 1.4), servo_friction=(1.0, 1.0), link_friction=(1.0, 1.0))
-    with pytest.raises(IdentificationError, match="does not tell what K_s, J_eq, alpha_offset are"):
+    with pytest.raises(IdentificationError, match="K_s, J_eq, alpha_offset"):
         fit(jittering(3.0), srv02(), joint(1), free=("K_s", "J_eq"), initial=stuck, progress=False)
-
-
-def test_an_unknown_parameter_is_refused_with_those_that_exist():
-    with pytest.raises(ConfigurationError, match="'K_3'; allowed: 'K_s'"):
+    with pytest.raises(ConfigurationError, match=r"'K_3'.*'K_s'"):
         fit(jittering(), srv02(), joint(1), free=("K_3",))

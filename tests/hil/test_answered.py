@@ -142,7 +142,7 @@ def test_another_gain_is_another_run_all_the_same(paused, tmp_path):
     other = [18.2356, -17.1547, 1.7, 0.6327]
     with pytest.raises(NotRecorded):
         again(recording, other)
-    with pytest.raises(BenchError, match="is not the run that is asked for"):
+    with pytest.raises(BenchError, match="not the run"):
         replayed(recording.save(tmp_path / "a.mat"), other)
 
 
@@ -200,15 +200,15 @@ PAUSE = round(WATCHDOG_TIMEOUT / SAMPLE_TIME) + 2
 @pytest.mark.parametrize(
     ("held", "late", "why"),
     [
-        ([[100, PAUSE + 1]], None, "103 samples in a row are said not to have been answered, where the watchdog"),
-        ([[100 * n, 60] for n in range(1, 10)], None, "27% of its samples were not answered in time, and 5% may be"),
-        ([[100, 50]], 10, "does not go together"),
+        ([[100, PAUSE + 1]], None, "103 samples"),
+        ([[100 * n, 60] for n in range(1, 10)], None, "27%"),
+        ([[100, 50]], 10, "go together"),
         ([[100, 10**12]], None, "in a row"),
-        ([[-1, 10]], 10, "does not go together"),
-        ([[True, 10]], 10, "does not go together"),
-        ([["x", 10]], 10, "does not go together"),
-        ("xy", 10, "does not go together"),
-        ([[10 * n, 1] for n in range(1, MOST_NOTED + 1)], 500, "paused more than 100 times"),
+        ([[-1, 10]], 10, "go together"),
+        ([[True, 10]], 10, "go together"),
+        ([["x", 10]], 10, "go together"),
+        ("xy", 10, "go together"),
+        ([[10 * n, 1] for n in range(1, MOST_NOTED + 1)], 500, "100 times"),
     ],
 )
 def test_more_than_can_be_is_told_and_excuses_nothing(honest, held, late, why, capsys):
@@ -226,7 +226,7 @@ def test_samples_that_are_said_to_be_held_have_to_be(honest):
     assert look(honest) == []
     first = 700
     forged = claimed(changed(honest, vm=honest["vm"] + 0.5 * mask([(first, 40)], len(honest))), [[first, 40]])
-    assert any("V beside what its controller sets" in doubt for doubt in look(forged))
+    assert any("controller sets" in doubt for doubt in look(forged))
 
 
 def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
@@ -243,13 +243,10 @@ def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
     assert kept["answers"]["3.13"]["response"]["metadata"][TIMING][HELD] == noted
 
 
-def test_a_short_run_may_have_one_whole_pause():
+def test_a_short_run_may_have_one_whole_pause_and_where_time_waits_there_is_none():
     time = np.arange(1000) * SAMPLE_TIME
     short = Recording.of(time, {TIMING: {"late": 100, "missed": 0, HELD: [[100, 100]]}}, theta=time, alpha=time)
     assert answered.why_not(short) == ""
-
-
-def test_what_was_recorded_where_time_waits_says_nothing_of_it(tmp_path):
     with hil.open("virtual:?seed=3") as bench:
         recording = experiments.watch(bench, 0.1, progress=False)
     assert TIMING not in recording.metadata and answered.why_not(recording) == ""

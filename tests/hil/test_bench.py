@@ -183,13 +183,13 @@ def test_a_run_that_just_ends_leaves_0_V():
     assert_left_alone(board)
 
 
-@pytest.mark.parametrize("trouble", [ZeroDivisionError, KeyboardInterrupt, SystemExit, BenchError])
-def test_whatever_is_raised_in_the_block_leaves_0_V_and_passes_on(trouble):
-    board = FaultyBoard()
-    with pytest.raises(trouble), bench_of(board) as bench:
-        run(bench)
-        raise trouble
-    assert_left_alone(board)
+def test_whatever_is_raised_in_the_block_leaves_0_V_and_passes_on():
+    for trouble in (ZeroDivisionError, KeyboardInterrupt, SystemExit, BenchError):
+        board = FaultyBoard()
+        with pytest.raises(trouble), bench_of(board) as bench:
+            run(bench)
+            raise trouble
+        assert_left_alone(board)
 
 
 @pytest.mark.parametrize("verb", ["task_read_encoder", "watchdog_reload", "write_analog"])
@@ -289,18 +289,18 @@ def test_a_program_that_stops_without_a_word_is_stopped_by_the_watchdog():
 
 
 @pytest.mark.parametrize(
-    ("limits", "voltage", "message"),
+    ("limits", "voltage", "named"),
     [
-        (Limits(theta=20 * DEG), 6.0, r"servo angle reached 20\.\d deg at t = 0\.\d{3} s; its limit is ±20 deg.*0 V"),
-        (Limits(theta=20 * DEG), -6.0, r"servo angle reached -20\.\d deg"),
-        (Limits(alpha=8 * DEG), 8.0, r"deflection reached -8\.\d deg at t = 0\.\d{3} s; its limit is ±8 deg.*0 V"),
+        (Limits(theta=20 * DEG), 6.0, r"servo.* 20\.\d deg at t = 0\.\d{3} s"),
+        (Limits(theta=20 * DEG), -6.0, r"servo.* -20\.\d deg"),
+        (Limits(alpha=8 * DEG), 8.0, r"deflection.* -8\.\d deg at t = 0\.\d{3} s"),
     ],
 )
-def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, message):
+def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, named):
     board = FaultyBoard()
     with bench_of(board, limits=limits) as bench:
         bench.start(SAMPLE_TIME)
-        with pytest.raises(LimitExceeded, match=message):
+        with pytest.raises(LimitExceeded, match=named):
             for _ in range(1000):
                 bench.read()
                 bench.write(voltage)
@@ -351,7 +351,7 @@ def test_no_voltage_is_set_while_no_watchdog_runs(before):
     board = FaultyBoard()
     with bench_of(board) as bench:
         before(bench)
-        with pytest.raises(BenchError, match=r"not sampling, so the motor stays at 0 V; call start\(\) first"):
+        with pytest.raises(BenchError, match=r"start\(\)"):
             bench.write(1.0)
         assert board.voltage == 0.0
         assert bench.write(0.0) == 0.0
@@ -405,16 +405,11 @@ def test_ctrl_c_at_whatever_moment_a_bench_is_let_go_leaves_it_at_0_V(by_an_exce
 # --- misuse ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "verb", [lambda b: b.start(0.002), lambda b: b.read(), lambda b: b.write(1.0), lambda b: b.stop()]
-)
-def test_a_bench_must_be_open(verb):
-    with pytest.raises(BenchError, match="not open"):
-        verb(hil.open("virtual"))
-
-
-def test_a_bench_must_be_sampling_to_be_read():
-    with hil.open("virtual") as bench, pytest.raises(BenchError, match=r"start\(\) first"):
+def test_a_bench_must_be_open_and_sampling():
+    for verb in (lambda b: b.start(0.002), lambda b: b.read(), lambda b: b.write(1.0), lambda b: b.stop()):
+        with pytest.raises(BenchError, match="not open"):
+            verb(hil.open("virtual"))
+    with hil.open("virtual") as bench, pytest.raises(BenchError, match=r"start\(\)"):
         bench.read()
 
 
@@ -490,38 +485,21 @@ def test_the_callers_preset_goes_before_their_seed_and_the_address_before_both()
         hil.open("virtual:?arm_position=2", preset="workbook")
 
 
-def test_benches_of_an_unknown_draw_are_refused():
-    with pytest.raises(ConfigurationError, match="Benches of the draw 9 are not known"):
-        hil.open("virtual", seed=7, draw=9)
-
-
 def test_time_waits_for_the_program_unless_it_is_the_computers():
     assert hil.open("virtual").is_simulated
     assert not hil.open("virtual:?clock=wall").is_simulated
 
 
-@pytest.mark.parametrize(
-    ("uri", "kind", "names"),
-    [
-        ("labjack:0", BenchError, "virtual.*replay.*quanser"),
-        ("quanser", BenchError, r"quanser:BOARD/ID.*quanser:q2_usb/0"),
-        ("quanser:q2_usb", BenchError, "names no board"),
-        ("quanser:/0", BenchError, "names no board"),
-        ("", BenchError, "virtual"),
-        ("virtual:seed=7", BenchError, r"virtual:\?"),
-        ("virtual:?speed=7", BenchError, "seed, arm_position, preset, run, encoder, clock"),
-        ("virtual:?seed=1&seed=2", BenchError, "each once"),
-        ("virtual:?seed=-1", BenchError, "seed must be a whole number.*'-1'"),
-        ("virtual:?seed=one", BenchError, "seed must be a whole number.*'one'"),
-        ("virtual:?seed=", BenchError, "seed must be a whole number"),
-        ("virtual:?arm_position=x", BenchError, "arm_position must be a whole number"),
-        ("virtual:?arm_position=4", ConfigurationError, "arm_position is 4; allowed: 1, 2, 3"),
-        ("virtual:?preset=moon", ConfigurationError, "preset is 'moon'; allowed: 'real_bench', 'workbook'"),
-        ("virtual:?preset=workbook&seed=1", BenchError, "preset"),
-        ("virtual:?encoder=X", ConfigurationError, "encoder is 'X'; allowed: 'E', 'EHR'"),
-        ("virtual:?clock=sundial", ConfigurationError, "clock is 'sundial'; allowed: 'simulated', 'wall'"),
-    ],
-)
-def test_a_wrong_address_is_refused_and_what_is_allowed_is_named(uri, kind, names):
-    with pytest.raises(kind, match=names):
-        hil.open(uri)
+def test_a_wrong_address_is_refused_and_what_is_allowed_is_named(snapshot):
+    addresses = ["labjack:0", "quanser", "quanser:q2_usb", "quanser:/0", "", "virtual:seed=7"]
+    queries = ["speed=7", "seed=1&seed=2", "seed=-1", "seed=one", "seed=", "arm_position=x", "preset=workbook&seed=1"]
+    not_there = ["arm_position=4", "preset=moon", "encoder=X", "clock=sundial"]
+    messages = {}
+    for uri in [*addresses, *(f"virtual:?{query}" for query in queries + not_there)]:
+        with pytest.raises((BenchError, ConfigurationError)) as error:
+            hil.open(uri)
+        assert (error.type is ConfigurationError) == (uri.removeprefix("virtual:?") in not_there)
+        messages[uri] = str(error.value)
+    with pytest.raises(ConfigurationError, match="9"):
+        hil.open("virtual", seed=7, draw=9)
+    assert messages == snapshot

@@ -55,17 +55,12 @@ def bench_of(board: WatchedBoard, identity: Any = None, cable_gain: int = 1, **c
     return Bench(lambda: board, servo, joint(1), identity or {"clock": "simulated"}, **choices)
 
 
-def test_a_bench_is_opened_at_exactly_0_V_whatever_was_on_the_output():
+def test_a_bench_is_opened_at_exactly_0_V_whatever_was_on_the_output_and_so_is_its_watchdog():
     board = WatchedBoard()
     assert board.voltage == 7.0
     with bench_of(board):
         assert board.voltage == 0.0
         assert board.values("write_analog") == [[[0], 1, [0.0]]]
-
-
-def test_the_watchdog_is_told_to_set_0_V():
-    board = WatchedBoard()
-    with bench_of(board):
         assert board.values("watchdog_set_analog_expiration_state") == [[[0], 1, [0.0]]]
         assert board.inner._watchdog.states == {0: 0.0}
 
@@ -95,7 +90,7 @@ def test_ctrl_c_while_a_run_begins_leaves_0_V_and_a_closed_board(verb):
 @pytest.mark.parametrize("came", [0, 2, -1])
 def test_a_board_that_returns_no_sample_or_not_one_is_told_and_the_motor_is_at_0_V(came, monkeypatch):
     board = WatchedBoard()
-    with pytest.raises(HILError, match=r"^The board gave no sample\.$"), bench_of(board) as bench:
+    with pytest.raises(HILError, match="no sample"), bench_of(board) as bench:
         bench.start(SAMPLE_TIME)
         bench.read()
         bench.write(3.0)
@@ -146,17 +141,11 @@ def test_what_a_run_tells_the_board_with_its_values(identity, mode):
         assert board.values("task_stop") == board.values("task_delete") == [[task]]
 
 
-@pytest.mark.parametrize("sample_time", [0.199, 0.2])
-def test_the_watchdog_outlasts_every_sample_time_that_is_taken(sample_time):
+def test_the_watchdog_outlasts_every_sample_time_that_is_taken_and_limits_are_the_laboratorys():
     with bench_of(WatchedBoard()) as bench:
-        if sample_time < 0.2:
-            bench.start(sample_time)
-        else:
-            with pytest.raises(BenchError, match=r"shorter than the 0\.2 s"):
-                bench.start(sample_time)
-
-
-def test_limits_are_those_of_the_laboratory_unless_others_are_given():
+        bench.start(0.199)
+        with pytest.raises(BenchError, match=r"0\.2 s"):
+            bench.start(0.2)
     assert (Limits().voltage, Limits().theta, Limits().alpha) == pytest.approx((10.0, np.pi, np.pi / 6))
 
 

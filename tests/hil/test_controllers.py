@@ -37,10 +37,6 @@ def derivative(signal: np.ndarray, cutoff: float = DERIVATIVE_CUTOFF, sample_tim
 # --- the band-limited derivative -------------------------------------------------------------------------------------
 
 
-def test_the_cutoff_is_33_hz():
-    assert pytest.approx(2 * np.pi * 33) == DERIVATIVE_CUTOFF
-
-
 def test_the_derivative_of_a_ramp_is_its_slope():
     ramp = 3.0 * SAMPLE_TIME * np.arange(500)
     assert derivative(ramp)[-1] == pytest.approx(3.0, rel=1e-12)
@@ -72,18 +68,14 @@ def test_the_first_value_is_taken_to_have_stood_still():
     assert follow(-3.0) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("sample_time", "cutoff"), [(0.01, DERIVATIVE_CUTOFF), (0.002, 1000.0), (0.002, -1.0), (0.002, math.nan)]
-)
-def test_an_unstable_filter_is_refused(sample_time, cutoff):
-    with pytest.raises(DesignError, match="stable"):
-        BandLimitedDerivative(sample_time, cutoff)
-
-
-@pytest.mark.parametrize("sample_time", [0.0, -0.002, math.nan, math.inf])
-def test_a_sample_time_must_be_positive(sample_time):
-    with pytest.raises(DesignError, match="sample time"):
-        BandLimitedDerivative(sample_time)
+def test_an_unstable_filter_is_refused_and_the_cutoff_is_33_hz():
+    assert pytest.approx(2 * np.pi * 33) == DERIVATIVE_CUTOFF
+    for sample_time, *cutoff in ((0.01,), (0.002, 1000.0), (0.002, -1.0), (0.002, math.nan)):
+        with pytest.raises(DesignError, match="stable"):
+            BandLimitedDerivative(sample_time, *cutoff)
+    for sample_time in (0.0, -0.002, math.nan, math.inf):
+        with pytest.raises(DesignError, match="sample time"):
+            BandLimitedDerivative(sample_time)
 
 
 # --- state feedback --------------------------------------------------------------------------------------------------
@@ -113,34 +105,28 @@ def test_partial_feedback_does_not_see_alpha(samples, others):
     np.testing.assert_array_equal(respond(controller, samples), respond(without, samples))
 
 
-def test_full_feedback_sees_alpha():
-    assert StateFeedback(GAIN)(0.0, 0.0, 0.1) == pytest.approx(1.715)
-
-
-def test_the_gain_may_be_a_row():
+def test_the_gain_may_be_a_row_and_reset_forgets_the_past():
     samples = [(0.1, 0.2, 0.3), (0.4, 0.0, -0.2)]
-    for K in (np.array(GAIN), [GAIN], np.array([GAIN]), tuple(GAIN)):
-        np.testing.assert_array_equal(respond(StateFeedback(K), samples), respond(StateFeedback(GAIN), samples))
+    controller = StateFeedback(GAIN)
+    first = respond(controller, samples)
+    assert StateFeedback(GAIN)(0.0, 0.0, 0.1) == pytest.approx(1.715)
+    for other in (controller, *map(StateFeedback, (np.array(GAIN), [GAIN], np.array([GAIN]), tuple(GAIN)))):
+        np.testing.assert_array_equal(respond(other, samples), first)
+    open_loop = OpenLoop()
+    open_loop.reset()
+    assert open_loop(1.25, 3.0, -2.0) == 1.25
 
 
-@pytest.mark.parametrize(
-    "K",
-    [None, 1.0, [], GAIN[:3], [*GAIN, 1.0], [[18, -17], [1.6, 0.6]], [[k] for k in GAIN], [1, 2, 3, math.nan], "gain"],
-)
-def test_the_gain_is_four_numbers(K):
-    with pytest.raises(DesignError, match="four finite numbers"):
-        StateFeedback(K)
-
-
-def test_feedback_is_full_or_partial():
+def test_gains_are_finite_numbers_and_feedback_full_or_partial():
+    shapes = [None, 1.0, [], GAIN[:3], [*GAIN, 1.0], [[18, -17], [1.6, 0.6]], [[k] for k in GAIN]]
+    for K in [*shapes, [1, 2, 3, math.nan], "gain"]:
+        with pytest.raises(DesignError, match="four"):
+            StateFeedback(K)
+    for gains in ((math.nan, 1.0), (1.0, math.inf)):
+        with pytest.raises(DesignError, match="finite"):
+            PositionServo(*gains)
     with pytest.raises(ConfigurationError, match="'full', 'partial'"):
         StateFeedback(GAIN, feedback="some")
-
-
-def test_reset_forgets_the_past():
-    controller = StateFeedback(GAIN)
-    first = respond(controller, [(0.0, 1.0, 0.5), (0.0, 2.0, -0.5)])
-    np.testing.assert_array_equal(respond(controller, [(0.0, 1.0, 0.5), (0.0, 2.0, -0.5)]), first)
 
 
 # --- the others ------------------------------------------------------------------------------------------------------
@@ -151,15 +137,3 @@ def test_the_position_servo_is_proportional_and_derivative_in_the_error():
     error = np.array([reference - theta for reference, theta, _ in samples])
     expected = 18.0 * error + 1.6 * filtered(error, DERIVATIVE_CUTOFF, SAMPLE_TIME)
     np.testing.assert_allclose(respond(PositionServo(18.0, 1.6), samples), expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize("gains", [(math.nan, 1.0), (1.0, math.inf)])
-def test_the_position_servos_gains_are_numbers(gains):
-    with pytest.raises(DesignError, match="finite"):
-        PositionServo(*gains)
-
-
-def test_an_open_loop_passes_the_voltage_on():
-    controller = OpenLoop()
-    controller.reset()
-    assert controller(1.25, 3.0, -2.0) == 1.25

@@ -187,6 +187,7 @@ def gone(board: FaultBoard) -> None:
     board.before["task_read_encoder"] = lambda sample: board.inner.close() if sample >= FAULT_AT else None
 
 
+FIRST = at_fault(raising(ValueError("first")))
 FAULTS: dict[str, Fault] = {
     # --- the program ---
     "nothing": Fault(None, ""),
@@ -198,9 +199,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "the kernel is told to end": Fault(SystemExit, "SystemExit", controller=at_fault(raising(SystemExit()))),
     "no memory": Fault(MemoryError, "MemoryError", controller=at_fault(raising(MemoryError()))),
-    "a voltage that is no number": Fault(
-        BenchError, r"asked for nan V\. The motor is at 0 V", controller=at_fault(lambda _: math.nan)
-    ),
+    "a voltage that is no number": Fault(BenchError, "asked for nan V", controller=at_fault(lambda _: math.nan)),
     "a voltage without end": Fault(BenchError, "asked for inf V", controller=at_fault(lambda _: math.inf)),
     "a voltage that is None": Fault(TypeError, "NoneType", controller=at_fault(lambda _: None)),
     "an exception in a callback": Fault(LookupError, "LookupError: where", prepare=watched_by(LookupError("where"))),
@@ -215,10 +214,7 @@ FAULTS: dict[str, Fault] = {
         KeyboardInterrupt, "KeyboardInterrupt", board=spoiled(write_analog=once(FAULT_AT, KeyboardInterrupt()))
     ),
     "Ctrl-C again while the motor is stopped": Fault(
-        KeyboardInterrupt,
-        "ValueError",
-        board=spoiled(watchdog_clear=once(FAULT_AT, KeyboardInterrupt())),
-        controller=at_fault(raising(ValueError("first"))),
+        KeyboardInterrupt, "ValueError", spoiled(watchdog_clear=once(FAULT_AT, KeyboardInterrupt())), FIRST
     ),
     # --- the board ---
     "reading fails": Fault(HILError, "the board refused", board=spoiled(task_read_encoder=once(FAULT_AT))),
@@ -227,35 +223,16 @@ FAULTS: dict[str, Fault] = {
         HILError, "the board refused", board=spoiled(write_analog=always(FAULT_AT)), watchdog=True
     ),
     "reloading fails": Fault(HILError, "the board refused", board=spoiled(watchdog_reload=once(FAULT_AT))),
-    "clearing fails in the end": Fault(
-        HILError,
-        "ValueError: first",
-        board=spoiled(watchdog_clear=always(FAULT_AT)),
-        controller=at_fault(raising(ValueError("first"))),
-    ),
-    "stopping the watchdog fails in the end": Fault(
-        HILError,
-        "ValueError: first",
-        board=spoiled(watchdog_stop=always(FAULT_AT)),
-        controller=at_fault(raising(ValueError("first"))),
-    ),
-    "stopping the task fails in the end": Fault(
-        HILError,
-        "ValueError: first",
-        board=spoiled(task_stop=always(FAULT_AT)),
-        controller=at_fault(raising(ValueError("first"))),
-    ),
-    "deleting the task fails in the end": Fault(
-        HILError,
-        "ValueError: first",
-        board=spoiled(task_delete=always(FAULT_AT)),
-        controller=at_fault(raising(ValueError("first"))),
-    ),
+    **{
+        f"{verb} fails in the end": Fault(HILError, "ValueError: first", spoiled(**{verb: always(FAULT_AT)}), FIRST)
+        for verb in ("watchdog_clear", "watchdog_stop", "task_stop", "task_delete")
+    },
     "the cable is pulled": Fault(HILError, "does not answer", board=unplugged, watchdog=True),
     "the board is gone": Fault(HILError, "closed", board=gone, watchdog=True),
-    "no sample comes": Fault(HILError, r"The board gave no sample\.", board=short(0)),
-    "more samples come than asked for": Fault(HILError, r"The board gave no sample\.", board=short(2)),
-    "the read is an error's number": Fault(HILError, r"The board gave no sample\.", board=short(-1)),
+    **{
+        f"{name} for one sample": Fault(HILError, "gave no sample", board=short(came))
+        for name, came in {"nothing": 0, "two": 2, "an error's number": -1}.items()
+    },
     # --- the encoders ---
     "the servo's counts freeze": Fault(
         LimitExceeded, "stood still for", board=reading(lambda new, last, _: [last[0], new[1]]), within=50
@@ -265,7 +242,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "the link's counts freeze": Fault(
         LimitExceeded,
-        "does not move as voltage and spring drive it",
+        "voltage and spring",
         board=reading(lambda new, last, _: [new[0], last[1]]),
         within=150,
     ),
@@ -281,13 +258,13 @@ FAULTS: dict[str, Fault] = {
     ),
     "the servo's encoder turns round": Fault(
         LimitExceeded,
-        "does not move as voltage and spring drive it",
+        "voltage and spring",
         board=reading(lambda new, last, _: [2 * last[0] - new[0], new[1]]),
         within=50,
     ),
     "the link's encoder turns round": Fault(
         LimitExceeded,
-        "does not move as voltage and spring drive it|deflection reached 30",
+        "voltage and spring|deflection reached",
         board=reading(lambda new, last, _: [new[0], 2 * last[1] - new[1]]),
         within=150,
     ),
@@ -302,22 +279,14 @@ FAULTS: dict[str, Fault] = {
         LimitExceeded, r"turned at .*limit is ±2\.0 rad/s", bench={"limits": Limits(rate=2.0)}, within=SAMPLES
     ),
     "the limit of the duration": Fault(
-        LimitExceeded, "all that this bench allows", bench={"limits": Limits(duration=0.5)}, within=SAMPLES
+        LimitExceeded, "bench allows", bench={"limits": Limits(duration=0.5)}, within=SAMPLES
     ),
     "the voltage's limit": Fault(None, "", bench={"limits": Limits(voltage=3.0)}),
     # --- time ---
     "a short pause": Fault(None, "", controller=paused(0.1)),
-    "a pause longer than the watchdog's": Fault(
-        HILError, "did not show for 0.2 s that it was alive", controller=paused(0.3), watchdog=True
-    ),
-    "the controller is too slow": Fault(
-        LimitExceeded, "too slow for its sample time", controller=too_slow, within=SAMPLES
-    ),
+    "a pause longer than the watchdog's": Fault(HILError, r"0\.2 s", controller=paused(0.3), watchdog=True),
+    "the controller is too slow": Fault(LimitExceeded, "too slow", controller=too_slow, within=SAMPLES),
 }
-
-
-def test_there_are_faults_enough():
-    assert len(FAULTS) >= 25
 
 
 @pytest.fixture(params=list(FAULTS))
@@ -380,21 +349,13 @@ def assert_kept(recording: Recording | None, fault: Fault) -> None:
         assert recording[name][:same].tolist() == undisturbed_run()[name][:same].tolist()
 
 
-@pytest.mark.parametrize(
-    "verb",
-    [
-        "set_encoder_counts",
-        "task_create_encoder_reader",
-        "task_set_buffer_overflow_mode",
-        "watchdog_start",
-        "task_start",
-        "watchdog_clear",
-        "watchdog_stop",
-    ],
-)
+BEGINNING = ("set_encoder_counts", "task_create_encoder_reader", "task_set_buffer_overflow_mode", "watchdog_start")
+
+
+@pytest.mark.parametrize("verb", [*BEGINNING, "task_start", "watchdog_clear", "watchdog_stop"])
 def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
     board = FaultBoard()
-    with pytest.raises(HILError, match="the board refused"), bench_of(board, tmp_path) as bench:
+    with pytest.raises(HILError, match="refused"), bench_of(board, tmp_path) as bench:
         board.before[verb] = once()
         run(bench, OpenLoop(), REFERENCE, SAMPLE_TIME, progress=False)
     assert board.voltage == 0.0
@@ -508,7 +469,7 @@ def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
             recording = run(bench, StateFeedback(GAIN), reference, SAMPLE_TIME, progress=False)
         assert np.abs(recording["theta"]).max() < 1.1 * amplitude * DEG
         return
-    with pytest.raises(LimitExceeded, match="a sign of the motor or of an encoder is wrong"):  # noqa: SIM117
+    with pytest.raises(LimitExceeded, match="sign"):  # noqa: SIM117
         with bench_of(board, wiring=wiring) as bench:
             run(bench, StateFeedback(GAIN), reference, SAMPLE_TIME, progress=False)
     # Against the command, where servo and motor disagree; with the link alone wrong, hardly beyond the command.
@@ -525,13 +486,10 @@ def test_an_arm_that_is_moved_by_hand_at_0_V_is_no_runaway():
         assert len(run(bench, OpenLoop(), np.zeros(1000), SAMPLE_TIME, progress=False)) == 1000
 
 
-def test_signs_are_one_or_minus_one():
+def test_the_wirings_signs_are_one_or_minus_one_and_reach_voltage_and_angles():
     for name in ("motor_sign", "servo_sign", "link_sign"):
-        with pytest.raises(Exception, match=f"{name} must be 1 or -1; it is 0"):
+        with pytest.raises(Exception, match=name):
             Wiring(**{name: 0})
-
-
-def test_the_wirings_signs_reach_voltage_and_angles():
     board = FaultBoard()
     board.spoil = lambda counts, sample: [counts_of(10), counts_of(5)]
     with bench_of(board, wiring=Wiring(motor_sign=-1, servo_sign=-1, link_sign=1)) as bench:

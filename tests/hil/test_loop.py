@@ -112,12 +112,6 @@ def test_what_is_recorded_is_what_the_plant_did(bench):
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
 
 
-def test_the_sample_time_is_the_one_asked_for(bench):
-    recording = run(bench, OpenLoop(), np.zeros(11), sample_time=0.01, progress=False)
-    assert recording.time[-1] == pytest.approx(0.1)
-    assert bench.board.clock.now() == pytest.approx(0.1)
-
-
 def test_the_recording_says_where_it_comes_from(bench):
     described = run(bench, OpenLoop(), np.zeros(5), metadata={"experiment": "none"}, progress=False).metadata
     assert described["source"] == "virtual bench"
@@ -147,24 +141,19 @@ def test_a_controller_is_used_afresh_each_time(bench):
     assert set(run(bench, controller, np.zeros(5), progress=False)["vm"]) == {0.0}
 
 
-def test_a_run_leaves_0_V(bench):
-    run(bench, OpenLoop(), np.full(10, 3.0), progress=False)
-    assert output(bench) == 0.0
-
-
-@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
-def test_a_controller_that_fails_leaves_0_V(bench, failure):
-    with pytest.raises(failure, match="scripted"):
-        run(bench, Scripted(3.0, fail_at=7, failure=failure), np.zeros(20), progress=False)
+@pytest.mark.parametrize("failure", [None, ValueError, KeyboardInterrupt, BenchError])
+def test_a_run_leaves_0_V_also_where_the_controller_fails(bench, failure):
+    if failure is None:
+        recording = run(bench, OpenLoop(), np.full(11, 3.0), sample_time=0.01, progress=False)
+        assert recording.time[-1] == pytest.approx(0.1)
+        assert bench.board.clock.now() == pytest.approx(0.1)
+    else:
+        controller = Scripted(float("nan")) if failure is BenchError else Scripted(3.0, fail_at=7, failure=failure)
+        with pytest.raises(failure, match=r"scripted|gain"):
+            run(bench, controller, np.zeros(20), progress=False)
     assert output(bench) == 0.0
     with pytest.raises(BenchError, match="not sampling"):
         bench.read()
-
-
-def test_a_controller_that_gives_no_number_leaves_0_V(bench):
-    with pytest.raises(BenchError, match="check the gain"):
-        run(bench, Scripted(float("nan")), np.zeros(20), progress=False)
-    assert output(bench) == 0.0
 
 
 def test_a_limit_leaves_0_V_and_the_bench_usable(bench):
@@ -174,17 +163,14 @@ def test_a_limit_leaves_0_V_and_the_bench_usable(bench):
     assert len(run(bench, OpenLoop(), np.zeros(10), progress=False)) == 10
 
 
-@pytest.mark.parametrize("reference", [1.0, [1.0], [[1.0, 2.0]], [0.0, np.nan], [0.0, np.inf]])
-def test_a_reference_is_a_vector_of_numbers(bench, reference):
+def test_a_reference_is_a_vector_of_numbers_and_a_bench_must_be_open(bench):
     controller = Scripted()
-    with pytest.raises(BenchError, match="reference"):
-        run(bench, controller, reference, progress=False)
-    assert controller.resets == 0
-
-
-def test_a_bench_must_be_open():
+    for reference in (1.0, [1.0], [[1.0, 2.0]], [0.0, np.nan], [0.0, np.inf]):
+        with pytest.raises(BenchError, match="reference"):
+            run(bench, controller, reference, progress=False)
     with pytest.raises(BenchError, match="not open"):
-        run(hil.open("virtual"), OpenLoop(), np.zeros(10), progress=False)
+        run(hil.open("virtual"), controller, np.zeros(10), progress=False)
+    assert controller.resets == 0
 
 
 def test_a_real_bench_moves_as_its_log_says(real_log):

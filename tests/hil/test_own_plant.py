@@ -44,24 +44,13 @@ def test_the_servo_is_as_given():
     assert hil.open("virtual", plant=student_bench(7), servo=srv02(encoder="EHR")).servo.encoder == "EHR"
 
 
-@pytest.mark.parametrize(
-    ("address", "said"),
-    [
-        ("virtual:?seed=3", "says seed=, and a plant was given as well"),
-        ("virtual:?preset=workbook", "says preset=, and a plant"),
-        ("virtual:?arm_position=2", "says arm_position="),
-        ("replay:some.mat", "takes no plant=: a recording is in the plant's place"),
-    ],
-)
-def test_a_plant_beside_another_is_refused(address, said):
-    with pytest.raises(BenchError, match=said):
-        hil.open(address, plant=student_bench(7).parameters)
-
-
 def test_what_an_address_has_no_use_for_is_refused_and_not_dropped_in_silence():
-    for uri in ("virtual:?seed=7", "virtual:twin.toml", "replay:some.mat"):
-        with pytest.raises(BenchError, match="takes no setup="):
-            hil.open(uri, setup=Setup())
-    for uri in ("virtual:twin.toml", "replay:some.mat", "quanser:q2_usb/0"):
-        with pytest.raises(BenchError, match="takes no servo="):
-            hil.open(uri, servo=srv02())
+    plant = {"plant": student_bench(7).parameters}
+    refused = [("virtual:?seed=3", plant, "seed="), ("virtual:?preset=workbook", plant, "preset=")]
+    refused += [("virtual:?arm_position=2", plant, "arm_position="), ("replay:some.mat", plant, "plant=")]
+    refused += [(uri, {"setup": Setup()}, "setup=") for uri in ("virtual:?seed=7", "virtual:twin.toml", "replay:a.mat")]
+    boards = ("virtual:twin.toml", "replay:some.mat", "quanser:q2_usb/0")
+    refused += [(uri, {"servo": srv02()}, "servo=") for uri in boards]
+    for uri, given, named in refused:
+        with pytest.raises(BenchError, match=named):
+            hil.open(uri, **given)

@@ -63,32 +63,32 @@ def test_opening_an_address_imports_nothing(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("failure", "said"),
+    "failure",
     [
-        (ModuleNotFoundError("No module named 'quanser'"), "is not installed here .*No module named 'quanser'"),
-        (ImportError("cannot import name 'HIL'"), "is not installed here .*cannot import name 'HIL'"),
-        (OSError("cannot load library 'hil.dll'"), "the libraries of the Quanser SDK.*cannot load library 'hil.dll'"),
+        ModuleNotFoundError("No module named 'quanser'"),
+        ImportError("cannot import name 'HIL'"),
+        OSError("cannot load library 'hil.dll'"),
     ],
 )
-def test_a_package_that_is_missing_or_broken_is_told_with_what_to_install(failure, said, monkeypatch):
+def test_a_package_that_is_missing_or_broken_is_told_with_what_to_install(failure, monkeypatch):
     def refuse(name: str) -> ModuleType:
         raise failure
 
     monkeypatch.setattr(importlib, "import_module", refuse)
-    with pytest.raises(BenchError, match=said) as caught, hil.open("quanser:q2_usb/0"):
+    with pytest.raises(BenchError) as caught, hil.open("quanser:q2_usb/0"):
         pytest.fail("the block must not be entered")
-    for word in ("Quanser SDK", "QSDK_DIR", "pip install", "A bench without a Quanser board needs none of it"):
+    for word in (str(failure), "Quanser SDK", "QSDK_DIR", "pip install"):
         assert word in str(caught.value)
 
 
 def test_an_error_of_the_boards_is_told_in_the_makers_words(installed):
     installed()
-    with pytest.raises(HILError, match=r"failed at open: The specified board type q9 is not supported \(error -1075\)"):
+    with pytest.raises(HILError, match=r"open.* q9 .*-1075"):
         quanser.connect("q9", "0")
     board = quanser.connect("q2_usb", "0")
-    with pytest.raises(HILError, match=r"failed at task_stop: There is no task 7 \(error -1001\)"):
+    with pytest.raises(HILError, match=r"task_stop.* 7 .*-1001"):
         board.task_stop(7)
-    with pytest.raises(HILError, match="told something unfit at write_analog: the buffer of voltages is no array"):
+    with pytest.raises(HILError, match="write_analog"):
         board.write_analog(MOTOR, 1, [0.0])  # type: ignore[arg-type]
 
 

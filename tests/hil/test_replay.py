@@ -43,11 +43,6 @@ def test_between_samples_it_is_on_the_line_and_at_the_end_it_stands(recording):
     assert (state.theta_dot, state.alpha_dot) == (0.0, 0.0)
 
 
-def test_it_needs_both_angles(recording):
-    with pytest.raises(RecordingError, match="lacks alpha"):
-        RecordedPlant(Recording.of(recording.time, theta=recording["theta"]))
-
-
 def test_a_recording_is_replayed_through_the_boards_verbs(recording, tmp_path):
     path = recording.save(tmp_path / "some.mat")
     with hil.open(f"replay:{path}") as bench:
@@ -66,20 +61,18 @@ def test_the_recording_says_which_bench_it_was(tmp_path):
     assert (bench.joint.arm_position, bench.servo.encoder) == (3, "EHR")
 
 
-@pytest.mark.parametrize(
-    ("address", "error", "word"),
-    [
-        ("replay:{}/none.mat", RecordingError, "none.mat"),
-        ("replay:{}/some.mat?seed=3", BenchError, "clock"),
-        ("replay:{}/odd.mat", BenchError, "arm position 9"),
-    ],
-)
-def test_what_cannot_be_replayed_is_said(recording, tmp_path, address, error, word):
+def test_what_cannot_be_replayed_is_said(recording, tmp_path):
+    with pytest.raises(RecordingError, match="alpha"):
+        RecordedPlant(Recording.of(recording.time, theta=recording["theta"]))
     recording.save(tmp_path / "some.mat")
-    odd = Recording(recording.time, recording.channels, {"bench": {"arm_position": 9}})
-    odd.save(tmp_path / "odd.mat")
-    with pytest.raises(error, match=word):
-        hil.open(address.format(tmp_path))
+    Recording(recording.time, recording.channels, {"bench": {"arm_position": 9}}).save(tmp_path / "odd.mat")
+    for name, error, word in (
+        ("none.mat", RecordingError, "none.mat"),
+        ("some.mat?seed=3", BenchError, "clock"),
+        ("odd.mat", BenchError, "arm position 9"),
+    ):
+        with pytest.raises(error, match=word):
+            hil.open(f"replay:{tmp_path}/{name}")
 
 
 # --- what a recording is a recording of, and what it is not ----------------------------------------------------------
@@ -113,7 +106,7 @@ def test_an_experiment_on_a_replay_gives_its_own_recording_and_refuses_every_oth
     for held, (original, path) in recorded.items():
         with hil.open(f"replay:{path}") as bench:
             if held != asked:
-                with pytest.raises(BenchError, match=r"cannot be steered, and .* V were recorded\. It holds .* theta"):
+                with pytest.raises(BenchError, match=r"It holds .*theta"):
                     ASKED[asked](bench)
                 continue
             for _again in range(2):  # from its beginning, however often
@@ -128,7 +121,7 @@ def test_an_experiment_on_a_replay_gives_its_own_recording_and_refuses_every_oth
 def test_another_gain_is_another_run_and_a_gain_with_four_digits_is_the_same(recorded):
     path = recorded["tracking"][1]
     with hil.open(f"replay:{path}") as bench:
-        with pytest.raises(BenchError, match=r"is not the run that is asked for \(tracking\): this would set"):
+        with pytest.raises(BenchError, match="tracking"):
             experiments.tracking(bench, np.multiply(GAIN, 1.02), duration=1.0, progress=False)
         rounded = np.add(GAIN, [0.004, 0.004, 0.0004, 0.0004])
         assert len(experiments.tracking(bench, rounded, duration=1.0, progress=False)) == 501
@@ -139,7 +132,7 @@ def test_a_part_of_the_run_is_given_and_more_than_it_is_refused(recorded):
     with hil.open(f"replay:{path}") as bench:
         given = experiments.free_decay(bench, duration=0.6, progress=False)
         assert given["alpha"] == pytest.approx(original["alpha"][:301], abs=1e-9)
-        with pytest.raises(BenchError, match="it is of 1 s, and 6 s are asked for: see duration="):
+        with pytest.raises(BenchError, match="duration="):
             experiments.free_decay(bench, progress=False)
 
 
@@ -189,9 +182,9 @@ def test_without_a_recorded_voltage_only_the_angles_are_given(recorded, tmp_path
         heard = experiments.watch(bench, progress=False)
         assert "vm" not in heard
         assert heard["alpha"] == pytest.approx(original["alpha"], abs=1e-6)
-        with pytest.raises(BenchError, match="without vm, nothing tells whether it is this run"):
+        with pytest.raises(BenchError, match="without vm"):
             experiments.tracking(bench, GAIN, duration=1.0, progress=False)
-        with pytest.raises(BenchError, match=r"silent\.csv holds no vm: nothing drives a model"):
+        with pytest.raises(BenchError, match=r"silent\.csv"):
             experiments.validation(bench, *MODEL, "recorded", progress=False)
 
 
@@ -200,7 +193,7 @@ def test_a_recording_with_other_samples_is_watched_and_not_run(recorded, tmp_pat
     channels = {name: original[name][::2] for name in ("theta", "alpha", "vm")}
     path = Recording.of(original.time[::2], **channels).save(tmp_path / "slow.csv")
     with hil.open(f"replay:{path}") as bench:
-        with pytest.raises(BenchError, match="it is sampled every 4 ms, and this every 2 ms"):
+        with pytest.raises(BenchError, match=r"4 ms.*2 ms"):
             experiments.tracking(bench, GAIN, duration=1.0, progress=False)
         heard = experiments.watch(bench, progress=False)
     assert heard["vm"][::2] == pytest.approx(channels["vm"], abs=1e-9)
@@ -222,7 +215,7 @@ def test_the_log_of_a_real_bench_is_the_run_of_its_gain_and_of_no_other(real_log
         given = run(bench, StateFeedback(gain), real_log["theta_ref"], progress=False)
         assert given["vm"] == pytest.approx(real_log["vm"], abs=1e-12)
         assert given["theta"] == pytest.approx(real_log["theta"], abs=srv02().K_enc / 2)
-        with pytest.raises(BenchError, match=r"real_bench_lqr\.mat is not the run"):
+        with pytest.raises(BenchError, match="not the run"):
             run(bench, StateFeedback(1.02 * gain), real_log["theta_ref"], progress=False)
-        with pytest.raises(BenchError, match="a run that does not say which: theta, theta_ref, alpha, vm, 10 s"):
+        with pytest.raises(BenchError, match="theta, theta_ref, alpha, vm, 10 s"):
             experiments.tracking(bench, gain, progress=False)

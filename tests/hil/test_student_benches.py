@@ -179,10 +179,12 @@ def test_runs_spread_over_their_range_without_leaning():
     assert factors.mean() == pytest.approx(1, abs=0.02)
 
 
-@pytest.mark.parametrize("number", [0, -1, 1.0, True, "2"])
-def test_a_run_is_a_whole_number_from_1_on(number):
-    with pytest.raises(ConfigurationError, match="whole number from 1 on"):
-        student_bench(5).run(number)
+def test_what_no_bench_has_is_refused():
+    for number in (0, -1, 1.0, True, "2"):
+        with pytest.raises(ConfigurationError, match="run"):
+            student_bench(5).run(number)
+    with pytest.raises(ConfigurationError, match="1, 2, 3"):
+        student_bench(1, arm_position=4)
 
 
 # --- which -----------------------------------------------------------------------------------------------------------
@@ -223,11 +225,6 @@ def test_moving_the_arm_changes_its_inertia_alone(position, draw):
     drawn, moved = student_bench(5, draw=draw), student_bench(5, arm_position=position, draw=draw)
     arm = replace(drawn.joint, arm_position=position, d_12=joint(position).d_12)
     assert moved == replace(drawn, joint=arm, parameters=replace(drawn.parameters, J_l=arm.J_l))
-
-
-def test_there_are_three_anchors():
-    with pytest.raises(ConfigurationError, match="allowed: 1, 2, 3"):
-        student_bench(1, arm_position=4)
 
 
 def test_a_students_seed_is_the_same_everywhere():

@@ -125,30 +125,20 @@ def test_the_same_calls_give_the_same_counts():
     assert run() == run()
 
 
-def test_closing_does_not_move_anything():
-    board = VirtualBoard(WORKBOOK, state=State(0.2, 0.1, 0.0, 0.0))
-    board.close()
-    assert board.plant.state == (0.2, 0.1, 0.0, 0.0)
-
-
 # --- wiring ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("use", "last"),
-    [
-        (lambda board, channel: board.read_encoder(channel, 1, np.zeros(1, dtype=np.int32)), 1),
-        (lambda board, channel: board.read_analog(channel, 1, np.zeros(1)), 1),
-        (lambda board, channel: board.write_analog(channel, 1, np.zeros(1)), 1),
-        (lambda board, channel: board.write_digital(channel, 1, np.zeros(1, dtype=np.int8)), 7),
-    ],
-    ids=["encoders", "analog inputs", "analog outputs", "digital lines"],
-)
-def test_there_are_so_many_channels_and_the_next_number_is_refused(use, last):
+def test_there_are_so_many_channels_and_the_next_number_is_refused():
     board = VirtualBoard(WORKBOOK)
-    use(board, np.array([last], dtype=np.uint32))
-    with pytest.raises(HILError, match=rf"There are {last + 1} .* channels, from 0; asked for: \[{last + 1}\]"):
-        use(board, np.array([last + 1], dtype=np.uint32))
+    for use, last in (
+        (lambda channel: board.read_encoder(channel, 1, np.zeros(1, dtype=np.int32)), 1),
+        (lambda channel: board.read_analog(channel, 1, np.zeros(1)), 1),
+        (lambda channel: board.write_analog(channel, 1, np.zeros(1)), 1),
+        (lambda channel: board.write_digital(channel, 1, np.zeros(1, dtype=np.int8)), 7),
+    ):
+        use(np.array([last], dtype=np.uint32))
+        with pytest.raises(HILError, match=rf"{last + 1} .*\[{last + 1}\]"):
+            use(np.array([last + 1], dtype=np.uint32))
 
 
 # --- sensors ---------------------------------------------------------------------------------------------------------
@@ -169,16 +159,12 @@ def test_counters_go_on_from_what_they_were_set_to():
     assert counts(board)[0] == pytest.approx(100 + 4096 / (2 * math.pi), abs=1)
 
 
-@pytest.mark.parametrize("degrees", [0.0, 100.0, -175.0, 175.0])
-def test_potentiometer_has_its_gain(degrees):
-    board = VirtualBoard(STILL, state=State(degrees * DEG, 0.0, 0.0, 0.0))
-    assert analog(board)[0] == pytest.approx(degrees / -35.2)
-
-
-def test_potentiometer_wraps_and_has_a_gap():
+def test_potentiometer_has_its_gain_wraps_and_has_a_gap():
     def volts(degrees: float) -> float:
         return analog(VirtualBoard(STILL, state=State(degrees * DEG, 0.0, 0.0, 0.0)))[0]
 
+    for degrees in (0.0, 100.0, -175.0, 175.0):
+        assert volts(degrees) == pytest.approx(degrees / -35.2)
     assert volts(175.9) == pytest.approx(-5.0, abs=0.01)
     assert volts(184.1) == pytest.approx(5.0, abs=0.01)
     assert volts(360.0 + 35.2) == pytest.approx(-1.0)
@@ -186,16 +172,12 @@ def test_potentiometer_wraps_and_has_a_gap():
         assert volts(degrees) == 0.0
 
 
-def test_tachometer_has_its_gain_at_the_load():
+def test_tachometer_has_its_gain_at_the_load_and_gives_nothing_where_there_is_none():
     state = State(0.0, 0.0, 10.0, 0.0)
     # 1.5 mV per rpm of the motor, which turns 70 times as quickly; the sign is the potentiometer's
     assert analog(VirtualBoard(STILL, state=state))[1] == pytest.approx(-1.5e-3 * 70 * 10 / RPM)
     assert analog(VirtualBoard(STILL, state=state))[1] == pytest.approx(10 / -0.99733, rel=1e-4)
-
-
-def test_without_a_tachometer_there_is_no_signal():
-    board = VirtualBoard(STILL, srv02(tachometer=False), State(0.0, 0.0, 10.0, 0.0))
-    assert analog(board)[1] == 0.0
+    assert analog(VirtualBoard(STILL, srv02(tachometer=False), state))[1] == 0.0
 
 
 # --- output ----------------------------------------------------------------------------------------------------------
@@ -216,10 +198,15 @@ def final_speed(motor_voltage: float) -> float:
     return WORKBOOK.torque_per_volt * motor_voltage / damping
 
 
-def test_the_converter_gives_ten_volts_at_most():
+def test_the_converter_gives_ten_volts_at_most_and_only_the_first_output_drives():
     assert speed(10.0) == pytest.approx(final_speed(10.0), rel=1e-5)
     assert speed(25.0) == speed(10.0)
     assert speed(-25.0) == pytest.approx(-speed(10.0))
+    time = Stopwatch()
+    board = VirtualBoard(WORKBOOK, clock=time)
+    board.write_analog(BOTH[1:].copy(), 1, np.array([5.0]))
+    time.time = 1.0
+    assert counts(board) == [0, 0]
 
 
 def test_the_cable_multiplies_and_the_amplifier_limits():
@@ -228,39 +215,21 @@ def test_the_cable_multiplies_and_the_amplifier_limits():
     assert speed(10.0, cable_gain=3, amplifier="UPM_1503") == pytest.approx(final_speed(15.0), rel=1e-5)
 
 
-def test_the_second_output_drives_nothing():
-    time = Stopwatch()
-    board = VirtualBoard(WORKBOOK, clock=time)
-    board.write_analog(BOTH[1:].copy(), 1, np.array([5.0]))
-    time.time = 1.0
-    assert counts(board) == [0, 0]
-
-
 # --- watchdog --------------------------------------------------------------------------------------------------------
 
 
-def test_an_expired_watchdog_sets_its_voltage_at_its_instant():
+@pytest.mark.parametrize(("chosen", "set_"), [(-1.0, -1.0), (50.0, 10.0)])  # the converter's limit is the watchdog's
+def test_an_expired_watchdog_sets_its_voltage_at_its_instant(chosen, set_):
     """From then on the motor, free of friction, is as if the voltage had been set by hand."""
     time, by_hand = Stopwatch(), rotflex.plant.Plant(WORKBOOK)
     board = VirtualBoard(WORKBOOK, clock=time)
-    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([-1.0]))
+    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([chosen]))
     board.watchdog_start(0.2)
     write(board, 3.0)
     time.time = 0.5
     assert board.watchdog_is_expired()
     by_hand.advance(3.0, 0.2)
-    by_hand.advance(-1.0, 0.3)
-    np.testing.assert_allclose(board.plant.state, by_hand.state, rtol=1e-9)
-
-
-def test_the_watchdogs_voltage_is_the_converters_too():
-    time, by_hand = Stopwatch(), rotflex.plant.Plant(WORKBOOK)
-    board = VirtualBoard(WORKBOOK, clock=time)
-    board.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([50.0]))
-    board.watchdog_start(0.1)
-    time.time = 0.3
-    counts(board)
-    by_hand.advance(10.0, 0.2)
+    by_hand.advance(set_, 0.3)
     np.testing.assert_allclose(board.plant.state, by_hand.state, rtol=1e-9)
 
 
@@ -307,38 +276,26 @@ def test_simulated_time_passes_only_while_a_task_waits():
     assert clock_.now() == pytest.approx(0.03)
 
 
-def test_samples_wait_in_the_buffer_until_they_are_fetched():
+@pytest.mark.parametrize(
+    ("room", "mode", "expected"),
+    [
+        (10, BufferOverflowMode.ERROR_ON_OVERFLOW, [0, 7, 13, 20, 26, 33, 39]),
+        (3, BufferOverflowMode.OVERWRITE_ON_OVERFLOW, [20, 26, 33, 39]),
+        (1, BufferOverflowMode.SYNCHRONIZED, [0, 7, 13, 20]),  # time waits for the program
+        (3, BufferOverflowMode.ERROR_ON_OVERFLOW, None),
+    ],
+)
+def test_samples_wait_in_the_buffer_until_they_are_fetched(room, mode, expected):
     time = Stopwatch()
     board = VirtualBoard(FREE, state=TURNING, clock=time)
-    task = started(board, 10, BufferOverflowMode.ERROR_ON_OVERFLOW)
+    task = started(board, room, mode)
     time.time = 0.055  # six samples were taken: 0 to 50 ms
-    assert [fetch(board, task) for _ in range(7)] == [0, 7, 13, 20, 26, 33, 39]
-    assert time.time == pytest.approx(0.06)
-
-
-def test_samples_beyond_the_buffer_are_an_error_if_so_chosen():
-    time = Stopwatch()
-    board = VirtualBoard(FREE, clock=time)
-    task = started(board, 3, BufferOverflowMode.ERROR_ON_OVERFLOW)
-    time.time = 0.055
-    with pytest.raises(HILError, match="lost 3 samples"):
-        fetch(board, task)
-
-
-def test_the_oldest_samples_are_overwritten_if_so_chosen():
-    time = Stopwatch()
-    board = VirtualBoard(FREE, state=TURNING, clock=time)
-    task = started(board, 3, BufferOverflowMode.OVERWRITE_ON_OVERFLOW)
-    time.time = 0.055
-    assert [fetch(board, task) for _ in range(4)] == [20, 26, 33, 39]
-
-
-def test_time_waits_for_the_program_if_so_chosen():
-    time = Stopwatch()
-    board = VirtualBoard(FREE, state=TURNING, clock=time)
-    task = started(board, 1, BufferOverflowMode.SYNCHRONIZED)
-    time.time = 0.055
-    assert [fetch(board, task) for _ in range(4)] == [0, 7, 13, 20]
+    board.task_flush(task)  # throws no sample away
+    if expected is None:
+        with pytest.raises(HILError, match="lost 3 samples"):
+            fetch(board, task)
+    else:
+        assert [fetch(board, task) for _ in expected] == expected
 
 
 def test_lost_samples_count_towards_the_end_of_the_task():
@@ -349,15 +306,6 @@ def test_lost_samples_count_towards_the_end_of_the_task():
     buffer = np.zeros(12, dtype=np.int32)
     assert board.task_read_encoder(task, 6, buffer) == 2
     assert buffer[:4:2].tolist() == [26, 33]
-
-
-def test_flushing_throws_no_sample_away():
-    time = Stopwatch()
-    board = VirtualBoard(FREE, state=TURNING, clock=time)
-    task = started(board, 10, BufferOverflowMode.ERROR_ON_OVERFLOW)
-    time.time = 0.055
-    board.task_flush(task)
-    assert [fetch(board, task) for _ in range(3)] == [0, 7, 13]
 
 
 def test_the_newest_samples_are_thrown_away_if_so_chosen():

@@ -19,7 +19,6 @@ from solutions.true_bench import TrueBench
 from solutions.wanted import desired_poles
 
 BENCH = TrueBench("ada")
-TRUE = Design(BENCH.servo, BENCH.joint, BENCH.K_s)
 WANTED = [-12 + 16j, -12 - 16j, -30, -40]
 A_PART, POLES_PART, K_PART, STABILITY_PART, FUNCTION_PART = (
     CATALOGUE.find(number).part(name)
@@ -118,19 +117,17 @@ def test_the_order_of_poles_does_not_matter(order):
     assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(BENCH.K_s)[0])[list(order)]) is Status.RIGHT
 
 
-def test_one_pole_twice_is_not_two_poles():
+def test_other_poles_and_extreme_gains_are_wrong():
+    own = Case(BENCH, _nothing, 7)
+    assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(model(BENCH.K_s)[0])) is Status.WRONG  # without the motor
+    mirrored = OPEN_LOOP.verdict(POLES_PART, -np.linalg.eigvals(voltage_model(BENCH.K_s)[0]), own)
+    assert mirrored.status is Status.WRONG and "signs" in mirrored.reason
     check = PolesFrom("the desired poles", lambda d: desired_poles())
     assert status(check, POLES_PART, np.array(WANTED)) is Status.RIGHT
-    assert status(check, POLES_PART, np.array([-12 + 16j, -12 + 16j, -30, -40])) is Status.WRONG
-
-
-def test_poles_of_the_torque_model_are_not_those_with_the_motor():
-    assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(model(BENCH.K_s)[0])) is Status.WRONG
-
-
-def test_mirrored_poles_are_told_apart_in_words():
-    poles = -np.linalg.eigvals(voltage_model(BENCH.K_s)[0])
-    assert "signs of the real parts" in OPEN_LOOP.verdict(POLES_PART, poles, Case(BENCH, _nothing, 7)).reason
+    assert status(check, POLES_PART, np.array([-12 + 16j, -12 + 16j, -30, -40])) is Status.WRONG  # one pole twice
+    with np.errstate(all="ignore"):
+        for entry in (1e308, 0.0, np.finfo(float).tiny):
+            assert status(GAIN, K_PART, np.full((1, 4), entry)) is Status.WRONG
 
 
 def test_a_gain_for_the_own_model_follows():
@@ -140,12 +137,6 @@ def test_a_gain_for_the_own_model_follows():
     K = np.asarray(control.place(a, np.reshape(b, (4, 1)), WANTED))
     assert status(GAIN, K_PART, K, A=A, B=B) is Status.FOLLOW_THROUGH
     assert status(GAIN, K_PART, K) is Status.WRONG
-
-
-@pytest.mark.parametrize("K", [np.full((1, 4), 1e308), np.zeros((1, 4)), np.full((1, 4), np.finfo(float).tiny)])
-def test_extreme_gains_are_wrong_and_break_nothing(K):
-    with np.errstate(all="ignore"):
-        assert status(GAIN, K_PART, K) is Status.WRONG
 
 
 def test_what_should_be_zero_may_be_noise_and_no_more():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -9,7 +11,8 @@ from matplotlib.figure import Figure
 from rotflex import response
 from rotflex.courseware import forms
 from rotflex.instructor.verdicts import Case, Status
-from rotflex.simulation import with_actuator
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.simulation import closed_loop, with_actuator
 from rotflex.workbook import spare_design
 from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
@@ -73,54 +76,37 @@ def case(bench, virtual=True, **own):
 # --- recordings -------------------------------------------------------------------------------------------------------
 
 
-def test_a_recording_of_the_own_bench_is_right(bench, K, run):
+def test_a_recording_of_the_own_bench_with_the_feedback_asked_for_is_right(bench, K, run, friends):
     check = ResponseOf(FULL, CHANNELS)
-    assert check.verdict(RESPONSE, stored(RESPONSE, run), case(bench, K=np.array([K]))).status is Status.RIGHT
 
+    def judged(recording, **metadata):
+        value = stored(RESPONSE, recording)
+        value["metadata"] |= metadata
+        return check.verdict(RESPONSE, value, case(bench, K=np.array([K])))
 
-def test_a_recording_of_a_bench_that_is_nearly_the_same_is_wrong(bench, K, friends):
-    check = ResponseOf(FULL, CHANNELS)
-    assert check.verdict(RESPONSE, stored(RESPONSE, friends), case(bench, K=np.array([K]))).status is Status.WRONG
-
-
-def test_a_recording_with_another_feedback_is_refused_by_its_settings(bench, K):
+    assert judged(run).status is Status.RIGHT
+    assert judged(friends).status is Status.WRONG  # of a bench that is nearly the same
     partial = bench.tracking(K, "partial")
-    verdict = ResponseOf(FULL, CHANNELS).verdict(RESPONSE, stored(RESPONSE, partial), case(bench))
-    assert verdict.status is Status.WRONG
-    assert "feedback" in verdict.reason
+    assert judged(partial).status is Status.WRONG and "feedback" in judged(partial).reason
+    assert judged(partial, feedback="full").status is Status.WRONG
+    for odd in (None, "K", [1, 2], [1e308] * 4, [True, "x", None, {}]):
+        assert judged(run, K=odd).status is Status.RIGHT
 
 
-def test_a_recording_that_lies_about_its_feedback_is_wrong_all_the_same(bench, K):
-    value = stored(RESPONSE, bench.tracking(K, "partial"))
-    value["metadata"]["feedback"] = "full"
-    assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, value, case(bench)).status is Status.WRONG
+def simulation_with(A, B, K, saturation=None, fidelity="exact"):
+    command = smooth_square_wave(time_axis(10.0, 0.002), 0.33, np.deg2rad(20), 100)
+    return stored(SIMULATED, closed_loop(A, B, K, command, fidelity=fidelity, saturation=saturation))
 
 
-@pytest.mark.parametrize("said", [None, "K", [1, 2], [1e308] * 4, [True, "x", None, {}]])
-def test_an_odd_gain_in_the_metadata_breaks_nothing(bench, run, said):
-    value = stored(RESPONSE, run)
-    value["metadata"]["K"] = said
-    assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, value, case(bench)).status is Status.RIGHT
-
-
-def test_a_recording_of_the_bench_is_no_simulation(bench, K, run):
+def test_a_simulation_of_either_fidelity_with_the_limit_or_without_is_right_and_a_recording_none(bench, K, run):
+    check, own = ResponseOf(simulated_again, CHANNELS), case(bench, K=np.array([K]))
+    A, B = Design(bench.servo, bench.joint, bench.K_s).voltage_model
+    for fidelity, saturation in itertools.product(("exact", "workbook"), (None, 10.0)):
+        value = simulation_with(A, B, K, saturation, fidelity)
+        assert check.verdict(SIMULATED, value, own).status is Status.RIGHT
     value = stored(RESPONSE, run)
     value["metadata"]["experiment"] = "closed_loop"
-    again = ResponseOf(simulated_again, CHANNELS)
-    assert again.verdict(SIMULATED, value, case(bench, K=np.array([K]))).status is Status.WRONG
-
-
-@pytest.mark.parametrize("fidelity", ["exact", "workbook"])
-@pytest.mark.parametrize("saturation", [None, 10.0])
-def test_a_simulation_of_either_fidelity_with_the_limit_or_without_is_right(bench, K, fidelity, saturation):
-    from rotflex.signals import smooth_square_wave, time_axis
-    from rotflex.simulation import closed_loop
-
-    A, B = Design(bench.servo, bench.joint, bench.K_s).voltage_model
-    command = smooth_square_wave(time_axis(10.0, 0.002), 0.33, np.deg2rad(20), 100)
-    value = stored(SIMULATED, closed_loop(A, B, K, command, fidelity=fidelity, saturation=saturation))
-    verdict = ResponseOf(simulated_again, CHANNELS).verdict(SIMULATED, value, case(bench, K=np.array([K])))
-    assert verdict.status is Status.RIGHT
+    assert check.verdict(SIMULATED, value, own).status is Status.WRONG
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------
@@ -138,11 +124,12 @@ def test_a_settling_time_is_right_within_five_per_cent(bench, run, settling_time
     assert verdict.status is Status[status]
 
 
-def test_radians_for_degrees_are_wrong_and_the_reason_says_so(bench, run):
-    deflection = response.worst(response.measure(run)).max_alpha
-    verdict = Measured("alpha_max_deg", FULL, OWN).verdict(DEFLECTION, deflection, case(bench))
-    assert verdict.status is Status.WRONG
-    assert "unit" in verdict.reason
+def test_a_number_in_another_unit_or_of_another_reference_is_wrong_and_the_reason_says_so(bench, K, run):
+    worst, own = response.worst(response.measure(run)), case(bench, K=np.array([K]))
+    verdict = Measured("alpha_max_deg", FULL, OWN).verdict(DEFLECTION, worst.max_alpha, own)
+    assert verdict.status is Status.WRONG and "unit" in verdict.reason  # radians for degrees
+    verdict = Measured("PO", FULL, OWN, rtol=0.05, atol=0.1).verdict(T_S, 2 * worst.overshoot, own)
+    assert verdict.status is Status.WRONG and "step" in verdict.reason  # of the amplitude
 
 
 def test_a_number_carried_over_follows_and_only_if_it_is_the_same(bench):
@@ -220,28 +207,13 @@ def test_what_does_not_come_from_the_virtual_bench_is_for_a_person(bench, run):
 # --- what the student's own design could not make ---------------------------------------------------------------------
 
 
-def simulation_with(A, B, K):
-    from rotflex.signals import smooth_square_wave, time_axis
-    from rotflex.simulation import closed_loop
-
-    command = smooth_square_wave(time_axis(10.0, 0.002), 0.33, np.deg2rad(20), 100)
-    return stored(SIMULATED, closed_loop(A, B, K, command, saturation=None))
-
-
-def test_a_simulation_with_the_spare_gain_counts_where_the_own_loop_runs_away_and_only_there(bench, K):
-    A, B = Design(bench.servo, bench.joint, bench.K_s).voltage_model
-    value = simulation_with(A, B, spare_design.SPARE_GAIN)
-    check = ResponseOf(simulated_again, CHANNELS)
-    away, holding = case(bench, K=-np.array([K])), case(bench, K=1.1 * np.array([K]))
-    assert check.verdict(SIMULATED, value, away).status is Status.RIGHT
-    assert check.verdict(SIMULATED, value, holding).status is Status.WRONG
-
-
-def test_the_right_designs_simulation_counts_where_the_own_loop_runs_away_and_only_there(bench, K):
+@pytest.mark.parametrize("spare", [True, False], ids=["spare gain", "right design"])
+def test_another_gains_simulation_counts_where_the_own_loop_runs_away_and_only_there(bench, K, spare):
     """A student who saw it run away and took another's gain, or the one that the notebook offers."""
-    value = simulation_with(*Design(bench.servo, bench.joint, bench.K_s).voltage_model, np.array([K]))
+    A, B = Design(bench.servo, bench.joint, bench.K_s).voltage_model
+    value = simulation_with(A, B, spare_design.SPARE_GAIN if spare else np.array([K]))
     check = ResponseOf(simulated_again, CHANNELS)
-    away, holding = case(bench, K=-np.array([K])), case(bench, K=1.3 * np.array([K]))
+    away, holding = case(bench, K=-np.array([K])), case(bench, K=(1.1 if spare else 1.3) * np.array([K]))
     assert check.verdict(SIMULATED, value, away).status is Status.RIGHT
     assert check.verdict(SIMULATED, value, holding).status is Status.WRONG
 
@@ -292,12 +264,6 @@ def test_numbers_of_a_recording_with_the_other_feedback_follow_from_it_and_not_w
     assert check.verdict(T_S, 1.2 * settling, recorded).status is Status.WRONG
     right_one = case(bench, K=np.array([K]), response=stored(RESPONSE, bench.tracking(K, "full")))
     assert check.verdict(T_S, settling, right_one).status is Status.WRONG
-
-
-def test_an_overshoot_of_the_amplitude_is_told_to_be_so(bench, K, run):
-    overshoot = response.worst(response.measure(run)).overshoot
-    check = Measured("PO", FULL, OWN, rtol=0.05, atol=0.1)
-    assert "per cent of the step" in check.verdict(T_S, 2 * overshoot, case(bench, K=np.array([K]))).reason
 
 
 def test_who_measured_a_servo_that_never_settles_need_not_give_a_settling_time(bench, K):

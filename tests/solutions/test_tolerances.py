@@ -166,15 +166,11 @@ def test_each_tolerance_ends_where_it_says(question, part, check):
         assert check.verdict(asked, off(side * OUTSIDE), case()).status is not Status.RIGHT
 
 
-@pytest.mark.parametrize("question", ["2.14", "Table 2"])
-def test_what_is_zero_has_no_room(question):
-    check, asked = KEY[question]["D"], CATALOGUE.find(question).part("D")
-    given = [check.verdict(asked, np.array([[0.0], [value]]), case()).status for value in (0.0, 1e-9)]
-    assert given == [Status.RIGHT, Status.WRONG]
-
-
-def test_all_sorts_are_in_the_key():
-    assert {type(check) for parts in KEY.values() for check in parts.values()} >= SORTS.keys()
+def test_what_is_zero_has_no_room():
+    for question in ("2.14", "Table 2"):
+        check, asked = KEY[question]["D"], CATALOGUE.find(question).part("D")
+        given = [check.verdict(asked, np.array([[0.0], [value]]), case()).status for value in (0.0, 1e-9)]
+        assert given == [Status.RIGHT, Status.WRONG]
 
 
 # --- follow-through, and limits ---------------------------------------------------------------------------------------
@@ -275,17 +271,8 @@ def pinned() -> dict[str, tuple[Any, float, float]]:
     }
 
 
-@pytest.mark.parametrize("name", pinned())
-def test_a_tolerance_is_what_its_reason_gives(name):
-    value, least, most = pinned()[name]
-    assert least <= value <= most
-
-
-@pytest.mark.parametrize("name", [name for name in pinned() if name != "FEWEST_DIGITS"])
-@pytest.mark.parametrize("factor", [4 / 3, 3 / 4])
-def test_a_tolerance_that_is_moved_by_a_third_is_noticed(name, factor):
-    value, least, most = pinned()[name]
-    assert not least <= factor * value <= most
+def test_a_tolerance_is_what_its_reason_gives():
+    assert [name for name, (value, least, most) in pinned().items() if not least <= value <= most] == []
 
 
 def test_no_tolerance_lacks_a_reason_here():

@@ -56,15 +56,14 @@ def test_the_share_is_of_models_on_which_all_four_are_met():
     assert found.share == pytest.approx(np.mean(met), abs=1.5 / COUNT)  # on the border, its coarser samples decide
 
 
-def test_without_uncertainty_the_cloud_is_the_design():
+def test_without_uncertainty_the_cloud_is_the_design_and_without_a_spring_or_regulator_there_is_none():
     found = cloud(A, B, K, 0.0)
     assert found.share == 1
     assert np.ptp(found.poles.real, axis=0).max() < 1e-9
-
-
-def test_a_model_without_a_spring_is_refused_in_words():
     with pytest.raises(DesignError, match="no spring"):
         spread_of(A * [1, 0, 1, 1])
+    with pytest.raises(DesignError, match="no optimal gain"):
+        lqr(A, 0 * B)
 
 
 def test_the_regulator_is_that_of_the_notebook_by_python_control():
@@ -73,8 +72,3 @@ def test_the_regulator_is_that_of_the_notebook_by_python_control():
         Q = direction.T @ direction / (error * DEG) ** 2 + bent.T @ bent / (deflection * DEG) ** 2
         expected = control.lqr(A, B, Q, np.array([[1 / 10**2]]))[0]
         assert lqr(A, B, error, deflection) == pytest.approx(np.asarray(expected), rel=1e-6)
-
-
-def test_a_model_without_a_regulator_is_refused_in_words():
-    with pytest.raises(DesignError, match="no optimal gain"):
-        lqr(A, 0 * B)

@@ -333,12 +333,6 @@ def test_missed_deadlines_are_counted_and_told(lab, monkeypatch):
     live.close()
 
 
-def test_simulated_time_waits_and_misses_nothing(console):
-    console.connect()
-    console.start()
-    assert console._run.late == 0
-
-
 def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
     console.connect()
     console._bench.limits = type(console._bench.limits)(theta=0.02)
@@ -352,21 +346,33 @@ def button(console, name):
     return next(one for row in console.scene["controls"] for one in row if one["name"] == name)
 
 
-def test_one_press_of_start_makes_a_virtual_bench_move(console):
+def test_one_press_of_start_makes_a_virtual_bench_move_and_its_time_waits(console):
     assert not button(console, "start")["disabled"] and button(console, "start")["look"] == "main"
     event(console, "press", "start")
     assert np.ptp(console.recording["alpha"]) > 0.1
     assert rows(console, "State")["state"] == ["finished"] and output(console._bench) == 0.0
+    assert console._run.late == 0
 
 
-def test_a_real_bench_is_connected_on_purpose_before_it_moves(lab):
-    console = BenchConsole(lab, addresses=["quanser:q2_usb/0"])
+def test_a_real_bench_is_connected_on_purpose_before_it_moves_and_what_is_not_there_is_told(lab, monkeypatch):
+    monkeypatch.setitem(sys.modules, "quanser.hardware", None)
+    console = BenchConsole(lab, addresses=["quanser:q2_usb/0", "labjack:u3"])
     console.set("address", "quanser:q2_usb/0")
     console.refresh()
     assert button(console, "start")["disabled"]
     assert button(console, "connect")["look"] == "main"
-    event(console, "press", "start")
-    assert "Connect the bench first" in console.scene["notice"]["text"]
+    for address, pressed, named in (
+        ("quanser:q2_usb/0", "start", "Connect the bench"),
+        ("quanser:q2_usb/0", "connect", "Quanser SDK"),
+        ("labjack:u3", "connect", "labjack"),
+    ):
+        console.set("address", address)
+        event(console, "press", pressed)
+        assert named in console.scene["notice"]["text"]
+    event(console, "set", "address", value="made up")
+    assert console.address == "labjack:u3"
+    with pytest.raises(RecordingError):
+        BenchConsole(lab, addresses=["replay:nothing.mat"]).set("address", "replay:nothing.mat")
 
 
 def test_the_experiment_to_begin_with_can_be_named(lab):
@@ -416,25 +422,6 @@ def test_tracking_needs_a_gain(lab):
     event(console, "press", "start")
     assert console.recording is not None
     console.close()
-
-
-def test_a_board_whose_package_is_missing_is_told_with_what_to_install(lab, monkeypatch):
-    monkeypatch.setitem(sys.modules, "quanser.hardware", None)
-    console = BenchConsole(lab, addresses=["quanser:q2_usb/0"])
-    console.set("address", "quanser:q2_usb/0")
-    event(console, "press", "connect")
-    assert "Install the Quanser SDK" in console.scene["notice"]["text"]
-
-
-def test_an_address_that_does_not_exist_is_told(lab):
-    console = BenchConsole(lab, addresses=["labjack:u3"])
-    console.set("address", "labjack:u3")
-    event(console, "press", "connect")
-    assert "no bench at 'labjack" in console.scene["notice"]["text"]
-    event(console, "set", "address", value="made up")
-    assert console.address == "labjack:u3"
-    with pytest.raises(RecordingError):
-        BenchConsole(lab, addresses=["replay:nothing.mat"]).set("address", "replay:nothing.mat")
 
 
 def test_a_replay_shows_the_voltage_that_was_recorded_then(console, lab, tmp_path):

@@ -25,11 +25,13 @@ def poles_of(K, feedback="full"):
     return np.sort_complex(np.linalg.eigvals(A - B @ (K * ([1, 0, 1, 0] if feedback == "partial" else 1))))
 
 
-def test_the_workbooks_poles_give_the_workbooks_gain():
+def test_the_workbooks_poles_give_the_workbooks_gain_and_others_that_of_another_algorithm():
     found = design(A, B, Dominant().poles)
     assert found.K[0] == pytest.approx([18.2356, -17.1546, 1.5893, 0.6327], abs=2e-4)
     assert found.polynomial == pytest.approx([1, 94, 3280, 56800, 480000])
     assert [finding.met for finding in found.findings] == [True] * 4
+    wanted = Dominant(0.7, 25.0, -33.0, -51.0).poles
+    assert pytest.approx(np.asarray(control.place(A, B, wanted)), rel=1e-6) == design(A, B, wanted).K
 
 
 def test_what_is_measured_is_what_a_whole_square_wave_gives():
@@ -52,11 +54,6 @@ def test_placement_really_places(zeta, omega_n, p3, p4):
     assert np.real(found.polynomial) == pytest.approx(np.real(np.poly(wanted.poles)))
 
 
-def test_distinct_poles_agree_with_another_algorithm():
-    wanted = Dominant(0.7, 25.0, -33.0, -51.0).poles
-    assert pytest.approx(np.asarray(control.place(A, B, wanted)), rel=1e-6) == design(A, B, wanted).K
-
-
 def test_the_response_is_the_exact_solution():
     from scipy.integrate import solve_ivp
 
@@ -73,24 +70,17 @@ def test_the_response_is_the_exact_solution():
     assert t[0] == pytest.approx(-0.06) and command[0] == pytest.approx(-20 * DEG)
 
 
-def test_partial_feedback_gives_other_poles_and_says_which():
+def test_partial_feedback_gives_other_poles_and_a_given_gain_is_taken_as_it_is():
     found = design(A, B, Dominant().poles, "partial")
     assert np.sort_complex(found.poles) == pytest.approx(poles_of(found.K, "partial"))
     assert np.abs(np.sort_complex(found.poles) - np.sort_complex(found.wanted)).max() > 1
     assert found.recording is not None
-
-
-def test_a_given_gain_is_taken_as_it_is():
     K = np.array([[18.2, -17.2, 1.59, 0.633]])
-    found = with_gain(A, B, K)
-    assert pytest.approx(K) == found.K
-    assert np.sort_complex(found.poles) == pytest.approx(poles_of(K))
-
-
-def test_an_unstable_loop_has_no_response_and_says_so():
-    found = with_gain(A, B, [-5, 0, 0, 0])
-    assert found.recording is None and not found.findings
-    assert "unstable" in found.trouble
+    given_gain = with_gain(A, B, K)
+    assert pytest.approx(K) == given_gain.K
+    assert np.sort_complex(given_gain.poles) == pytest.approx(poles_of(K))
+    unstable = with_gain(A, B, [-5, 0, 0, 0])
+    assert unstable.recording is None and not unstable.findings and "unstable" in unstable.trouble
 
 
 @pytest.mark.parametrize(

@@ -63,14 +63,6 @@ def test_an_unstable_design_is_shown_running_away_and_said_in_words(model, lab):
     assert "nothing can be recorded with it" in notice(explorer)["text"]
 
 
-def test_a_pole_on_the_border_is_said_to_swing_for_ever(model):
-    explorer = PoleExplorer(*model)
-    change(explorer, "zeta", 0.0)
-    where, swings, reached, _ = readout(explorer, "Specifications")["rows"]
-    assert (where["words"], where["values"]) == ("on the border", ["at 0 rad/s"])
-    assert swings["values"] == ["for ever"] and "not within" in reached["values"][0]
-
-
 def test_the_arm_goes_through_the_response_that_is_shown(model):
     explorer = PoleExplorer(*model)
     (arm,) = explorer.scene["columns"][2]["panels"]
@@ -179,12 +171,6 @@ def test_the_regulators_weights_are_a_handle_of_their_own_and_change_nothing_of_
     assert control(explorer, "error")["value"] == 90.0
 
 
-def test_what_there_is_not_is_not_shown(model):
-    explorer = PoleExplorer(*model)
-    change(explorer, "beside", "nyquist")
-    assert "There is no 'nyquist'" in notice(explorer)["text"] and explorer.beside == "step"
-
-
 def test_partial_feedback_reset_and_ghosts(model):
     explorer = PoleExplorer(*model)
     first = shown_gain(explorer)
@@ -205,8 +191,7 @@ def test_the_design_is_kept_as_an_answer(model, lab):
     press(explorer, "keep")
     assert "recorded" in notice(explorer)["text"]
     assert "others" not in notice(explorer)["text"]
-    assert "Marks come from the code in your cell of question 3.8" in notice(explorer)["text"]
-    assert "marks come from the code" in control(explorer, "keep")["title"]
+    assert "3.8" in notice(explorer)["text"] and "code" in control(explorer, "keep")["title"]
     assert "unstable" not in notice(explorer)["text"]
     assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
     change(explorer, "zeta", 0.8)
@@ -215,50 +200,38 @@ def test_the_design_is_kept_as_an_answer(model, lab):
     assert lab.value("3.8", "K") == pytest.approx(explorer.design.K)
 
 
-def test_without_a_session_nothing_can_be_kept(model):
-    explorer = PoleExplorer(*model)
-    assert control(explorer, "keep")["disabled"]
-    press(explorer, "keep")
-    assert "lab=lab" in notice(explorer)["text"]
-
-
 def test_the_students_own_gain_is_drawn_where_its_poles_are(model):
     K = widgets.design(*model, widgets.Dominant(0.7, 18.0).poles).K
     explorer = PoleExplorer(*model, K=K)
     (plane,) = explorer.scene["columns"][0]["panels"]
     squares = [complex(*item["at"]) for item in plane["items"] if item.get("shape") == "square"]
     assert np.sort_complex(squares) == pytest.approx(np.sort_complex(widgets.Dominant(0.7, 18.0).poles), rel=1e-4)
-
-
-def test_all_that_is_sent_is_plain_json(model):
-    explorer = PoleExplorer(*model, K=widgets.design(*model, widgets.Dominant().poles).K)
     json.dumps(explorer.scene, allow_nan=False)
 
 
-def test_a_model_that_cannot_be_controlled_is_refused_in_words(model):
-    with pytest.raises(DesignError, match="cannot be placed"):
-        PoleExplorer(model[0], 0 * model[1])
+def test_what_cannot_be_is_said(model):
+    for A, B, named in ((model[0], 0 * model[1], "placed"), (np.eye(2), np.ones(2), "4 by 4")):
+        with pytest.raises(DesignError, match=named):
+            PoleExplorer(A, B)
+    explorer = PoleExplorer(*model)
+    change(explorer, "beside", "nyquist")
+    assert "'nyquist'" in notice(explorer)["text"] and explorer.beside == "step"
+    assert control(explorer, "keep")["disabled"]
+    press(explorer, "keep")
+    assert "lab=lab" in notice(explorer)["text"]
+    change(explorer, "zeta", 0.0)  # on the border of stability
+    where, swings, reached, _ = readout(explorer, "Specifications")["rows"]
+    assert where["values"] == ["at 0 rad/s"] and swings["values"] == ["for ever"]
+    assert "not within" in reached["values"][0]
 
 
-def test_a_model_that_is_none_is_refused_in_words():
-    with pytest.raises(DesignError, match="4 by 4"):
-        PoleExplorer(np.eye(2), np.ones(2))
-
-
-def test_a_figure_for_the_report(model, lab, tmp_path):
+def test_a_figure_for_the_report(model, lab, tmp_path, monkeypatch):
     explorer = PoleExplorer(*model)
     press(explorer, "figure")
     assert (tmp_path / "pole_design.png").read_bytes().startswith(b"\x89PNG")
     assert "<svg" in (tmp_path / "pole_design.svg").read_text(encoding="utf-8")
     assert not list(tmp_path.glob(".pole_design*"))
     assert "pole_design.svg" in notice(explorer)["text"]
-
-
-def test_a_figure_that_cannot_be_written_is_a_word(model, tmp_path, monkeypatch):
-    explorer = PoleExplorer(*model)
-    gone = tmp_path / "gone"
-    gone.mkdir()
-    monkeypatch.chdir(gone)
-    monkeypatch.setattr("rotflex.widgets.poles.Path.cwd", lambda: gone / "not there")
+    monkeypatch.setattr("rotflex.widgets.poles.Path.cwd", lambda: tmp_path / "not there")
     press(explorer, "figure")
     assert "cannot be written" in notice(explorer)["text"]

@@ -12,43 +12,26 @@ from rotflex.errors import AnswerError
 from rotflex.workbook.questions import CATALOGUE
 
 # As the workbook has them: section, and the codes in front of the question (the same as at its answer).
-WORKBOOK = {
-    "2.1": ("2.2", "A-2"),
-    "2.2": ("2.2", "A-2"),
-    "2.3": ("2.2", "A-2"),
-    "2.4": ("2.2", "A-1 A-2"),
-    "2.5": ("2.2", "A-1 A-2"),
-    "2.6": ("2.2", "A-1 A-2"),
-    "2.7": ("2.2", "A-1 A-2"),
-    "2.8": ("2.2", "A-1 A-2"),
-    "2.9": ("2.3.1", "B-5 K-2"),
-    "2.10": ("2.3.1", "K-3"),
-    "2.11": ("2.3.1", "B-7"),
-    "2.12": ("2.3.1", "B-7"),
-    "2.13": ("2.3.2", "K-3"),
-    "2.14": ("2.3.2", "B-5"),
-    "2.15": ("2.3.2", "B-5 K-2"),
-    "2.16": ("2.3.2", "B-9"),
-    "2.17": ("2.3.2", "B-8"),
-    "2.18": ("2.3.2", "K-1"),
-    "3.1": ("3.3", "A-1 A-3"),
-    "3.2": ("3.3", "A-1 A-2"),
-    "3.3": ("3.3", "A-2"),
-    "3.4": ("3.3", "A-1 A-2"),
-    "3.5": ("3.3", "A-1 A-2"),
-    "3.6": ("3.4.1", "B-7 K-1"),
-    "3.7": ("3.4.1", "B-5 K-3"),
-    "3.8": ("3.4.1", ""),
-    "3.9": ("3.4.1", "K-1 B-9"),
-    "3.10": ("3.4.1", "K-1"),
-    "3.11": ("3.4.2", "B-5 K-3"),
-    "3.12": ("3.4.2", "K-1 B-9"),
-    "3.13": ("3.4.3", "B-5 K-3"),
-    "3.14": ("3.4.3", "K-1 B-9"),
-    "3.15": ("3.4.4", "B-5 K-3"),
-    "3.16": ("3.4.4", "K-1 B-9"),
-    "3.17": ("3.4.4", "B-7"),
+SECTIONS = {
+    "2.2": {
+        "2.1": "A-2",
+        "2.2": "A-2",
+        "2.3": "A-2",
+        "2.4": "A-1 A-2",
+        "2.5": "A-1 A-2",
+        "2.6": "A-1 A-2",
+        "2.7": "A-1 A-2",
+        "2.8": "A-1 A-2",
+    },
+    "2.3.1": {"2.9": "B-5 K-2", "2.10": "K-3", "2.11": "B-7", "2.12": "B-7"},
+    "2.3.2": {"2.13": "K-3", "2.14": "B-5", "2.15": "B-5 K-2", "2.16": "B-9", "2.17": "B-8", "2.18": "K-1"},
+    "3.3": {"3.1": "A-1 A-3", "3.2": "A-1 A-2", "3.3": "A-2", "3.4": "A-1 A-2", "3.5": "A-1 A-2"},
+    "3.4.1": {"3.6": "B-7 K-1", "3.7": "B-5 K-3", "3.8": "", "3.9": "K-1 B-9", "3.10": "K-1"},
+    "3.4.2": {"3.11": "B-5 K-3", "3.12": "K-1 B-9"},
+    "3.4.3": {"3.13": "B-5 K-3", "3.14": "K-1 B-9"},
+    "3.4.4": {"3.15": "B-5 K-3", "3.16": "K-1 B-9", "3.17": "B-7"},
 }
+WORKBOOK = {number: (section, codes) for section, asked in SECTIONS.items() for number, codes in asked.items()}
 
 
 def every_part():
@@ -169,13 +152,13 @@ def test_report_columns_are_those_of_the_scoring_sheets_and_the_spectrums():
 
 def test_an_unknown_question_is_told_with_those_that_exist():
     first, last = (re.escape([number for number in WORKBOOK if number.startswith("2.")][end]) for end in (0, -1))
-    with pytest.raises(AnswerError, match=rf"no question '2\.99'.*{first} to {last}.*'Table 3'"):
+    with pytest.raises(AnswerError, match=rf"'2\.99'.*{first} to {last}.*'Table 3'"):
         CATALOGUE.find("2.99")
-    with pytest.raises(AnswerError, match="Did you mean 'Table 2'"):
+    with pytest.raises(AnswerError, match="'Table 2'"):
         CATALOGUE.find("table 2")
     with pytest.raises(AnswerError, match="as text"):
         CATALOGUE.find(2.10)
-    with pytest.raises(AnswerError, match=r"2\.12 has no part 'Ks'; it has J_l, K_s"):
+    with pytest.raises(AnswerError, match="J_l, K_s"):
         CATALOGUE.find("2.12").part("Ks")
 
 

@@ -81,16 +81,16 @@ def test_the_peak_of_the_own_sweep_is_not_told(usual, tmp_path, factor):
 @pytest.mark.parametrize(
     ("changes", "question", "told"),
     [
-        ({("2.12", "J_l"): lambda v, own: v * 1e7}, "2.12", "is it g·cm² in place of kg·m²"),
-        ({("2.12", "J_l"): lambda v, own: v * 1e3}, "2.12", "is it a thousandth of the unit that is asked for"),
-        ({("2.12", "K_s"): lambda v, own: v * 1e3}, "2.12", "a thousandth of the unit that is asked for"),
-        ({("2.14", "A"): lambda v, own: v * [[1], [1], [1.5], [1.5]]}, "2.14", r"rings at \d.* Hz; by your own"),
-        ({("2.14", "A"): lambda v, own: v[[1, 0, 2, 3]]}, "2.14", "do your rows 1 and 2 say that"),
-        ({("3.8", "K"): lambda v, own: -v}, "3.8", r"it runs away \(with −K it would not\)"),
+        ({("2.12", "J_l"): lambda v, own: v * 1e7}, "2.12", "g·cm²"),
+        ({("2.12", "J_l"): lambda v, own: v * 1e3}, "2.12", "thousandth"),
+        ({("2.12", "K_s"): lambda v, own: v * 1e3}, "2.12", "thousandth"),
+        ({("2.14", "A"): lambda v, own: v * [[1], [1], [1.5], [1.5]]}, "2.14", r"rings at \d.* Hz"),
+        ({("2.14", "A"): lambda v, own: v[[1, 0, 2, 3]]}, "2.14", "rows 1"),
+        ({("3.8", "K"): lambda v, own: -v}, "3.8", "−K"),
         (
             {("3.12", "satisfied"): lambda v, own: "yes", ("3.12", "t_s"): lambda v, own: 0.7},
             "3.12",
-            "You say that all four are met, and your own t_s is 0.7 s; the limit is 0.5 s. Is it met",
+            r"t_s is 0.7 s.*0\.5 s",
         ),
         (
             {
@@ -98,10 +98,10 @@ def test_the_peak_of_the_own_sweep_is_not_told(usual, tmp_path, factor):
                 for name, value in {"t_s": 0.3, "PO": 2, "alpha_max_deg": 9, "V_max": 8, "satisfied": "no"}.items()
             },
             "3.14",
-            "You say that not all four are met, and each of your own four numbers is within its limit. Which is it",
+            "not all four",
         ),
         ({("3.12", "t_s"): lambda v, own: 1000 * v}, "3.12", "ms for s"),
-        ({("3.4", "desired_poles"): lambda v, own: [-1.2 + 19.96j, -1.2 - 19.96j, -30, -40]}, "3.4", "ratio of 0.06"),
+        ({("3.4", "desired_poles"): lambda v, own: [-1.2 + 19.96j, -1.2 - 19.96j, -30, -40]}, "3.4", r"0\.06"),
     ],
 )
 def test_what_is_asked_names_numbers_of_the_students_own(usual, tmp_path, changes, question, told):
@@ -119,7 +119,7 @@ def test_a_recording_of_a_practice_bench_is_asked_about(usual, tmp_path):
     with lab_of(STUDENT).practice().bench() as bench:
         practised = experiments.sweep(bench, progress=False)
     said = asked_with(usual, tmp_path, {("2.9", "sweep"): lambda right, own: practised})
-    assert "recorded on another bench than yours (a practice bench" in texts(said, "2.9")[0]
+    assert "practice bench" in texts(said, "2.9")[0]
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e200])

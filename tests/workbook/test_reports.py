@@ -34,10 +34,10 @@ def test_outline_has_every_row_of_the_scoring_sheet_with_as_many_cells_as_headin
 
 def test_outline_names_what_a_row_still_lacks(lab):
     row = rows(reports.outline("Control report", lab))["III.7"]
-    assert row[3:] == ["3.17", "missing: 3.17 explanation, Control report comparison_analysis"]
+    assert row[3] == "3.17" and "3.17 explanation" in row[4] and "comparison_analysis" in row[4]
     lab.answer("3.17", explanation="Nobody damps the link.")
     row = rows(reports.outline("Control report", lab))["III.7"]
-    assert row[4] == "missing: Control report comparison_analysis"
+    assert "3.17 explanation" not in row[4] and "comparison_analysis" in row[4]
 
 
 def test_outline_says_when_a_row_is_complete(lab):
@@ -48,7 +48,7 @@ def test_outline_says_when_a_row_is_complete(lab):
 
 def test_row_that_shows_a_whole_question_wants_all_its_parts(lab):
     state = rows(reports.outline("Control report", lab))["II.1"][4]
-    assert state == "missing: 3.7 T, 3.7 T_c, 3.7 W"
+    assert state.endswith("3.7 T, 3.7 T_c, 3.7 W")
 
 
 def test_rows_on_the_report_as_a_whole_rest_on_nothing(lab):

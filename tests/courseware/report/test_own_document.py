@@ -59,11 +59,13 @@ def attach(lab, capsys, data, name="mine.pdf"):
 # --- taking it --------------------------------------------------------------------------------------------------------
 
 
-def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder, capsys):
-    said = attach(lab, capsys, typeset())
+@pytest.mark.parametrize("name", ["mine.pdf", NAME])
+def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder, capsys, name):
+    said = attach(lab, capsys, typeset(), name)
     assert (folder / NAME).read_bytes() == typeset()
-    assert "mine.pdf (2 pages)" in said and NAME in said
-    assert "Nothing is missing" in said and checklist.NOT_CHECKED_OF_PDF in said
+    assert f"{name} (2 pages)" in said and NAME in said and checklist.NOT_CHECKED_OF_PDF in said
+    with pytest.raises(AnswerError, match=r"nowhere\.pdf"):
+        lab.report("first", pdf="nowhere.pdf")
 
 
 def test_the_file_of_another_report_is_not_taken_for_this_one(lab, folder, capsys, monkeypatch):
@@ -71,11 +73,6 @@ def test_the_file_of_another_report_is_not_taken_for_this_one(lab, folder, capsy
     with pytest.raises(AnswerError, match="another report than the First report"):
         attach(lab, capsys, typeset(), "second_report.pdf")
     assert not (folder / NAME).exists()
-
-
-def test_it_may_have_that_name_already(lab, folder, capsys):
-    attach(lab, capsys, typeset(), NAME)
-    assert (folder / NAME).read_bytes() == typeset()
 
 
 @pytest.mark.parametrize(
@@ -94,11 +91,6 @@ def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder,
     with pytest.raises(AnswerError, match=why):
         attach(lab, capsys, data)
     assert not (folder / NAME).exists()
-
-
-def test_a_file_that_is_not_there_is_named(lab):
-    with pytest.raises(AnswerError, match=r"nowhere\.pdf cannot be read"):
-        lab.report("first", pdf="nowhere.pdf")
 
 
 def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(lab, folder, capsys, monkeypatch):
@@ -161,9 +153,6 @@ def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, fo
     (folder / NAME).write_bytes(composed())
     assert lab.report_files.own("First report") is None
     assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
-
-
-def test_a_report_that_lab_report_makes_says_that_it_is_made_of_the_notebooks_texts():
     assert report_files.is_composed(writing.written(of_text("Words.")).pdf)
     assert not report_files.is_composed(typeset())
 

@@ -119,9 +119,8 @@ def test_a_reference_may_begin_with_its_word_in_large_or_small_letters(written_s
 
 
 def test_a_figure_in_small_letters_that_is_not_there_is_told():
-    assert [what for what, _place in written(of_text("See figure 9.9.")).told] == [
-        "Section II.1: There is no Figure 9.9 in this report."
-    ]
+    (message,) = [what for what, _place in written(of_text("See figure 9.9.")).told]
+    assert "II.1" in message and "Figure 9.9" in message
 
 
 def test_figures_tables_and_equations_are_numbered_with_their_captions(paper):
@@ -134,10 +133,6 @@ def test_figures_tables_and_equations_are_numbered_with_their_captions(paper):
     ):
         assert caption in text
     assert text.index("(1)") < text.index("Table 2. Masses")
-
-
-def test_a_list_needs_no_blank_line_before_it_as_in_a_notebook(made):
-    assert re.search(r"<ul>\s*<li>an item</li>\s*<li>another one</li>\s*</ul>", made.page)
 
 
 def test_a_wide_equation_does_not_reach_its_number(paper):
@@ -167,10 +162,6 @@ def test_a_long_row_of_a_table_stays_on_the_page(paper):
         assert max(rights) <= page.get_width() - 2.3 / 2.54 * 72
 
 
-def test_what_looks_like_markup_is_words(paper):
-    assert "#panic() #panic() @nobody" in words_of(paper)
-
-
 def test_everything_that_is_no_text_has_a_description(made):
     assert b"/UAID" in made.pdf or b"pdfuaid" in made.pdf
     assert all(re.search(r'alt="[^"]+"', image) for image in re.findall(r"<img[^>]*>", made.page))
@@ -191,28 +182,16 @@ def test_a_page_loads_nothing_and_runs_nothing(hostile):
     assert "root:" not in main
 
 
-@pytest.mark.parametrize(
-    "said",
-    [
-        "Section II.1: HTML is left out: <script>",
-        "'javascript:alert(1)' is left out",
-        "'file:///etc/passwd' is left out",
-        "There is no Figure 9",
-        "There is no Table 7",
-        "There is no equation (nothing)",
-        "There is no source [4]",
-        "(\\hline, |) are not drawn",
-        "not understood, and stands in the report as it is typed: \\foo{x} (unexpected control sequence \\foo)",
-    ],
-)
-def test_what_is_left_out_is_told_with_its_cell(hostile, said):
-    assert [place for what, place in hostile.told if said in what] == [HERE]
+def test_what_is_left_out_is_told_with_its_cell(hostile, snapshot):
+    assert {place for _what, place in hostile.told} == {HERE}
+    assert [what for what, _place in hostile.told] == snapshot
 
 
-def test_nothing_is_told_of_a_text_without_faults(made):
-    """But for the equation, which is as wide as two pages."""
+def test_of_a_text_without_faults_only_an_equation_as_wide_as_two_pages_is_told_and_it_is_shown_as_typed(made, paper):
     ((what, place),) = made.told
-    assert place == HERE and re.match(r"Section II.1: Equation \(2\) is too wide .* shrunk to \d\d %", what)
+    assert place == HERE and re.search(r"Equation \(2\).*\d\d %", what)
+    assert re.search(r"<ul>\s*<li>an item</li>\s*<li>another one</li>\s*</ul>", made.page)  # without a blank line
+    assert "#panic() #panic() @nobody" in words_of(paper)
 
 
 def test_an_equation_that_is_shrunk_a_little_is_not_told_and_one_in_lines_neither():
@@ -251,18 +230,14 @@ def test_spaces_that_pandoc_would_lose_are_others(latex, meant):
     assert re.sub(r" +", " ", spaced(latex)) == meant
 
 
-def test_no_space_of_a_formula_is_lost_or_negative():
-    nodes = [{"t": "Para", "c": [{"t": "Math", "c": [{"t": "InlineMath"}, spaced(r"a\;b\!c\,d\:e\quad f")]}]}]
-    markup, _refused = pandoc.write(nodes, "typst")
-    assert "#h(" not in markup
+def test_no_space_of_a_formula_is_lost_or_negative_and_columns_keep_apart():
+    def in_typst(latex):
+        return pandoc.write([{"t": "Para", "c": [{"t": "Math", "c": [{"t": "DisplayMath"}, spaced(latex)]}]}], "typst")[
+            0
+        ]
 
-
-def test_columns_without_brackets_keep_apart():
-    nodes = [
-        {"t": "Para", "c": [{"t": "Math", "c": [{"t": "DisplayMath"}, spaced(r"\begin{array}{cc} a & b \end{array}")]}]}
-    ]
-    markup, _refused = pandoc.write(nodes, "typst")
-    assert "a quad & b" in markup
+    assert "#h(" not in in_typst(r"a\;b\!c\,d\:e\quad f")
+    assert "a quad & b" in in_typst(r"\begin{array}{cc} a & b \end{array}")  # without brackets
 
 
 def test_a_formula_that_typst_refuses_stands_there_as_it_is_typed_and_is_told(monkeypatch):
@@ -298,7 +273,7 @@ def test_a_character_that_no_font_has_is_told_and_the_report_is_made():
 
 def test_a_report_that_typst_refuses_for_another_reason_is_not_made(monkeypatch):
     monkeypatch.setattr(writing, "_template", lambda: "#panic()")
-    with pytest.raises(pandoc.ReportError, match="typst could not set the report"):
+    with pytest.raises(pandoc.ReportError, match="typst"):
         written(of_text("Words."))
 
 

@@ -43,38 +43,27 @@ def reports(tmp_path_factory):
     return {report.cell: report for report in read(path.read_bytes()).cells}
 
 
-def test_every_cell_is_reported_by_its_id(reports):
+ERRORS = {
+    "fine": None,
+    "slip": CellError("NameError", "name 'omgea' is not defined", 3),
+    "inner": CellError("ZeroDivisionError", "division by zero", 2),
+    "syntax": CellError("SyntaxError", "invalid syntax", 2),
+    "mute": CellError("Odd", "", 5),
+    "long": CellError("ValueError", "x" * 300, 1),
+    "awaited": CellError("NameError", "name 'undefined' is not defined", 3),
+    "left": CellError(cell_reports.LEFT, ""),
+}
+
+
+def test_every_cell_is_reported_by_its_id_with_type_message_and_line_of_its_error(reports):
     assert list(reports) == [*CELLS, "left"]
-    assert reports["left"].error == CellError(cell_reports.LEFT, "")
     assert all(report.finished and report.notebook == "one.ipynb" for report in reports.values())
-
-
-@pytest.mark.parametrize(
-    ("cell", "error"),
-    [
-        ("fine", None),
-        ("slip", CellError("NameError", "name 'omgea' is not defined", 3)),
-        ("inner", CellError("ZeroDivisionError", "division by zero", 2)),
-        ("syntax", CellError("SyntaxError", "invalid syntax", 2)),
-        ("mute", CellError("Odd", "", 5)),
-        ("long", CellError("ValueError", "x" * 300, 1)),
-        ("awaited", CellError("NameError", "name 'undefined' is not defined", 3)),
-    ],
-)
-def test_type_message_and_line(reports, cell, error):
-    assert reports[cell].error == error
-
-
-def test_the_line_is_the_cells_where_a_library_failed(reports):
-    assert (reports["library"].error.type, reports["library"].error.line) == ("JSONDecodeError", 2)
+    assert {cell: reports[cell].error for cell in ERRORS} == ERRORS
+    assert (reports["library"].error.type, reports["library"].error.line) == ("JSONDecodeError", 2)  # the cell's line
 
 
 def line(**content):
     return json.dumps({"notebook": "n", **content}).encode() + b"\n"
-
-
-def test_a_cell_that_never_ended():
-    assert read(line(event="started", cell="c")).cells == (CellReport("n", "c", finished=False),)
 
 
 def test_reports_on_cells_that_are_not_the_notebooks_are_left_out():
@@ -83,15 +72,14 @@ def test_reports_on_cells_that_are_not_the_notebooks_are_left_out():
 
 
 def test_what_was_lacked_belongs_to_the_cell_that_was_being_run():
+    assert read(line(event="started", cell="c")).cells == (CellReport("n", "c", finished=False),)
+    refused = line(event="refused", question="1", part="x", why="it is text")
+    assert read(refused).refusals == (Refusal("1", "x", "it is text"),)
     data = line(event="started", cell="c") + line(event="lacked", question="1", part="x") * 2
     (report,) = read(data + line(event="ended", cell="c", error=None)).cells
     assert report.lacked == (("1", "x"),) and report.finished
-
-
-def test_a_refused_answer():
-    assert read(line(event="refused", question="1", part="x", why="it is text")).refusals == (
-        Refusal("1", "x", "it is text"),
-    )
+    many = b"".join(line(event="started", cell=str(number)) for number in range(10_000))
+    assert len(read(many).cells) == 6_000
 
 
 def test_where_nobody_asked_nothing_is_written(tmp_path, monkeypatch):
@@ -129,8 +117,3 @@ def test_whatever_stands_there_is_bounded_text(content):
         if report.error:
             assert isinstance(report.error.type, str) and len(report.error.message) <= 300
             assert report.error.line is None or 0 < report.error.line < 10**6
-
-
-def test_more_than_there_can_be_is_not_read():
-    data = b"".join(line(event="started", cell=str(number)) for number in range(10_000))
-    assert len(read(data).cells) == 6_000

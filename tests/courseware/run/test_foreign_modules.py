@@ -31,9 +31,8 @@ def installed(monkeypatch):
     monkeypatch.setattr(foreign_modules.importlib.metadata, "distribution", Installed)
 
 
-@pytest.mark.parametrize(
-    ("source", "names"),
-    [
+def test_what_is_installed_and_is_not_the_courses(monkeypatch):
+    for source, names in (
         ("import pandas as pd", ["pandas"]),
         ("def f():\n    from pandas.io import json", ["pandas"]),
         ("import numpy, PIL.Image, json, course.sub, shared", []),  # they come with the course, or with Python
@@ -42,19 +41,11 @@ def installed(monkeypatch):
         ("from . import pandas", []),
         ("%pip install pandas", []),
         ("import pytest_thing, pandas.x", ["pandas"]),
-    ],
-)
-def test_what_is_installed_and_is_not_the_courses(source, names):
-    assert foreign([source], ["helper"], "course") == names
-
-
-def test_where_it_is_not_known_what_the_course_brings_nothing_is_said():
-    assert foreign(["import pandas"], [], "unknown") == []
-
-
-def test_a_requirement_of_an_extra_is_not_brought(monkeypatch):
+    ):
+        assert foreign([source], ["helper"], "course") == names
+    assert foreign(["import pandas"], [], "unknown") == []  # it is not known what that course brings
     monkeypatch.setitem(HOMES, "pytest", ["pytest"])
-    assert foreign(["import pytest"], [], "course") == ["pytest"]
+    assert foreign(["import pytest"], [], "course") == ["pytest"]  # a requirement of an extra is not brought
 
 
 def test_names_of_modules_are_those_of_the_top():

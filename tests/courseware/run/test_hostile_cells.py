@@ -122,7 +122,7 @@ def test_answers_that_say_they_lack_each_other_have_an_end():
     wheres = [(number, part) for number in QUESTIONS for part in CATALOGUE.find(number).names]
     lacked = tuple(wheres[1:] + wheres[:1])
     reports = Reports(tuple(CellReport(NAME, f"q{number}-answer", True, None, lacked) for number in QUESTIONS))
-    assert explained([], reports).missing[wheres[0]].startswith("It builds on 2.1")
+    assert explained([], reports).missing[wheres[0]].count("2.1") == 1
 
 
 # --- ids, numbers, claims ---------------------------------------------------------------------------------------------
@@ -148,7 +148,7 @@ def test_what_records_an_answer_is_the_courses_whatever_bears_its_id():
 
 def test_ten_thousand_cells_are_no_notebook():
     many = json.dumps({"cells": [{"cell_type": CODE, "source": "1"}] * 10_000}).encode()
-    with pytest.raises(handed_in.NotebookError, match="more than 1000 cells"):
+    with pytest.raises(handed_in.NotebookError, match="1000 cells"):
         handed_in.cells_of(many)
 
 

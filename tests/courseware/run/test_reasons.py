@@ -1,7 +1,5 @@
 """Why answers are missing: the words that a student and an instructor read."""
 
-import pytest
-
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number
 from rotflex.courseware.run.cell_reports import LEFT, CellError, CellReport, Refusal, Reports
@@ -78,35 +76,41 @@ def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO),
     )
 
 
-def test_nothing_is_said_where_all_is_well():
+def test_nothing_is_said_where_all_is_well_or_nothing_was_written():
     found = told({"q1": "a = 1"}, {}, "1234", claim=Claim({"1": {"x": "q1-answer"}}))
     assert (found.missing, found.stops, found.lost) == ({}, (), ())
-
-
-def test_what_was_left_empty_needs_no_reason():
     assert told({}, {}, "").missing == {}
 
 
-def test_what_stopped_and_all_that_builds_on_it():
-    answers = {"q1": "a = 1\n\na = omgea", "q2": "b = a + 1", "q3": "c = b * 2", "q4": "d = c + 1"}
+def name_error(name):
+    return CellError("NameError", f"name '{name}' is not defined", 1)
+
+
+def test_each_reason_in_words(snapshot):
+    """What stopped, what builds on it, and what is missing: which questions are named is checked below."""
+    chain = {"q1": "a = 1\n\na = omgea", "q2": "b = a + 1", "q3": "c = b * 2", "q4": "d = c + 1"}
     none = CellError("TypeError", "unsupported operand", 1)
-    found = told(
-        answers,
-        {
-            "q1": NAME,
-            "q1-answer": CellError("NameError", "name 'a' is not defined"),
-            "q2": none,
-            "get-2": (("2", "x"),),
-            "q3": none,
-            "q4": none,
-        },
-        "",
-    )
-    assert found.stops == ("1 stopped: NameError, name 'omgea' is not defined, line 3; 2, 3 and 4 build on it.",)
-    assert found.missing["1", "x"] == "1 stopped: NameError, name 'omgea' is not defined, line 3."
-    assert found.missing["4", "x"] == (
-        "It builds on what stopped before it: 1 (NameError, name 'omgea' is not defined, line 3)."
-    )
+    broken = {"q1": NAME, "q1-answer": name_error("a"), "q2": none, "get-2": (("2", "x"),), "q3": none, "q4": none}
+    helper = Cell("mine", "", CODE, "import pandas\ntable = 1")
+    no_module = {"mine": CellError("ModuleNotFoundError", "No module named 'pandas.io'", 1), "q1": name_error("table")}
+    bench = CellError("LimitExceeded", "The deflection reached 30.7 deg at t = 1 s.\nStopped.", 2)
+    errors = [CellError("KeyboardInterrupt", "", 2), bench, CellError("SyntaxError", "invalid syntax", 4)]
+    gone = {"q1-answer": "not run"}
+    found = {
+        "a chain": told(chain, broken, ""),
+        "a helper cell": told({"q1": "a = table"}, no_module, "234", added=[(ONE, 0, helper)]),
+        "died": told({"q1": "a = 1"}, {"q1": "died", **gone}, "34"),
+        "exit": told({"q1": "exit()"}, {"q1": CellError(LEFT, ""), **gone}, "34"),
+        "refused": told({"q1": "a = 'x'"}, {}, "234", refusals=[Refusal("1", "x", "it is text")]),
+        "by a button": told({}, {}, "234", claim=Claim({"1": {"x": ""}})),
+        "cell gone": told({}, {}, "234", claim=Claim({"1": {"x": "gone"}})),
+        "left empty": told({}, {}, "234", claim=Claim({"1": {"x": "q1-answer"}})),
+        "not handed in": told({}, {}, "234", claim=Claim({"1": {"x": "q1-answer"}}), handed_in=(TWO,)),
+        "cells unknown": told({}, {}, "234", claim=Claim({"1": {"x": ""}}, knows_cells=False)),
+        **{error.type: told({"q1": "a = 1"}, {"q1": error}, "234") for error in [*errors, CellError("Odd", "", None)]},
+    }
+    assert found["a chain"].missing.keys() == {(number, "x") for number in "1234"}
+    assert {name: [*one.stops, *one.lost, *one.missing.values()] for name, one in found.items()} == snapshot
 
 
 def test_two_causes_are_told_apart():
@@ -121,21 +125,6 @@ def test_what_builds_on_an_answer_that_was_never_given():
     assert found.stops == ()
 
 
-def test_a_helper_cell_of_the_students():
-    helper = Cell("mine", "", CODE, "import pandas\ntable = 1")
-    error = CellError("ModuleNotFoundError", "No module named 'pandas.io'", 1)
-    found = told(
-        {"q1": "a = table"},
-        {"mine": error, "q1": CellError("NameError", "name 'table' is not defined", 1)},
-        "234",
-        added=[(ONE, 0, helper)],
-    )
-    assert found.stops == (
-        "Your own cell before 1 stopped: pandas is not installed where grading runs, and no file of that name was "
-        "handed in, line 1.",
-    )
-
-
 def test_a_cell_of_no_consequence_is_not_held_against_anybody():
     found = told({"q1": "a = 1"}, {"mine": NAME}, "1234", added=[(ONE, 4, Cell("mine", "", CODE, "omgea"))])
     assert found.stops == ()
@@ -143,57 +132,6 @@ def test_a_cell_of_no_consequence_is_not_held_against_anybody():
         "Your own cell mine in 1_one.ipynb stopped: NameError, name 'omgea' is not defined, line 3; no answer is "
         "missing for it.",
     )
-
-
-@pytest.mark.parametrize(
-    ("error", "words"),
-    [
-        (CellError("KeyboardInterrupt", "", 2), "1 stopped: it took longer than 60 s and was stopped, line 2."),
-        (
-            CellError("LimitExceeded", "The deflection reached 30.7 deg at t = 1 s.\nStopped.", 2),
-            "1 stopped: your bench stopped: The deflection reached 30.7 deg at t = 1 s. Stopped, line 2.",
-        ),
-        (CellError("SyntaxError", "invalid syntax", 4), "1 stopped: SyntaxError, invalid syntax, line 4."),
-        (CellError("Odd", "", None), "1 stopped: Odd."),
-    ],
-)
-def test_errors_in_words(error, words):
-    assert told({"q1": "a = 1"}, {"q1": error}, "234").stops == (words,)
-
-
-def test_a_process_that_died_takes_the_rest_of_its_notebook_along():
-    found = told({"q1": "a = 1"}, {"q1": "died", "q1-answer": "not run"}, "34")
-    assert found.stops == (
-        "1 stopped: the Python process ended in it, and nothing after it in this notebook was run; 2 builds on it.",
-    )
-
-
-def test_a_cell_that_ends_python_takes_the_rest_of_its_notebook_along():
-    found = told({"q1": "exit()"}, {"q1": CellError(LEFT, ""), "q1-answer": "not run"}, "34")
-    (stop,) = found.stops
-    assert stop.startswith("1 stopped: it called exit(), which ends Python") and stop.endswith("; 2 builds on it.")
-
-
-def test_an_answer_that_was_given_and_not_recorded():
-    found = told({"q1": "a = 'x'"}, {}, "234", refusals=[Refusal("1", "x", "it is text")])
-    assert found.missing["1", "x"] == "It was given, and not recorded: it is text."
-
-
-@pytest.mark.parametrize(
-    ("claim", "handed_in", "why"),
-    [
-        (Claim({"1": {"x": ""}}), (ONE, TWO), "by the button of an explorer or by hand"),
-        (Claim({"1": {"x": "gone"}}), (ONE, TWO), "the cell that did it, gone, is no longer in 1_one.ipynb"),
-        (Claim({"1": {"x": "q1-answer"}}), (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
-        (Claim({"1": {"x": "q1-answer"}}), (TWO,), "1_one.ipynb was not handed in"),
-        (Claim({"1": {"x": ""}}, knows_cells=False), (ONE, TWO), "run from top to bottom, leaves it empty"),
-    ],
-)
-def test_what_was_recorded_at_home_and_is_missing(claim, handed_in, why):
-    found = told({}, {}, "234", claim=claim, handed_in=handed_in)
-    (line,) = found.lost
-    assert line.startswith("Recorded at home and missing here: 1 x; ") and why in line
-    assert why in found.missing["1", "x"]
 
 
 def test_of_what_stopped_it_is_not_said_again_that_it_was_recorded_at_home():

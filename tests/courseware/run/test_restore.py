@@ -46,10 +46,6 @@ def restored(own):
     return done, lines
 
 
-def sources(content, master=MASTER):
-    return [cell["source"] for cell in content["cells"] if cell["id"] not in {one["id"] for one in master["cells"]}]
-
-
 def test_a_notebook_in_order_stays_as_it_is():
     assert restored(worked()) == (worked(), ())
 
@@ -65,11 +61,7 @@ def test_changed_deleted_and_moved_cells_are_given_back_and_answers_stay():
     assert [cell["source"] for cell in done["cells"]] == [cell["source"] for cell in worked()["cells"]]
     assert done["cells"][2]["outputs"] == []  # they were the changed code's
     assert done["cells"][8]["outputs"] == worked()["cells"][8]["outputs"]
-    assert sorted(lines) == [
-        "q1-answer is in its place again",
-        "setup is the course's again",
-        "title is there again",
-    ]
+    assert sorted(line.split()[0] for line in lines) == ["q1-answer", "setup", "title"]
 
 
 def test_a_deleted_answer_cell_comes_back_empty():
@@ -77,7 +69,8 @@ def test_a_deleted_answer_cell_comes_back_empty():
     del own["cells"][4]
     done, lines = restored(own)
     assert done["cells"][4] == MASTER["cells"][4]
-    assert lines == ("q1 is there again",)
+    (line,) = lines
+    assert "q1" in line
 
 
 def test_what_a_student_set_in_the_metadata_stays_and_a_lost_lock_comes_back():
@@ -94,7 +87,7 @@ def test_an_answer_that_was_made_text_is_code_again_but_not_where_a_picture_woul
     own["cells"][4] = {"cell_type": "markdown", "id": "q1", "metadata": {}, "source": "k = 3.5"}
     done, lines = restored(own)
     assert (done["cells"][4]["cell_type"], done["cells"][4]["source"]) == ("code", "k = 3.5")
-    assert lines == ("q1 is a code cell again, its content as it was",)
+    assert len(lines) == 1 and lines[0].startswith("q1 ")
     own["cells"][4]["attachments"] = {"a.png": {"image/png": "aGVsbG8="}}
     assert restored(own)[0]["cells"][4]["attachments"] == own["cells"][4]["attachments"]
 
@@ -203,13 +196,13 @@ def test_a_notebook_in_order_is_not_written(tmp_path):
 
 
 def test_one_that_is_not_there_is_given_new(tmp_path):
-    assert restore.restore(tmp_path, "a.ipynb", MASTER).lines == ("it was not there: a new one, without answers",)
+    assert len(restore.restore(tmp_path, "a.ipynb", MASTER).lines) == 1
     assert json.loads((tmp_path / "a.ipynb").read_bytes()) == MASTER
 
 
 def test_one_that_cannot_be_read_stays_and_what_to_do_is_said(tmp_path):
     (tmp_path / "a.ipynb").write_text("half a noteb")
-    with pytest.raises(CheckError, match=r"a\.ipynb cannot be read: it is not JSON.*another name and restore again"):
+    with pytest.raises(CheckError, match=r"a\.ipynb.*JSON"):
         restore.restore(tmp_path, "a.ipynb", MASTER)
     assert (tmp_path / "a.ipynb").read_text() == "half a noteb"
 
@@ -217,19 +210,10 @@ def test_one_that_cannot_be_read_stays_and_what_to_do_is_said(tmp_path):
 NAMES = ["01_springs.ipynb", "02_masses.ipynb", "10_end.ipynb"]
 
 
-@pytest.mark.parametrize(
-    ("words", "meant"),
-    [
-        ([], NAMES),
-        (["02"], ["02_masses.ipynb"]),
-        (["02_masses.ipynb", "1", "02"], ["02_masses.ipynb", "10_end.ipynb"]),
-    ],
-)
-def test_notebooks_are_named_by_their_numbers(words, meant):
-    assert restore.named(words, NAMES) == meant
-
-
-@pytest.mark.parametrize("word", ["0", "03", ""])
-def test_a_word_that_means_none_or_several_is_refused(word):
-    with pytest.raises(CheckError, match="01_springs"):
-        restore.named([word], NAMES)
+def test_notebooks_are_named_by_their_numbers():
+    assert restore.named([], NAMES) == NAMES
+    assert restore.named(["02"], NAMES) == ["02_masses.ipynb"]
+    assert restore.named(["02_masses.ipynb", "1", "02"], NAMES) == ["02_masses.ipynb", "10_end.ipynb"]
+    for word in ("0", "03", ""):
+        with pytest.raises(CheckError, match="01_springs"):
+            restore.named([word], NAMES)

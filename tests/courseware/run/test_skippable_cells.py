@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 
-import pytest
 from made_courses import OURS
 
 from rotflex.courseware.run import skippable_cells
@@ -29,56 +28,15 @@ def test_what_nothing_depends_on_is_left_out():
     assert left_out("x = 1\nprint(x)") == {"one", "two"}
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "x = picture",
-        "def f():\n    return picture",
-        "f = lambda x: x + picture",
-        "[picture for x in range(3)]",
-        "if True:\n    picture = 2\nprint(picture)",
-        "for i in []:\n    picture = 2\nprint(picture)",
-        "try:\n    picture = 2\nexcept Exception:\n    pass\nprint(picture)",
-        "picture += 1",
-        "del picture",
-        "print(picture)\npicture = 2",
-        "with open('x') as f:\n    print(picture)\n    picture = 2",
-        "class A:\n    x = picture",
-    ],
-)
-def test_what_an_answer_may_use_is_run(answer):
-    assert left_out(answer) == {"two"}
-
-
-def test_what_that_uses_in_turn_is_run_too():
+def test_what_an_answer_uses_and_what_that_uses_in_turn_is_run():
+    """All the ways to use a name: test_names_in_blocks.py."""
+    assert left_out("x = picture") == {"two"}
     assert left_out("y = second", another="second = picture") == set()
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "picture = 2\nprint(picture)",
-        "if True:\n    picture = 2\n    print(picture)",
-        "def f(picture):\n    return picture",
-        "[picture for picture in range(3)]",
-        "for picture in range(3):\n    print(picture)",
-        "with open('x') as picture:\n    print(picture)",
-        "import picture\npicture.go()",
-        "x.picture",
-        "f(picture=1)",
-        "'picture'",
-    ],
-)
-def test_a_name_of_an_answers_own_is_no_use_of_another(answer):
-    assert left_out(answer) == {"one", "two"}
-
-
-@pytest.mark.parametrize(
-    "answer",
-    ["globals()['pic' + 'ture']", "eval('picture')", "%time picture", "!ls", "import sys", "x = = 1", "Out[1]", "_"],
-)
-def test_where_it_cannot_be_read_off_everything_is_run(answer):
-    assert left_out(answer) == set()
+def test_where_it_cannot_be_read_off_everything_is_run():
+    for answer in ("globals()['pic' + 'ture']", "%time picture", "!ls", "import sys", "x = = 1", "Out[1]", "_"):
+        assert left_out(answer) == set(), answer
 
 
 def test_only_illustrations_are_left_out():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 from datetime import UTC, datetime
 from pathlib import Path
@@ -58,19 +59,15 @@ def test_a_zip_named_by_the_id_holds_what_counts_and_a_receipt(folder):
     assert receipt["content"] == done.digest and receipt["files"].keys() == found.keys()
 
 
-def test_the_receipt_is_printed_and_added_to_those_before(folder):
-    first, second = pack(folder), pack(folder, now=NOON.replace(hour=13))
-    assert first.lines[0] == "Receipt    ada"
-    assert "2026-03-01 12:00:00 UTC" in first.lines[1]
-    assert first.lines[2] == f"Content    {first.digest[:16]} (4 files)"
-    assert first.lines[3:5] == (
-        "Questions  1 of 2 questions are all there; 1 with something to look at.",
-        "Not there  2",
-    )
-    assert first.lines[-1] == f"Upload     {first.path}: this one file is all that you hand in."
-    assert second.lines[-1].endswith("It replaces the one that was there.")
-    kept = (folder.parent / "ada-receipts.txt").read_text()
-    assert kept == "\n".join(first.lines) + "\n\n" + "\n".join(second.lines) + "\n\n"
+def test_the_receipt_is_printed_and_added_to_those_before(folder, snapshot):
+    (folder / "numpy.py").write_text("")  # does not come along
+    first, second = pack(folder), pack(folder, now=NOON.replace(hour=13), checked=None)
+    receipts = "\n".join([*first.lines, "", *second.lines, "", ""])
+    assert (folder.parent / "ada-receipts.txt").read_text() == receipts
+    shown = receipts.replace(first.digest[:16], "DIGEST").replace(str(first.path), "ada.zip")
+    assert re.sub(r"2026-03-01 .*UTC.*", "2026-03-01", shown).splitlines() == snapshot
+    assert json.loads(content(second.path)["receipt.json"])["checked"] is False
+    assert "numpy.py" not in content(second.path)
 
 
 def test_the_same_content_has_the_same_hash_whenever_and_wherever_it_is_packed(folder, tmp_path):
@@ -80,29 +77,17 @@ def test_the_same_content_has_the_same_hash_whenever_and_wherever_it_is_packed(f
     assert pack(folder).digest != first.digest
 
 
-def test_without_a_check_it_says_so(folder):
-    done = pack(folder, checked=None)
-    assert any("not checked, as you asked" in line for line in done.lines)
-    assert json.loads(content(done.path)["receipt.json"])["checked"] is False
-
-
-@pytest.mark.parametrize(
-    ("given", "course", "found"),
-    [
+def test_partners_are_named_in_the_course_file(folder):
+    for given, course, found in (
         (["bob", "Bob", "ada"], '{"student": "ada"}', ["bob"]),
         ([], '{"student": "ada", "with": ["carl"]}', ["carl"]),
         (["bob"], '{"student": "ada", "with": ["carl"]}', ["bob"]),
-    ],
-)
-def test_partners_are_named_in_the_course_file(folder, given, course, found):
-    (folder / "course.json").write_text(course)
-    done = pack(folder, partners=given)
-    assert json.loads(content(done.path)["course.json"])["with"] == found
-    assert done.lines[0] == f"Receipt    ada, {found[0]}"
-
-
-def test_a_partners_id_that_can_be_none_is_refused(folder):
-    with pytest.raises(CheckError, match="With whom"):
+    ):
+        (folder / "course.json").write_text(course)
+        done = pack(folder, partners=given)
+        assert json.loads(content(done.path)["course.json"])["with"] == found
+        assert done.lines[0].endswith(f"ada, {found[0]}")
+    with pytest.raises(CheckError, match="a/b"):
         pack(folder, partners=["a/b"])
 
 
@@ -117,10 +102,10 @@ def test_without_an_id_it_says_how_to_give_one_and_the_answers_may_know_it(folde
 
 def test_the_zip_does_not_lie_in_what_it_holds_and_a_place_that_cannot_be_written_is_told(folder, tmp_path):
     for place in (folder, folder / "out"):
-        with pytest.raises(CheckError, match="choose another place by --out"):
+        with pytest.raises(CheckError, match="--out"):
             pack(folder, out=place)
     (tmp_path / "file").write_text("")
-    with pytest.raises(CheckError, match=r"cannot be written.*--out"):
+    with pytest.raises(CheckError, match="--out"):
         pack(folder, out=tmp_path / "file")
     assert sorted(path.name for path in folder.parent.iterdir()) == ["work"]
 
@@ -138,11 +123,4 @@ def test_large_outputs_are_left_out_and_told_and_small_ones_stay(folder):
     assert slimmed["metadata"] == NOTEBOOK["metadata"]
     assert [cell["source"] for cell in slimmed["cells"]] == [cell["source"] for cell in own["cells"]]
     (folder / NAME).write_bytes(saved(own))
-    assert any("what 1 cell had shown is left out" in line for line in pack(folder).lines)
-
-
-def test_what_does_not_come_along_is_told(folder):
-    (folder / "numpy.py").write_text("")
-    done = pack(folder)
-    assert "numpy.py" not in content(done.path)
-    assert any("numpy.py does not come along" in line for line in done.lines)
+    assert any("1 cell " in line for line in pack(folder).lines)

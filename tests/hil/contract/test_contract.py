@@ -107,79 +107,47 @@ def test_every_verb_of_the_protocol_is_tried_here():
 # --- open and closed -------------------------------------------------------------------------------------------------
 
 
-def test_it_is_a_board(board):
+def test_it_is_a_board_that_can_be_closed_twice(board):
     assert isinstance(board, Board)
     assert board.is_valid()
-
-
-def test_it_can_be_closed_twice(board):
     board.close()
     board.close()
     assert not board.is_valid()
 
 
-@pytest.mark.parametrize("verb", CALLS)
-def test_a_closed_board_refuses(board, verb):
+def test_a_closed_board_refuses(board):
     board.close()
-    with pytest.raises(HILError) as caught:
-        CALLS[verb](board)
-    assert caught.value.get_error_message()
+    for call in CALLS.values():
+        with pytest.raises(HILError) as caught:
+            call(board)
+        assert caught.value.get_error_message()
 
 
 # --- buffers and channels --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "buffer",
-    [
-        [0, 0],
-        np.zeros(2, dtype=np.int64),
-        np.zeros(2),
-        np.zeros(1, dtype=np.int32),
-        np.zeros((1, 2), dtype=np.int32),
-        None,
-    ],
-    ids=["list", "int64", "float64", "too short", "two-dimensional", "none"],
-)
-def test_encoder_buffers_are_vectors_of_int32(board, buffer):
+NO_COUNTS = [[0, 0], np.zeros(2, dtype=np.int64), np.zeros(2), counts(0), np.zeros((1, 2), dtype=np.int32), None]
+NO_VOLTS = [[0.0], 0.0, np.zeros(1, dtype=np.float32), np.zeros(1, dtype=int), np.zeros(0)]
+NO_CHANNELS = [[0], 0, np.array([0]), np.array([0], dtype=np.int32), np.array([[0]], dtype=np.uint32)]
+
+
+def test_buffers_and_channels_are_vectors_of_their_type(board):
     task = encoder_task(board)
-    for call in (
-        lambda: board.read_encoder(BOTH, 2, buffer),
-        lambda: board.set_encoder_counts(BOTH, 2, buffer),
-        lambda: board.task_read_encoder(task, 1, buffer),
-    ):
-        with pytest.raises(HILError, match="int32"):
-            call()
-
-
-@pytest.mark.parametrize("buffer", [[0.0], 0.0, np.zeros(1, dtype=np.float32), np.zeros(1, dtype=int), np.zeros(0)])
-def test_analog_buffers_are_vectors_of_float64(board, buffer):
-    for call in (
-        lambda: board.read_analog(MOTOR, 1, buffer),
-        lambda: board.write_analog(MOTOR, 1, buffer),
-        lambda: board.watchdog_set_analog_expiration_state(MOTOR, 1, buffer),
-    ):
-        with pytest.raises(HILError, match="float64"):
-            call()
-
-
-def test_digital_buffers_are_vectors_of_int8(board):
-    with pytest.raises(HILError, match="int8"):
-        board.write_digital(MOTOR, 1, np.zeros(1, dtype=np.int32))
-
-
-@pytest.mark.parametrize(
-    "channels", [[0], 0, np.array([0]), np.array([0], dtype=np.int32), np.array([[0]], dtype=np.uint32)]
-)
-def test_channels_are_vectors_of_uint32(board, channels):
-    for call in (
-        lambda: board.read_encoder(channels, 1, counts(0)),
-        lambda: board.read_analog(channels, 1, volts(0)),
-        lambda: board.write_analog(channels, 1, volts(0)),
-        lambda: board.task_create_encoder_reader(10, channels, 1),
-    ):
-        with pytest.raises(HILError, match="uint32"):
-            call()
+    calls = [(lambda b: board.read_encoder(BOTH, 2, b), NO_COUNTS, "int32")]
+    calls += [(lambda b: board.set_encoder_counts(BOTH, 2, b), NO_COUNTS, "int32")]
+    calls += [(lambda b: board.task_read_encoder(task, 1, b), NO_COUNTS, "int32")]
+    calls += [(lambda b: board.read_analog(MOTOR, 1, b), NO_VOLTS, "float64")]
+    calls += [(lambda b: board.write_analog(MOTOR, 1, b), NO_VOLTS, "float64")]
+    calls += [(lambda b: board.watchdog_set_analog_expiration_state(MOTOR, 1, b), NO_VOLTS, "float64")]
+    calls += [(lambda b: board.write_digital(MOTOR, 1, b), [counts(0)], "int8")]
+    calls += [(lambda c: board.read_encoder(c, 1, counts(0)), NO_CHANNELS, "uint32")]
+    calls += [(lambda c: board.read_analog(c, 1, volts(0)), NO_CHANNELS, "uint32")]
+    calls += [(lambda c: board.write_analog(c, 1, volts(0)), NO_CHANNELS, "uint32")]
+    calls += [(lambda c: board.task_create_encoder_reader(10, c, 1), NO_CHANNELS, "uint32")]
+    for call, unfit, named in calls:
+        for one in unfit:
+            with pytest.raises(HILError, match=named):
+                call(one)
 
 
 @pytest.mark.parametrize(("channels", "number"), [([99], 1), ([0, 99], 2), ([0], 2)])
@@ -195,13 +163,6 @@ def test_channels_that_do_not_exist_are_refused(board, channels, number):
     ):
         with pytest.raises(HILError, match="channels"):
             call()
-
-
-def test_only_as_many_channels_as_said_are_used(board):
-    buffer = counts(7, 7)
-    board.set_encoder_counts(BOTH, 2, counts(10, 20))
-    board.read_encoder(BOTH, 1, buffer)
-    assert buffer.tolist() == [10, 7]
 
 
 @lenient
@@ -222,18 +183,13 @@ def test_unknown_options_are_refused(board):
 # --- immediate input and output --------------------------------------------------------------------------------------
 
 
-def test_counters_read_what_they_were_set_to(board):
+def test_counters_read_what_they_were_set_to_in_the_order_and_number_asked_for(board):
     board.set_encoder_counts(BOTH, 2, counts(-1000, 250))
-    buffer = counts(0, 0)
-    board.read_encoder(BOTH, 2, buffer)
-    assert buffer.tolist() == [-1000, 250]
-
-
-def test_channels_come_in_the_order_asked_for(board):
-    board.set_encoder_counts(BOTH, 2, counts(3, 4))
-    buffer = counts(0, 0)
-    board.read_encoder(BOTH[::-1].copy(), 2, buffer)
-    assert buffer.tolist() == [4, 3]
+    asked = (BOTH, 2, [-1000, 250]), (BOTH[::-1].copy(), 2, [250, -1000]), (BOTH, 1, [-1000, 7])
+    for channels, number, expected in asked:
+        buffer = counts(7, 7)
+        board.read_encoder(channels, number, buffer)
+        assert buffer.tolist() == expected
 
 
 @moving
@@ -312,7 +268,7 @@ def test_two_tasks_live_side_by_side(board):
         board.task_read_encoder(first, 1, counts(0, 0))
 
 
-def test_a_task_must_be_started_to_be_read(board):
+def test_a_task_must_be_started_to_be_read_and_can_be_started_again(board):
     task = board.task_create_encoder_reader(10, BOTH, 2)
     with pytest.raises(HILError, match="started"):
         board.task_read_encoder(task, 1, counts(0, 0))
@@ -321,20 +277,14 @@ def test_a_task_must_be_started_to_be_read(board):
     board.task_stop(task)
     with pytest.raises(HILError, match="started"):
         board.task_read_encoder(task, 1, counts(0, 0))
-
-
-def test_a_task_can_be_started_again(board):
-    task = encoder_task(board, samples=2)
-    board.task_read_encoder(task, 2, counts(0, 0, 0, 0))
-    board.task_stop(task)
     board.task_start(task, CLOCK, RATE, 1)
     assert board.task_read_encoder(task, 2, counts(0, 0, 0, 0)) == 1
 
 
-@pytest.mark.parametrize("verb", TASK_CALLS)
-def test_there_must_be_such_a_task(board, verb):
-    with pytest.raises(HILError, match="no task 1"):
-        CALLS[verb](board)
+def test_there_must_be_such_a_task(board):
+    for verb in TASK_CALLS:
+        with pytest.raises(HILError, match="no task 1"):
+            CALLS[verb](board)
 
 
 def test_impossible_tasks_are_refused(board):
@@ -532,14 +482,11 @@ def test_an_expired_watchdog_lets_the_servo_come_to_rest(guarded):
     assert before[0] == after[0]
 
 
-def test_a_stopped_watchdog_does_not_expire(guarded):
+def test_a_watchdog_needs_time_and_a_stopped_one_does_not_expire(guarded):
+    for timeout in (0.0, -1.0, math.nan):
+        with pytest.raises(HILError, match="time-out"):
+            guarded.watchdog_start(timeout)
     guarded.watchdog_stop()
     wait(guarded, 0.5)
     assert not guarded.watchdog_is_expired()
     guarded.write_analog(MOTOR, 1, volts(0.0))
-
-
-def test_a_watchdog_needs_time(board):
-    for timeout in (0.0, -1.0, math.nan):
-        with pytest.raises(HILError, match="time-out"):
-            board.watchdog_start(timeout)

@@ -89,15 +89,15 @@ def sections(elf: bytes) -> dict[str, tuple[int, int]]:
     return {names[entry[0] : names.index(b"\0", entry[0])].decode(): (entry[4], entry[5]) for entry in entries}
 
 
-def test_it_says_that_it_has_started_and_drives_nothing():
+def test_it_says_that_it_has_started_and_what_it_is_and_obeys_nothing_before_a_session():
     talk = Talk()
     assert talk.heard == [Booted(Cause.POWER)]
-    assert talk.uno.voltage == 0.0
-
-
-def test_it_says_what_it_is(talk):
+    assert talk.uno.voltage == talk.drive(5.0) == 0.0
+    assert talk.ask(Type.SUPPLY, protocol.SUPPLY.pack(12000)).status is Status.NO_SESSION
+    assert talk.drive(5.0) == 0.0
     release, steps, silence, _cause = protocol.HELLO.unpack(talk.ask(Type.HELLO).payload)
     assert (release, steps, silence) == (1, STEPS, round(SILENCE * 1000))
+    assert talk.drive(5.0) == 0.0  # it does not know its supply
 
 
 def test_without_a_session_it_obeys_nothing():
@@ -107,52 +107,42 @@ def test_without_a_session_it_obeys_nothing():
     assert talk.drive(5.0) == 0.0
 
 
-def test_without_knowing_its_supply_it_drives_nothing():
-    talk = Talk()
-    talk.ask(Type.HELLO)
-    assert talk.drive(5.0) == 0.0
-
-
 @pytest.mark.parametrize("supply", [5.0, 12.0, 24.0])
 def test_a_voltage_is_a_share_of_the_supply_to_half_a_step(supply):
     talk = Talk(supply=supply)
     talk.begin(supply)
     for volts in (0.0, 0.001, 0.02, -0.02, 1.0, -1.0, 3.333, -4.9, 5.0, -5.0):
         assert talk.drive(volts) == pytest.approx(volts, abs=supply / STEPS / 2 + 0.0005)
+    assert (talk.drive(30.0), talk.drive(-30.0)) == (supply, -supply)  # more than the supply is the supply
 
 
-def test_more_than_the_supply_is_the_supply(talk):
-    assert talk.drive(30.0) == SUPPLY
-    assert talk.drive(-30.0) == -SUPPLY
-
-
-def test_the_sign_changes_at_once(talk):
-    for volts in (6.0, -6.0, 6.0, 0.0, -6.0, 0.0):
+def test_the_sign_changes_at_once_and_a_farewell_sets_0_v(talk):
+    for volts in (6.0, -6.0, 6.0, 0.0, -6.0, 0.0, 6.0):
         assert talk.drive(volts) == volts
+    talk.ask(Type.BYE)
+    assert talk.uno.voltage == 0.0
+    assert talk.drive(6.0) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("kind", "payload"),
-    [
-        (Type.SUPPLY, struct.pack("<H", 2999)),
-        (Type.SUPPLY, struct.pack("<H", 32001)),
-        (Type.START, struct.pack("<H", 0)),
-        (Type.START, struct.pack("<H", 10001)),
+def test_what_cannot_be_is_refused(talk):
+    for kind, payload in (
+        *((Type.SUPPLY, struct.pack("<H", millivolts)) for millivolts in (2999, 32001)),
+        *((Type.START, struct.pack("<H", period)) for period in (0, 10001)),
         (Type.WATCHDOG, struct.pack("<BH", 7, 100)),
         (Type.WATCHDOG, struct.pack("<BH", 1, 0)),
         (Type.READ, b"what?"),
         (Type.OUTPUT, b""),
-    ],
-)
-def test_what_cannot_be_is_refused(talk, kind, payload):
-    assert talk.ask(kind, payload).status is Status.BAD_VALUE
-
-
-def test_a_request_that_it_does_not_know_is_refused(talk):
-    talk.sequence += 1
-    talk.uno.feed(protocol.pack(bytes([protocol.VERSION << 4, talk.sequence])))
-    (reply,) = talk.hear(0.003)
-    assert (reply.sequence, reply.status) == (talk.sequence, Status.UNKNOWN)
+    ):
+        assert talk.ask(kind, payload).status is Status.BAD_VALUE
+    for head, status in ((protocol.VERSION << 4, Status.UNKNOWN), (2 << 4 | Type.OUTPUT, Status.OTHER_VERSION)):
+        talk.sequence += 1
+        talk.uno.feed(protocol.pack(bytes([head, talk.sequence]) + protocol.OUTPUT.pack(6000)))
+        (reply,) = talk.hear(0.003)
+        assert (reply.sequence, reply.status) == (talk.sequence, status)
+    assert talk.uno.voltage == 0.0
+    talk.sequence += 3  # frames that did not come are counted
+    *_inputs, _damaged, lost, _missed = protocol.READ.unpack(talk.ask(Type.READ).payload)
+    assert lost == 3
 
 
 # --- encoders --------------------------------------------------------------------------------------------------------
@@ -217,17 +207,15 @@ def test_samples_come_unasked_by_its_own_clock(talk, period):
         assert sample.inputs.counts[0] - first == pytest.approx(per_ms * period * number, abs=1)
 
 
-def test_samples_end_when_they_are_told_to(talk):
-    talk.ask(Type.START, protocol.PERIOD.pack(2))
-    talk.ask(Type.STOP)
-    assert talk.hear(0.05) == []
-
-
-def test_a_sample_says_which_output_was_obeyed_last(talk):
+def test_a_sample_says_which_output_was_obeyed_last_and_samples_end_when_they_are_told_to(talk):
     talk.ask(Type.START, protocol.PERIOD.pack(2))
     talk.drive(1.0)
     sample = talk.hear(0.004)[-1]
     assert sample.accepted == talk.sequence
+    talk.drive(0.0)
+    talk.ask(Type.STOP)
+    assert talk.hear(0.5) == []
+    assert Flag.EXPIRED not in talk.ask(Type.READ).flags  # silence at 0 V is no fault
 
 
 def test_inputs_and_lines(talk):
@@ -275,12 +263,6 @@ def test_damaged_frames_do_not_break_it(talk):
     assert talk.uno.voltage == 0.0
 
 
-def test_silence_at_0_v_is_no_fault(talk):
-    talk.drive(0.0)
-    talk.uno.run(0.5)
-    assert Flag.EXPIRED not in talk.ask(Type.READ).flags
-
-
 def test_the_programs_watchdog_needs_its_reload_and_nothing_else(talk):
     talk.ask(Type.WATCHDOG, protocol.WATCHDOG.pack(protocol.Operation.WATCH, 200))
     talk.drive(6.0)
@@ -320,13 +302,6 @@ def test_a_reset_sets_the_motor_to_0_v_and_ends_the_session(talk):
     assert talk.drive(6.0) == 6.0
 
 
-def test_a_farewell_sets_the_motor_to_0_v(talk):
-    talk.drive(6.0)
-    talk.ask(Type.BYE)
-    assert talk.uno.voltage == 0.0
-    assert talk.drive(6.0) == 0.0
-
-
 # --- noise -----------------------------------------------------------------------------------------------------------
 
 
@@ -338,20 +313,6 @@ def test_noise_drives_nothing_and_the_next_frame_is_heard(talk):
         assert talk.uno.voltage == 0.0
     assert Flag.DAMAGED in talk.ask(Type.READ).flags
     assert talk.drive(6.0) == 6.0
-
-
-def test_frames_that_did_not_come_are_counted(talk):
-    talk.sequence += 3
-    *_inputs, _damaged, lost, _missed = protocol.READ.unpack(talk.ask(Type.READ).payload)
-    assert lost == 3
-
-
-def test_another_version_is_answered_in_this_ones_and_not_obeyed(talk):
-    talk.sequence += 1
-    talk.uno.feed(protocol.pack(bytes([2 << 4 | Type.OUTPUT, talk.sequence]) + protocol.OUTPUT.pack(6000)))
-    (reply,) = talk.hear(0.003)
-    assert reply.status is Status.OTHER_VERSION
-    assert talk.uno.voltage == 0.0
 
 
 def test_no_answer_is_lost_at_whatever_moment_between_samples_it_is_asked_for():

@@ -104,7 +104,7 @@ def test_every_single_bit_that_is_flipped_is_found(body):
 
 @pytest.mark.parametrize("body", [b"", bytes(LONGEST_BODY + 1)])
 def test_what_no_frame_can_hold_is_not_packed(body):
-    with pytest.raises(ValueError, match="1 to 28 bytes"):
+    with pytest.raises(ValueError, match="28 bytes"):
         pack(body)
 
 

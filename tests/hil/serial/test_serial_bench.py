@@ -125,10 +125,17 @@ def test_an_address_tells_all_of_it():
     assert not bench.is_simulated
 
 
-@pytest.mark.parametrize("uri", ["serial:/dev/ttyACM0", "serial:COM3?supply=much", "serial:COM3?supply=230"])
-def test_the_supply_has_to_be_told(uri):
-    with pytest.raises(BenchError, match=r"fed with, 3 to 32 V, as in 'serial:/dev/ttyACM0\?supply=12'"):
-        hil.open(uri)
+def test_what_does_not_go_with_the_address_is_refused_by_name():
+    for uri, given, named in (
+        ("serial:/dev/ttyACM0", {}, r"supply=12"),
+        ("serial:COM3?supply=much", {}, r"supply=12"),
+        ("serial:COM3?supply=230", {}, "3 to 32 V"),
+        (URI, {"plant": PLANT}, "plant"),
+        (URI, {"servo": srv02()}, "setup="),
+        (URI + "&arm_position=2", {"setup": COMMISSIONED}, "arm_position="),
+    ):
+        with pytest.raises(BenchError, match=named):
+            hil.open(uri, **given)
 
 
 @pytest.mark.parametrize(
@@ -144,17 +151,6 @@ def test_the_supply_has_to_be_told(uri):
 def test_an_address_that_is_not_understood(uri, words):
     with pytest.raises(ValueError if "arm_position=" in uri else BenchError, match=words):
         hil.open(uri)
-
-
-def test_a_plant_is_not_given_to_a_real_bench():
-    for given in ({"plant": PLANT}, {"servo": srv02()}):
-        with pytest.raises(BenchError, match="a real bench has its own plant; its parts stand in setup=Setup"):
-            hil.open(URI, **given)
-
-
-def test_parts_are_not_told_twice():
-    with pytest.raises(BenchError, match="says arm_position=, which the bench's own file or setup says as well"):
-        hil.open(URI + "&arm_position=2", setup=COMMISSIONED)
 
 
 def test_a_bench_file_names_a_port(tmp_path):
@@ -204,14 +200,8 @@ def test_without_pyserial_it_is_said_what_to_install(monkeypatch):
         return real(name, *arguments, **named)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(BenchError, match=r"pip install pyserial \(or rotflex\[serial\]\)"), hil.open(URI):
+    with pytest.raises(BenchError, match="pip install pyserial"), hil.open(URI):
         pass
-
-
-def test_a_port_that_is_not_there():
-    pytest.importorskip("serial", reason="pyserial is not installed")
-    with pytest.raises(BenchError, match=r"'/dev/no-such-port' cannot be opened.*(There are|plugged in)"):
-        SerialPort("/dev/no-such-port")
 
 
 def test_a_port_that_breaks_is_told_in_words():
@@ -225,10 +215,12 @@ def test_a_port_that_breaks_is_told_in_words():
 
         write = read
 
+    with pytest.raises(BenchError, match="'/dev/no-such-port'"):
+        SerialPort("/dev/no-such-port")
     port = SerialPort("loop://")
     port._line = Pulled()
     for call in (lambda: port.write(b"x"), lambda: port.read(port.now())):
-        with pytest.raises(HILError, match=r"at loop:// is broken: device reports.*sets the motor to 0 V by itself"):
+        with pytest.raises(HILError, match="loop://"):
             call()
 
 

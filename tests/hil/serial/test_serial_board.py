@@ -99,26 +99,22 @@ REFUSED: dict[str, Callable[[SerialBoard], object]] = {
     "no filter": lambda b: b.set_encoder_filter_frequency(BOTH, 2, np.array([1e6, 1e6])),
     "0 to 5 V": lambda b: b.set_analog_input_ranges(BOTH, 2, np.array([-10.0, -10.0]), np.array([10.0, 10.0])),
     "±12 V": lambda b: b.set_analog_output_ranges(MOTOR, 1, np.array([-10.0]), np.array([10.0])),
-    "0 V, and cannot": lambda b: b.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([1.0])),
-    "at most 65 s": lambda b: b.watchdog_start(100.0),
-    "whole number of milliseconds": lambda b: b.task_start(
-        b.task_create_encoder_reader(5, BOTH, 2), Clock.HARDWARE_CLOCK_0, 300.0, 5
-    ),
-    "from 1 to 10000": lambda b: b.task_start(
-        b.task_create_encoder_reader(5, BOTH, 2), Clock.HARDWARE_CLOCK_0, 2000.0, 5
-    ),
-    "waits for nobody": lambda b: b.task_set_buffer_overflow_mode(
+    "0 V": lambda b: b.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([1.0])),
+    "65 s": lambda b: b.watchdog_start(100.0),
+    "milliseconds": lambda b: b.task_start(b.task_create_encoder_reader(5, BOTH, 2), Clock.HARDWARE_CLOCK_0, 300.0, 5),
+    "10000": lambda b: b.task_start(b.task_create_encoder_reader(5, BOTH, 2), Clock.HARDWARE_CLOCK_0, 2000.0, 5),
+    "nobody": lambda b: b.task_set_buffer_overflow_mode(
         b.task_create_encoder_reader(5, BOTH, 2), BufferOverflowMode.SYNCHRONIZED
     ),
-    "no other channels": lambda b: b.task_create_reader(5, None, 0, BOTH, 2, None, 0, BOTH, 1),
-    "1 analog output channels": lambda b: b.write_analog(BOTH, 2, np.zeros(2)),
+    "other channels": lambda b: b.task_create_reader(5, None, 0, BOTH, 2, None, 0, BOTH, 1),
+    "1 analog output": lambda b: b.write_analog(BOTH, 2, np.zeros(2)),
 }
 
 
-@pytest.mark.parametrize("words", REFUSED)
-def test_what_it_cannot_do_is_refused_in_words(bare, words):
-    with pytest.raises(HILError, match=words):
-        REFUSED[words](bare.board)
+def test_what_it_cannot_do_is_refused_by_name(bare):
+    for name, call in REFUSED.items():
+        with pytest.raises(HILError, match=name):
+            call(bare.board)
 
 
 def test_what_it_has_anyway_may_be_asked_for(bare):

@@ -74,33 +74,21 @@ def test_a_cable_that_is_pulled(bench):
     assert not bench.port.open
 
 
-def test_a_line_that_is_broken_one_way_only(bench):
-    """The board is heard, and does not hear."""
-    bench.port.to_board = cut
-    with pytest.raises(HILError, match="watchdog has expired"):
-        for _ in range(100):
-            bench.read()
-            bench.write(6.0)
-    assert bench.uno.voltage == 0.0
-
-
-def test_a_board_that_hears_and_is_not_heard(bench):
-    bench.port.from_board = cut
-    with pytest.raises(HILError, match="no sample"):
-        for _ in range(100):
-            bench.cycle(6.0)
-    bench.uno.run(0.05)
-    assert bench.uno.voltage == 0.0
-
-
-def test_a_line_that_babbles_is_not_listened_to_for_ever(bench):
+@pytest.mark.parametrize(
+    ("broken", "named"), [("to the board", "watchdog"), ("from the board", "no sample"), ("babbling", "no sample")]
+)
+def test_a_line_that_is_broken_one_way_only(bench, broken, named):
     def babble(_content: bytes) -> bytes:
         bench.uno.run(0.0005)
         return b"U" * 20
 
-    bench.port.from_board = babble
-    with pytest.raises(HILError, match="no sample"):
-        bench.cycle(6.0)
+    setattr(
+        bench.port, "to_board" if broken == "to the board" else "from_board", babble if broken == "babbling" else cut
+    )
+    with pytest.raises(HILError, match=named):
+        for _ in range(100):
+            bench.read()
+            bench.write(6.0)
     bench.uno.run(0.05)
     assert bench.uno.voltage == 0.0
 
@@ -108,7 +96,7 @@ def test_a_line_that_babbles_is_not_listened_to_for_ever(bench):
 def test_a_reset_in_the_middle(bench):
     bench.uno.reset()
     assert bench.uno.voltage == 0.0
-    with pytest.raises(HILError, match="started anew in the middle"):
+    with pytest.raises(HILError, match="started anew"):
         for _ in range(20):
             bench.cycle(6.0)
     assert bench.uno.voltage == 0.0
@@ -120,23 +108,20 @@ def test_a_reset_in_the_middle(bench):
     assert bench.uno.voltage == 3.0
 
 
-def test_a_reset_that_was_not_heard(bench):
-    """Nothing of the board's start is heard; but it answers that it knows of no session."""
-    bench.uno.reset()
-    bench.uno.run(0.02)
-    bench.uno.take()
-    with pytest.raises(HILError, match="started anew in the middle"):
-        bench.board.watchdog_stop()
-
-
-def test_a_hang(bench):
+def test_a_reset_that_was_not_heard_and_a_hang(bench):
     bench.uno.hang(interrupts=False)
     bench.uno.run(0.065)
     assert bench.uno.voltage == 0.0
     bench.uno.mend()
-    with pytest.raises(HILError, match="its program hung"):
+    with pytest.raises(HILError, match="hung"):
         for _ in range(100):
             bench.cycle(6.0)
+    again = Bench()
+    again.uno.reset()
+    again.uno.run(0.02)
+    again.uno.take()  # nothing of its start is heard; but it answers that it knows of no session
+    with pytest.raises(HILError, match="started anew"):
+        again.board.watchdog_stop()
 
 
 def test_noise_on_the_line_to_the_board(bench):
@@ -243,30 +228,16 @@ def test_an_answer_that_is_lost_is_asked_for_again(bench):
     assert spoilt == 1
 
 
-def test_another_version_of_the_protocol():
-    uno = SimulatedUno(defines="-DPROTOCOL_VERSION=2")
-    with pytest.raises(HILError, match=r"version 2 of the protocol, this program version 1\. Flash"):
-        SerialBoard(SimulatedPort(uno), SUPPLY)
-
-
-@pytest.fixture
-def short_start(monkeypatch):
+def test_a_port_at_which_no_board_of_this_version_answers(monkeypatch):
     monkeypatch.setattr(line, "_STARTING", 0.6)
-
-
-def test_a_port_at_which_nothing_answers(short_start):
-    port = SimulatedPort(SimulatedUno())
-    port.from_board = cut
-    with pytest.raises(HILError, match="Nothing answers at this port"):
-        SerialBoard(port, SUPPLY)
-    assert not port.open
-
-
-def test_a_port_at_which_something_else_talks(short_start):
-    port = SimulatedPort(SimulatedUno())
-    port.from_board = lambda content: b"OK\r\nready>\0" if content else b""
-    with pytest.raises(HILError, match="Nothing answers at this port"):
-        SerialBoard(port, SUPPLY)
+    with pytest.raises(HILError, match=r"version 2 .*version 1"):
+        SerialBoard(SimulatedPort(SimulatedUno(defines="-DPROTOCOL_VERSION=2")), SUPPLY)
+    for answer in (cut, lambda content: b"OK\r\nready>\0" if content else b""):
+        port = SimulatedPort(SimulatedUno())
+        port.from_board = answer
+        with pytest.raises(HILError, match="Nothing answers"):
+            SerialBoard(port, SUPPLY)
+        assert not port.open
 
 
 def test_what_no_board_says_is_passed_over(bench):
