@@ -316,10 +316,6 @@ FAULTS: dict[str, Fault] = {
 }
 
 
-def test_there_are_faults_enough():
-    assert len(FAULTS) >= 25
-
-
 @pytest.fixture(params=list(FAULTS))
 def fault(request):
     return FAULTS[request.param]

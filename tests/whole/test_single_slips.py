@@ -22,12 +22,6 @@ BEYOND = {
 }
 
 
-def test_there_are_enough_of_them_and_each_is_another():
-    assert len(SLIPS) >= 40
-    assert len({slip.name for slip in SLIPS}) == len(SLIPS)
-    assert {slip.where for slip in SLIPS} <= FULL.keys()
-
-
 def test_without_a_slip_nothing_is_lost():
     assert lost_by(answers_with(None)) == {}
 

@@ -30,12 +30,6 @@ def opened(found):
     return control.ss(A, B, found.applied, 0)
 
 
-def test_there_are_enough_stable_designs_with_limits_of_every_kind():
-    assert len(STABLE) >= 6
-    every = [margins(A, B, found.applied) for found in STABLE.values()]
-    assert any(np.isfinite(one.gain_up) for one in every) or any(one.gain_down > 0 for one in every)
-
-
 @pytest.mark.parametrize("name", STABLE)
 def test_the_margins_are_those_of_python_control(name):
     found = margins(A, B, STABLE[name].applied)
