@@ -147,6 +147,12 @@ def test_what_is_meant_to_harm_does_not_come_along_and_is_told(name, why):
     assert why in chosen.notes[0]
 
 
+@pytest.mark.parametrize("fits", [True, False])
+def test_characters_of_a_path(fits):
+    name = "tools/" + "x" * (240 - len("tools/.txt") + (not fits)) + ".txt"
+    assert bool(choice(name).paths) == fits and bool(choice(name).notes) != fits
+
+
 def test_ten_thousand_files_take_no_time_and_are_told_in_a_few_words():
     began = time.monotonic()
     chosen = choice(*(f"many/{number}.txt" for number in range(10_000)))
