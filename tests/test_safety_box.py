@@ -19,10 +19,6 @@ BOXES = [
 ]
 
 
-def test_there_are_boxes_that_warn():
-    assert {name for name, _ in BOXES} >= {"00_start.ipynb", "08_full_state_feedback.ipynb"}
-
-
 @pytest.mark.parametrize(("name", "attributes"), BOXES)
 def test_a_warning_brings_colours_of_its_own_that_can_be_read(name, attributes):
     """JupyterLab's own are 2.99 to 1 (light) and 2.13 to 1 (dark)."""

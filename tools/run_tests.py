@@ -1,4 +1,4 @@
-"""Run every check, and fail if one fails: style, types, imports, size, scripts, tests, solutions against their outputs.
+"""Run every check, and fail if one fails: style, types, imports, size, house rules, scripts, tests, solutions.
 
     python tools/run_tests.py [--quick | --all] [PYTEST OPTIONS ...]
 
@@ -37,6 +37,7 @@ STATIC = {
     "types": (PYTHON, "-m", "mypy"),
     "imports": (str(SCRIPTS / "lint-imports"), "--no-logo"),
     "size": (PYTHON, "tools/count_lines.py"),
+    "house rules": (PYTHON, "tools/lint_house.py"),
     "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
 }
 ALL_TESTS = ("--nbval", "tests", "solutions", "--hypothesis-profile=all")

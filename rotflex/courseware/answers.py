@@ -26,7 +26,7 @@ from rotflex.courseware.student_id import caseless
 from rotflex.errors import AnswerError
 
 FORMAT = 2
-MAX_BYTES = 1_000_000  #: of the whole file
+MAX_BYTES = 1_000_000  #: of the whole file; docs/handing_in.md states it
 _KEYS_1 = {"format", "student", "bench", "software", "probe_seed", "answers"}
 _KEYS = {1: _KEYS_1, FORMAT: {*_KEYS_1, "cells"}}
 WHEN = "when"  # of format 2, too, where a person ran the notebooks

@@ -19,13 +19,13 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 
 from rotflex.courseware.kinds.values import LONGEST_PROSE
 
-MOST = 6  #: pictures of one answer
-MAX_BYTES = 20_000_000  #: of a picture as it comes
+MOST = 6  #: pictures of one answer; two pages of each of three drafts
+MAX_BYTES = 20_000_000  #: of a picture as it comes; a telephone's largest photograph
 MAX_PIXELS = 60_000_000  #: of one; a telephone's largest photographs have 50 million
-MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook
+MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook; three of the largest
 MAX_SIDE = 20_000  #: pixels of its height and of its width as it comes; a strip of few pixels takes very long
-LONGEST_SIDE = 1400  #: pixels, as it is kept
-KEPT_BYTES = 700_000  #: of a picture as it is kept
+LONGEST_SIDE = 1400  #: pixels, as it is kept; handwriting on a page can be read
+KEPT_BYTES = 700_000  #: of a picture as it is kept; six of them are within 5 MB
 _FORMATS = ("PNG", "JPEG", "GIF", "WEBP", "BMP")
 _SMALLER = (LONGEST_SIDE, 1000, 700, 400)  # until it is within KEPT_BYTES
 _SHOWN = 60  # characters of an untrusted name in a message

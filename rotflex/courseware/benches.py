@@ -11,7 +11,7 @@ from rotflex.errors import ConfigurationError
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)
 FIRST_DRAW = 1  #: the version of the draws of whoever names none
-MOST_SEED = 2**32 - 1
+MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from rotflex.courseware.json_values import FormError, NotAnswered, read_number
 from rotflex.courseware.symbols import Names, listed, plain, without_time
 from rotflex.errors import AnswerError
 
-MAX_NODES = 1000
-MAX_DEPTH = 40
-MAX_INTEGER = 10**20
+MAX_NODES = 1000  #: a page of formula
+MAX_DEPTH = 40  #: deeper than anybody can read
+MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
 MAX_EXPONENT = 64  #: of a power, and of powers within powers multiplied together
 _FUNCTIONS = ("sqrt", "sin", "cos", "exp")
 #: How many arguments there are to each kind: fewest and most.

@@ -21,8 +21,8 @@ _count = itertools.count()  # two threads may write the same file
 # Windows lets nobody replace a file that another program has open (a search, a virus scanner, a cloud's copy, another
 # notebook), and nobody read one that is being replaced. Elsewhere, what is refused stays refused.
 _MAY_BE_OPEN = sys.platform == "win32"
-_PATIENCE = 2.0  # s until it is an error
-_PAUSE = 0.05  # s between two tries
+_PATIENCE = 2.0  # s until it is an error; a virus scanner has a new file for a second
+_PAUSE = 0.05  # s between two tries; a program that reads a small file has it for less
 
 _Result = TypeVar("_Result")
 

@@ -17,7 +17,7 @@ from rotflex.errors import AnswerError
 
 __all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "decode", "encode", "show"]
 
-MAX_BYTES = 120_000  #: of one answer, as JSON
+MAX_BYTES = 120_000  #: of one answer, as JSON; a recording of 400 points in a dozen channels
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from rotflex.errors import AnswerError
 SECTION = "predictions"  #: of answers.json
 SAID, WHY = "said", "why"
 KINDS = ("number", "choice")  #: what can be predicted
-LONGEST = 1000  #: characters of a sentence
+LONGEST = 1000  #: characters: a sentence, and a few more
 
 
 @dataclass(frozen=True)

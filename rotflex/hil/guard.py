@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from rotflex.config import Servo
 from rotflex.units import DEG
 
-_LIGHTEST_LINK = 1e-3  # kg·m²; no arm is lighter
-_A_FEW_COUNTS = 0.5 * DEG
+_LIGHTEST_LINK = 1e-3  # kg·m²; a third of the lightest arm there is
+_A_FEW_COUNTS = 0.5 * DEG  # rad; six counts of an encoder
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ import numpy as np
 from rotflex.errors import HILError
 from rotflex.hil.board import Board, Channels
 
-WATCHDOG_TIMEOUT = 0.2  #: s
+WATCHDOG_TIMEOUT = 0.2  #: s; an arm at 30 rad/s turns a whole turn meanwhile, and no more
 _AGAIN = 3  # times; a watchdog that expires again in between does so within its time-out, which is far longer
 
 

@@ -19,10 +19,10 @@ import numpy as np
 
 from rotflex.unanswered import HELD, LOST, MOST_NOTED
 
-DRIFT = 5e-4  #: of the time that passes; two crystals differ by a tenth of that
+DRIFT = 5e-4  #: of the time that passes; a cheap crystal is off by 1e-4, and a hot one by as much again
 TOO_SLOW = 5  #: answers of which most take longer than a period: it is no pause, they take too long
 _FRESH = 2.0  # periods after the start in which a first sample is no old one
-_SWITCH = 0.0005  # s; how often threads take turns, so that others do not hold up the loop
+_SWITCH = 0.0005  # s, a quarter of a sample: threads take turns so often, so that others do not hold up the loop
 
 
 class Pace:

@@ -54,7 +54,7 @@ from rotflex.instructor.running.supplied import Supplied, together
 from rotflex.instructor.verdicts import Status
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
-PROBE_SEED_BITS = 48
+PROBE_SEED_BITS = 48  #: not to be guessed, and exact as a float
 ACTOR = "rotflex grade"  #: who changes marks here, in the audit trail
 _NOTHING_READ = "Nothing of the course could be read in what you handed in."
 _OUR_FAULT = "Grading failed; ask your instructor."

@@ -31,8 +31,8 @@ STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 OUTPUTS = ("theta", "alpha")
 INPUTS = {"voltage": "V_m", "torque": "tau"}
 
-POLE_TOLERANCE = 1e-6  #: of the largest pole; poles from a list are as exact as whoever wrote them down
-RANK_TOLERANCE = 1e-10  #: of the largest singular value of A, in balanced or natural units
+POLE_TOLERANCE = 1e-6  #: of the largest pole: typed with seven digits
+RANK_TOLERANCE = 1e-10  #: of the largest singular value of A, in balanced or natural units; far above rounding
 _EPS = float(np.finfo(float).eps)
 
 Array = NDArray[np.float64]

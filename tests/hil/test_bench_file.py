@@ -139,6 +139,11 @@ def test_a_file_without_a_name_or_that_is_not_there_is_refused(tmp_path):
         hil.open(str(path), setup=BenchFile(SIMULATOR).setup())
 
 
+def test_a_name_may_have_60_characters(tmp_path):
+    (tmp_path / "bench.toml").write_text(f"name = '{60 * 'n'}'\naddress = 'quanser:q2_usb/0'\n", encoding="utf-8")
+    assert bench_file.load(tmp_path / "bench.toml").name == 60 * "n"
+
+
 def test_a_bench_has_its_files_name_unless_given_and_its_recordings_carry_it(cards, tmp_path):
     path = tmp_path / "south.toml"
     bench_file.save(path, recorded(BenchFile(SIMULATOR)))

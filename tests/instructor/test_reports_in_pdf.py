@@ -165,6 +165,11 @@ def test_what_the_sandbox_says_is_a_claim(monkeypatch, said):
     assert found.problems == (f"{REPORT}: {NAME} may be damaged: its pages could not be counted.",)
 
 
+def test_a_report_of_2000_pages_is_believed(monkeypatch):
+    monkeypatch.setattr(counted_pages, "work", lambda data, isolated, cancelled=None: b'{"pages": 2000}')
+    assert counted(blank()).files[REPORT].pages == 2000
+
+
 def test_it_is_opened_for_a_submission_that_is_new_and_for_no_other(made):
     made.report("ada", blank())
     made.grade()

@@ -21,7 +21,7 @@ _SIGNS = {"circ": "°", "degree": "°", "mu": "μ", "micro": "μ", "cdot": "·",
 _RAISED, _LOWERED = re.compile(r"\^\s*[({]([^(){}]*)[)}]"), re.compile(r"_\s*\{([^{}]*)\}")
 _INNERMOST = re.compile(r"[(\[<]([^()\[\]<>]*)[)\]>]")
 _NESTED = 3  # brackets within brackets
-_MOST_PLACES = 16  # looked at in a label
+_MOST_PLACES = 16  # looked at in a label; three are many
 #: Words before a unit: "time in s", "Zeit in s", "tiempo en s", "czas w s", "время в с", "χρόνος σε s" ...
 _IN = re.compile(r"(?<!\w)(?:in|en|em|w|v|ve|в|у|σε|i|u|în|bằng|dalam)\s+(?=\S)")
 _AFTER = re.compile(r"[,;:|(\[]|\s-\s")

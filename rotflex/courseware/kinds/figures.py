@@ -27,12 +27,12 @@ from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
-MOST_AXES = 8
-MOST_LINES = 24
-MOST_POINTS = 200
+MOST_AXES = 8  #: four rows of two
+MOST_LINES = 24  #: curves and marks of a diagram; curves alone are told apart up to a dozen
+MOST_POINTS = 200  #: of a curve as it is kept
 _MOST_IN_ALL, _FEWEST_POINTS = 4400, 60  # of all curves together, for which each is thinned out more; of each
-MOST_SAMPLES = 10**9
-_LONGEST_LABEL = 200
+MOST_SAMPLES = 10**9  #: two weeks at 1 kHz
+_LONGEST_LABEL = 200  # characters: two lines
 _ROUNDING = 1e-9  # of an axis: a point on its limit is within
 _SAME_PLACE = 1e-6  # of a figure's width: diagrams above each other
 

@@ -13,7 +13,7 @@ from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Part
 from rotflex.courseware.probes import Probe
 
-_LONGEST_MESSAGE = 200
+_LONGEST_MESSAGE = 200  # characters: two lines
 
 
 def encode_function(part: Part, value: Any, probe_seed: int) -> tuple[dict[str, Any], list[str]]:

@@ -23,9 +23,9 @@ from rotflex.courseware.messages import plural
 from rotflex.courseware.parts import Part
 from rotflex.errors import AnswerError
 
-MOST_POINTS = 400
-MOST_SAMPLES = 10**7
-_LONGEST_METADATA = 4000  # characters of JSON
+MOST_POINTS = 400  #: as many as a plot is wide, halved
+MOST_SAMPLES = 10**7  #: more than an hour at 2 kHz
+_LONGEST_METADATA = 4000  # characters of JSON; what a bench says of itself, ten times
 
 
 class Signal(Protocol):

@@ -24,7 +24,7 @@ from rotflex.courseware.parts import YES_NO, Part
 from rotflex.errors import AnswerError
 from rotflex.units import DEG, REV, RPM
 
-LONGEST_PROSE = 5000  #: characters
+LONGEST_PROSE = 5000  #: characters; two pages
 #: What a notebook may leave where a text is to be written.
 STUBS = ("", "...", "your answer here", "your text here")
 

@@ -29,7 +29,7 @@ _DECIMAL = re.compile(r"[-−+]?\d+[.,]\d+")  # a measured number, and no count
 _WITHOUT_UNIT = re.compile(
     r"\b(?:number|counts?|index|samples?|ratio|normali[sz]ed|relative|probability|rank|order|dimensionless|units?)\b"
 )
-_LONGEST_HEADING = 60  # characters of a line in a PDF
+_LONGEST_HEADING = 60  # characters of a line in a PDF; three quarters of a line
 _HEADING_BEGINS = 6  # letters by which a heading is known: "Conclu" of Conclusion and Conclusions
 _CAPTION = re.compile(r"^\s*(?:figure|fig\.)\s+(\d{1,3})\s*[.:|–—-](?!\d)", re.IGNORECASE | re.MULTILINE)
 

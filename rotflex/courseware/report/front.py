@@ -26,8 +26,8 @@ _ENTRY = re.compile(
     r"[ \t]{0,3}[*+-][ \t]+\*\*\s*(?P<name>[^*\n]{1,80}?)\s*(?P<colon>:?)\*\*[ \t]*:?[ \t]*(?P<text>.*)"
 )
 _KEY = re.compile(r"\[(?P<key>[\w.:-]{1,30})\]")
-_LONGEST = 2000  # characters of an entry
-_MOST = 100  # entries
+_LONGEST = 2000  # characters of an entry; a third of a page
+_MOST = 100  # entries; twenty are many
 
 
 @dataclass

@@ -14,7 +14,7 @@ from rotflex.errors import RotflexError
 
 #: As a notebook reads Markdown. Raw HTML is read as such, so that it can be left out (rotflex.courseware.report.tree).
 _MARKDOWN = "commonmark+tex_math_dollars+pipe_tables+strikeout+footnotes+autolink_bare_uris"
-_PATIENCE = 60  # s for a report; it takes a tenth of one
+_PATIENCE = 60  # s for a report; it takes a tenth of one, on a slow machine some
 _MEMORY = "1G"  # of pandoc's own
 
 Node = dict[str, Any]  # of pandoc's tree: {"t": type, "c": content}

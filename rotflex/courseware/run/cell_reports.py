@@ -16,10 +16,10 @@ from typing import Any
 
 LEFT = "exit()"  #: the type of error of a cell that ended Python, which is none
 REPORTS_FILE = "cell_reports.jsonl"  #: in the folder in which notebooks are run
-MAX_BYTES = 1_000_000  #: of the file
-_MOST_LINES = 6_000
+MAX_BYTES = 1_000_000  #: of the file; a thousand cells with a message each
+_MOST_LINES = 6_000  # eleven notebooks of at most some hundred cells
 _LONGEST = {"type": 60, "message": 300, "name": 100}  # characters
-_MOST_LACKED = 50  # of a cell
+_MOST_LACKED = 50  # answers of others that a cell asks for
 
 
 @dataclass(frozen=True)

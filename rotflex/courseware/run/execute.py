@@ -22,8 +22,8 @@ from rotflex.courseware.run import RUNNING
 from rotflex.errors import CheckError
 
 DIED, EXITED, TIMED_OUT = "died", "exited", "timed out"
-CELL_TIMEOUT = 60.0  #: s
-GRACE = 5.0  #: s after the interrupt until the end
+CELL_TIMEOUT = 60.0  #: s; the longest cell takes seconds
+GRACE = 5.0  #: s after the interrupt until the end; time to tidy up
 _BEGIN = 120.0  # s that a kernel may take to start and to import what notebooks use
 _LOOK = 0.2  # s between two looks at whether a kernel is still there
 PARAMETERS = "parameters"  #: tag of the cell after which parameters are put

@@ -16,9 +16,9 @@ from pathlib import Path
 from rotflex.courseware.run import by_program
 
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # an id as notebooks have them; editors may send other things
-_PATIENCE = 15  # s for a program that was asked to end
-_ITSELF = 5  # s for one that has heard of the interrupt by itself, as on Linux and macOS
-_LONGEST_ID = 64  # characters of a cell's
+_PATIENCE = 15  # s for a program that was asked to end; three times the grace of what is ended
+_ITSELF = 5  # s for one that has heard of the interrupt by itself, as on Linux and macOS; the grace
+_LONGEST_ID = 64  # characters of a cell's id, as Jupyter allows
 
 
 def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_saving: bool = False) -> None:

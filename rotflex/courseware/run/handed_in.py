@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-MAX_CELLS = 1_000  #: of a notebook
-MAX_SOURCE = 200_000  #: characters of a cell
+MAX_CELLS = 1_000  #: of a notebook; ten times what a long one has
+MAX_SOURCE = 200_000  #: characters of a cell; thousands of lines
 MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
 CODE, TEXT = "code", "markdown"  #: kinds of cells that count; there are others
 UNREADABLE = "unreadable"  #: kind of a cell whose source is no text, or too long; it is empty here

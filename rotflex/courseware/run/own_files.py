@@ -21,10 +21,10 @@ from rotflex.courseware.messages import plural
 from rotflex.courseware.run.cell_reports import REPORTS_FILE
 from rotflex.courseware.student_id import caseless
 
-MAX_FILES = 200  #: that come along
+MAX_FILES = 200  #: that come along; docs/handing_in.md states it, and the next two
 MAX_FILE = 10_000_000  #: bytes of one
 MAX_TOTAL = 30_000_000  #: bytes of all
-MAX_DEPTH = 8  #: folders within folders
+MAX_DEPTH = 8  #: folders within folders; as in what is handed in
 LONGEST_PATH = 240  #: characters; Windows has few more
 KEPT_COPY = ".before-restore"  #: in the name of a notebook's copy, which restoring it leaves behind
 RECEIPT_FILE = "receipt.json"  #: that a zip was made with; it is another each time, and no run should be

@@ -10,7 +10,7 @@ from rotflex.courseware.report_files import ReportFile
 from rotflex.courseware.run.student_folder import Work
 from rotflex.courseware.words import Where
 
-_ROUGHLY = 2.0  # s by which the times of files may differ
+_ROUGHLY = 2.0  # s by which the times of files may differ; FAT counts in two
 _NAMED = 6  # parts that are named before "and 12 more"
 
 

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 ILLUSTRATION = "illustration"
-#: Characters of a cell whose names are looked at, and of all of a notebook's. Python takes seconds to tell the names of
-#: a long cell that was written for that, and nothing else gets its turn meanwhile.
+#: Characters of a cell whose names are looked at (600 lines), and of all of a notebook's. Python takes seconds to tell
+#: the names of a long cell that was written for that, and nothing else gets its turn meanwhile.
 LONGEST, LONGEST_TOGETHER = 20_000, 100_000
 #: With these, a cell can reach a name without writing it.
 _NAMESPACES = {"globals", "locals", "vars", "dir", "__main__", "get_ipython", "In", "Out", "_", "__", "___"}

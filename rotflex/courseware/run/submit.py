@@ -26,7 +26,7 @@ from rotflex.courseware.session import DEMO
 from rotflex.errors import CheckError, StudentIDError
 
 MAX_OUTPUT = 200_000  #: characters, as JSON, of what a cell shows; more is left out: it is for people, and not needed
-_SHOWN = 16  # digits of the content's hash that are printed
+_SHOWN = 16  # digits of the content's hash that are printed; 64 bits, which nobody hits by chance
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ from rotflex.hil.serial.protocol import (
     request,
 )
 
-ALIVE_AFTER = 0.02  #: s without a frame to the board, after which it is told that the program lives
-_PATIENCE = 0.25  # s for an answer, before the request is sent again
-_ATTEMPTS = 3
-_STARTING = 5.0  # s that a board takes to start when its port is opened, at most
+ALIVE_AFTER = 0.02  #: s without a frame, less than half of the board's 50 ms, until it is told that the program lives
+_PATIENCE = 0.25  # s for an answer, which comes within milliseconds, before the request is sent again
+_ATTEMPTS = 3  # times a request is sent; each can be obeyed twice
+_STARTING = 5.0  # s that a board takes to start when its port is opened, at most; a boot loader takes two
 _POSTED = (Type.OUTPUT, Type.RELOAD, Type.ALIVE)
 
 

@@ -7,8 +7,8 @@ from rotflex.hil.serial import protocol
 from rotflex.hil.serial.line import Line
 from rotflex.hil.serial.protocol import Flag, Operation, Type
 
-LONGEST_TIMEOUT = 65.0  #: s, of the watchdog
-_ATTEMPTS = 3
+LONGEST_TIMEOUT = 65.0  #: s, of the watchdog: sixteen bits of milliseconds
+_ATTEMPTS = 3  # times the last voltage is sent, until it is known to be obeyed
 
 
 class Motor:

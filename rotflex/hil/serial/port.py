@@ -8,7 +8,7 @@ from typing import Protocol
 from rotflex.errors import BenchError, HILError
 
 BAUD_RATE = 500_000
-_PATIENCE = 1.0  # s for the computer to take what is written
+_PATIENCE = 1.0  # s for the computer to take what is written; a frame takes less than a millisecond
 
 
 class Port(Protocol):

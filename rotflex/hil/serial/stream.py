@@ -10,8 +10,8 @@ from rotflex.hil.serial.line import ALIVE_AFTER, Line
 from rotflex.hil.serial.protocol import Flag, Inputs, Sample, Type
 from rotflex.hil.serial.tasks import Task
 
-SLOWEST = 10_000  #: ms between samples, at most
-_LATE = 0.1  # s by which a sample may be late
+SLOWEST = 10_000  #: ms between samples, at most; slower ones are no experiment
+_LATE = 0.1  # s by which a sample may be late; twice the board's 50 ms of silence
 _NUMBERS = 2**16
 
 

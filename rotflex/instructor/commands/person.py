@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rotflex.instructor.erasure.results import Results
     from rotflex.instructor.gradebook import Erased, Gradebook
 
-_MOST_TOLD = 30  # places of one sort
+_MOST_TOLD = 30  # places of one sort; they fill a screen
 
 
 def forget(

@@ -13,7 +13,7 @@ from rotflex.instructor.running import intake
 
 _ZIPS = (".zip", ".xlsx", ".docx", ".ods", ".odt")
 _UNREADABLE = (".pdf", ".png", ".jpg")  # in which letters do not stand as such
-MOST_BYTES = 50_000_000  #: of a file that is looked into
+MOST_BYTES = 50_000_000  #: of a file that is looked into; a class's answers in a spreadsheet, as scoring takes them
 
 
 def in_folder(folder: Path, about: StudentRecord) -> Iterator[str]:

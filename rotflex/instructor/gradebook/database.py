@@ -19,7 +19,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
 from rotflex.errors import GradebookError
 
-PATIENCE = 30.0  #: s
+PATIENCE = 30.0  #: s; a transaction takes one at most
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _POSTGRES = ("postgresql", "postgres")
 

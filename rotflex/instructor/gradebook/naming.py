@@ -14,7 +14,7 @@ from functools import cached_property
 from rotflex.instructor.gradebook.records import StudentRecord
 
 FEWEST_CHARACTERS = 3  #: of a word that is looked for in texts: a shorter one is found in texts that name nobody
-FEWEST_DIGITS = 5  #: of a number: a shorter one may be anything
+FEWEST_DIGITS = 5  #: of a number: points, years and frequencies have up to four
 
 
 class Person:

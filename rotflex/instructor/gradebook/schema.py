@@ -19,7 +19,7 @@ from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import tables
 from rotflex.instructor.gradebook.database import Database
 
-_SECRET_BYTES = 32
+_SECRET_BYTES = 32  # 256 bits
 _SCRIPTS = "rotflex.instructor.gradebook:migrations"
 
 

@@ -20,7 +20,7 @@ from rotflex.errors import GradebookError, StudentIDError
 from rotflex.instructor.gradebook.records import Delivery, Graded, MarkRecord, RunRecord
 
 MOST_CHARACTERS = 2**26  #: of a run's words, claim, reports of cells, ... each, as JSON
-MOST_BYTES = 2**28  #: of a file that was handed in
+MOST_BYTES = 2**28  #: of a file that was handed in; more than any zip of a student's that is taken in
 _DEEPEST = 30  # levels of plain data
 _INTEGERS = range(-(2**63), 2**63)
 _LINE_END = re.compile(r"\r\n?")

@@ -20,7 +20,7 @@ class Limits:
     seconds : wall time, from its start
     memory : bytes of address space of each process; and, where there are cgroups, bytes of memory of all together
     processes : at a time, threads counted
-    file_size : bytes of each file that it writes
+    file_size : bytes of each file that it writes; twice all own files
     folder : bytes of all that it writes
     output : bytes of standard output and standard error together
     open_files : of each process

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from rotflex.instructor.isolation.outcome import Ending
 
 _LOOK = 0.1  # s; how often the clock, and the word to give up, are looked at
-_CHUNK = 65536
+_CHUNK = 65536  # bytes: what a pipe holds
 
 
 class ProcessPipes:

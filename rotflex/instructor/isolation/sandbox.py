@@ -45,7 +45,7 @@ _LAUNCHER = "umask 022; " + _WAIT + '"$@"; exit $?'
 _DROPPED = _WAIT + 'exec "$@"'
 _NAMESPACES = ("mnt", "pid", "net", "ipc", "uts")  # whatever bubblewrap says, the sandbox must have its own
 _START_TIMEOUT, _END_TIMEOUT = 60.0, 60.0  # s; more than any machine that is alive should need
-_MAX_STARTUP_OUTPUT = 65536
+_MAX_STARTUP_OUTPUT = 65536  # bytes of what bubblewrap complains of
 
 
 class _Cancelled(Exception):

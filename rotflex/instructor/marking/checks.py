@@ -21,8 +21,8 @@ from rotflex.courseware.parts import WHOLE, Part
 from rotflex.errors import RotflexError
 from rotflex.instructor.verdicts import Case, Own, OwnBench, Verdict, follow_through, for_a_person, right, wrong
 
-MOST_RUNS = 1000  #: of an experiment: a bench repeats none beyond
-_FIRST_RUN = 1
+MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
+_FIRST_RUN = 1  # counted as people count
 _LONGEST_SHOWN = 40  # characters of what a recording says
 
 #: What a calculation with a student's own answers may raise: then there is nothing that follows from them.

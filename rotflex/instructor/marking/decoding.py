@@ -18,9 +18,9 @@ from rotflex.instructor.marking.time_limit import within
 
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
 MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are
-_MOST_NOTES = 20
+_MOST_NOTES = 20  # lines
 _SHOWN = 40  # characters of untrusted text in a note
-_PATIENCE = 5.0  # s for one answer
+_PATIENCE = 5.0  # s for one answer; it takes milliseconds
 
 
 @dataclass

@@ -18,9 +18,9 @@ from rotflex.instructor.verdicts import Case, NothingFollows, Own, Verdict, foll
 
 Point = Mapping[str, float]
 Rule = Callable[[Point], float]  # a quantity as a function of all symbols' values
-_POINTS = 6
-_RTOL = 1e-7  # of what is compared; a tolerance for rounded coefficients is in the checks
-_FLOAT_RTOL = 2e-3  # a student's 0.333 for a third
+_POINTS = 6  # random points; two would do
+_RTOL = 1e-7  # half the digits of a float; a tolerance for rounded coefficients is in the checks
+_FLOAT_RTOL = 2e-3  # a student's 0.333 for a third is 1e-3 away
 
 
 def points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]:

@@ -30,9 +30,9 @@ from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.marking import About, Mark
 
 _T = TypeVar("_T")
-_MEMORY = 4 * 1024**3  # bytes of address space
+_MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
 _IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
-_PATIENCE = 600.0  # s for all answers of a submission
+_PATIENCE = 600.0  # s for all answers of a submission; as long as the submission's run may take
 _LONGEST_BENCH = 200  # characters of what answers say of their bench, in a message
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from rotflex.courseware.files import ANSWERS_FILE
 
 _FIRST, _LAST = 315_532_800, 4_354_819_198  # s since 1970, UTC: from 1980 to 2107, which a zip can hold
-_PATIENCE = 20  # s for git
+_PATIENCE = 20  # s for git; it takes a fraction of one
 _NOT_SOURCES = ("__pycache__", ANSWERS_FILE)  # what a run leaves there
 
 ZipTime = tuple[int, int, int, int, int, int]

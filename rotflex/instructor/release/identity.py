@@ -17,8 +17,8 @@ from rotflex.courseware.course_file import RELEASE, STUDENT
 from rotflex.courseware.files import COURSE_FILE
 
 NOTEBOOKS, DATA = "notebooks", "data"  #: folders of a release, beside those of the packages
-_LONGEST = 40  # characters of the term
-_DIGITS = 8  # of the digest
+_LONGEST = 40  # characters of the term; it stands in a file's name
+_DIGITS = 8  # of the digest; 32 bits tell a course's releases apart
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 
 from markupsafe import Markup, escape
 
-LONGEST = 1000  #: characters of a formula that is shown as one
+LONGEST = 1000  #: characters of a formula that is shown as one; it fits on a page
 MOST_NODES = 3000  #: of its tree
 _DEEPEST = 25  # groups in each other
 _ELEMENT = re.compile(

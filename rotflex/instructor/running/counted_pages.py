@@ -19,7 +19,7 @@ from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.outcome import MIB, Ending, Limits
 from rotflex.instructor.running.executors import Pool
 
-MOST_PAGES = 2000  #: of a report, to be believed
+MOST_PAGES = 2000  #: of a report, to be believed; ten times what anybody hands in
 _RESULT, _LARGEST = "pages.json", 1000  # bytes
 _LIMITS = Limits(seconds=20.0, memory=1024 * MIB, processes=20, file_size=MIB, folder=MIB, output=10_000)
 _PROGRAM = Path(__file__).with_name("page_counter.py")

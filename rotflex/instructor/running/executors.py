@@ -11,8 +11,8 @@ from typing import Any
 
 from rotflex.errors import GradingError
 
-_CONNECT = 15  # s to find a scheduler and a worker
-_TRIES = 3  # for a submission whose worker is lost
+_CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
+_TRIES = 3  # for a submission whose worker is lost, be it by no fault of its own
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from rotflex.instructor.running import supplied as supplying
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.supplied import Supplied
 
-_LONGEST_CELL = 64  # characters of a cell's id
+_LONGEST_CELL = 64  # characters of a cell's id; as Jupyter allows
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from rotflex.instructor.isolation.sandbox import Ending, Outcome
 from rotflex.instructor.running import inside
 from rotflex.instructor.running.bundle import FONTS, INSIDE, unpacked
 
-MAX_ANSWERS = 2_000_000  #: bytes
+MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
 _GIB = 1024**3
 _PARTLY = {
@@ -44,10 +44,10 @@ class Limits:
 
     Attributes
     ----------
-    cell, submission : time, s (of a cell; of everything, wall time)
-    memory : bytes
-    processes : at a time
-    folder : bytes that can be written
+    cell, submission : time, s (of a cell; of everything, wall time); a whole course takes a minute at most
+    memory : bytes; twice what a notebook with all libraries needs
+    processes : at a time; libraries start threads, on many processors
+    folder : bytes that can be written: recordings and pictures
     """
 
     cell: int = 60

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 
-SIMILAR = 88.0  #: % of similarity from which on two answers are nearly the same
-_CONTEXT = 8  # words that are shown on either side of a difference
+SIMILAR = 88.0  #: % of similarity from which on two answers are nearly the same; a few words of forty are others
+_CONTEXT = 8  # words that are shown on either side of a difference; half a line
 
 
 def _words(lines: str) -> frozenset[str]:

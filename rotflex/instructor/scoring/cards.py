@@ -19,7 +19,7 @@ from rotflex.instructor.scoring import remarks
 from rotflex.instructor.scoring.alike import Piece, difference
 from rotflex.instructor.scoring.desk import Desk, Where, key_of, seen, state
 
-_LONGEST = 300  # characters of a number or a matrix that stands beside the text
+_LONGEST = 300  # characters of a number or a matrix (four by four) that stands beside the text
 
 
 @dataclass(frozen=True)

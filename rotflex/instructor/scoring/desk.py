@@ -28,8 +28,8 @@ from rotflex.instructor.settings import LevelSettings
 
 Where = tuple[str, str]  #: question, part
 
-HELD = 120.0  #: s for which an answer is a scorer's; renewed while their page is open
-MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown
+HELD = 120.0  #: s for which an answer is a scorer's: three renewals, and not long after a page was closed by force
+MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown; with what differs in each, two screens
 _PICTURE = "!["  # in Markdown
 _KEY = 16  # hexadecimal digits of a key
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 HEADER = "x-rotflex-page"  #: of each act: the word that its page was given
 ACTOR = "rotflex.actor"  #: in a request's scope: the :class:`Scorer`
-MOST_BYTES = 64_000  #: of an act
+MOST_BYTES = 64_000  #: of an act; a remark and fifty answers' keys, ten times
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"

@@ -14,9 +14,9 @@ from statistics import median
 from rotflex.instructor.gradebook import Act
 from rotflex.instructor.scoring.desk import MOST_TOGETHER, Where
 
-PAUSE = 600.0  #: s between two acts; whoever does nothing for longer is not reading
+PAUSE = 600.0  #: s between two acts; whoever does nothing for longer is not reading; the longest report is read in less
 AT_ONCE = 1.0  #: s; acts nearer to each other were not read one after the other
-FEWEST = 5  #: times that a median is taken of
+FEWEST = 5  #: times that a median is taken of; one of fewer says nothing
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from rotflex.errors import AnswerError, GradingError
 from rotflex.instructor.course import RUBRIC_FILE
 
 LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
-LONGEST = 500  #: characters of a text
+LONGEST = 500  #: characters of a text; five lines, read before each of eighty answers
 
 Where = tuple[str, str]  #: question, part
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from rotflex.instructor.scoring.desk import Pick, Where
 
-LONGEST_REMARK = 2000  #: characters
-MOST_ANSWERS = 50  #: in one act; a page shows fewer
+LONGEST_REMARK = 2000  #: characters; a page
+MOST_ANSWERS = 50  #: in one act; a page shows several times fewer
 
 
 class BadRequest(Exception):

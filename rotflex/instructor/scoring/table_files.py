@@ -13,7 +13,7 @@ from rotflex.errors import GradingError
 from rotflex.instructor.reports.safe_text import spreadsheet_cell
 
 COLUMNS = ("key", "question", "part", "who", "answer", "out of", "level", "points", "remark", "state", "check")
-MOST_BYTES = 50_000_000  #: of a table that is read
+MOST_BYTES = 50_000_000  #: of a table that is read; fifty answers of 5000 characters of each of 200 students
 NEEDED = ("key", "level", "points", "remark", "check")  #: columns without which it is no such table
 _NUMBERS = ("level", "points", "out of")
 _WIDTHS = {"question": 10, "part": 14, "who": 14, "answer": 80, "remark": 50, "state": 30}

@@ -9,7 +9,7 @@ from typing import Any
 
 from rotflex.courseware.benches import MOST_SEED, WHICH, is_names, is_seed
 
-_LONGEST = 120  # characters of a title
+_LONGEST = 120  # characters of a title; a line
 _FACTORS = (0.001, 1000)  # the smallest and the largest number that points are multiplied by
 _YEARS = range(2000, 3000)
 LEVELS = ("4", "3", "2", "1")  #: as they stand in the file; 0 is worth nothing by its meaning

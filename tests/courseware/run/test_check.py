@@ -8,7 +8,6 @@ import os
 import time
 
 import pytest
-from checkout import ROOT
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from rotflex.courseware.answers import AnswerBook
@@ -187,12 +186,6 @@ def test_another_students_answers_are_not_compared_with(folder):
     found = check(folder, MASTERS, CATALOGUE, student="bob")
     assert found.student == "bob"
     assert "answers.json holds the answers of 'ada', and is not compared with." in found.notes
-
-
-def test_nothing_is_taken_from_the_checkout_that_students_lack():
-    """No module of the students' side of this imports one of the instructor's."""
-    for path in (ROOT / "rotflex" / "courseware" / "run").glob("*.py"):
-        assert "rotflex.instructor" not in path.read_text()
 
 
 def test_what_nobody_has_begun_is_empty_and_not_told_to_build_on_others(folder):

@@ -77,6 +77,12 @@ def test_what_is_meant_to_harm_or_no_system_takes_does_not_come_along_and_is_tol
     assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py").notes) == 2  # all files of such a package
 
 
+@pytest.mark.parametrize("fits", [True, False])
+def test_characters_of_a_path(fits):
+    name = "tools/" + "x" * (240 - len("tools/.txt") + (not fits)) + ".txt"
+    assert bool(choice(name).paths) == fits and bool(choice(name).notes) != fits
+
+
 def test_of_ten_thousand_files_few_come_along_and_few_are_told():
     chosen = choice(*(f"many/{number}.txt" for number in range(10_000)))
     assert (len(chosen.paths), len(chosen.notes)) == (own_files.MAX_FILES, 21)

@@ -319,8 +319,8 @@ def test_a_table_that_only_grows_is_not_emptied_on_a_server(book, url, table):
 
 
 def test_short_words_are_not_looked_for_and_told():
-    person = Person(StudentRecord("17", "Bo", "bo@x.org", aliases=("4711", "12345")), 3)
-    assert person.words == ("bo@x.org", "12345") and person.unsought == ("17", "Bo", "4711")
+    person = Person(StudentRecord("17", "Bo", "bo@x.org", aliases=("4711", "12345", "Eva")), 3)
+    assert person.words == ("bo@x.org", "12345", "Eva") and person.unsought == ("17", "Bo", "4711")
     assert person.struck("Bo has 17 of 12345 points (BO@X.ORG)") == "Bo has 17 of [erased 3] points ([erased 3])"
     assert Person(StudentRecord("17"), 3).named_in("17") is False
 

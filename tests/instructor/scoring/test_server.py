@@ -13,6 +13,7 @@ from scoring_class import WORDS, Client, clients, desk, fill, shown, texts
 
 from rotflex.instructor.gradebook import Gradebook, rows
 from rotflex.instructor.scoring.guards import HEADER, MOST_BYTES, POLICY
+from rotflex.instructor.scoring.sent import sent_sheet
 
 SENT = {"question": WORDS[0], "part": WORDS[1]}
 HOSTILE = [
@@ -202,6 +203,11 @@ def test_what_no_page_sends_is_refused_in_words(both, book, sent, said):
     assert 400 <= reply.status_code < 500
     assert said in reply.json()["problem"]
     assert book.scores.acts() == []
+
+
+def test_fifty_answers_and_a_remark_of_2000_characters_are_taken():
+    read = sent_sheet({"answers": [{"key": "a", "seen": "b"}] * 50, "shown": ["a"] * 50, "remark": "x" * 2000})
+    assert (len(read.picks), len(read.shown), len(read.remark)) == (50, 50, 2000)
 
 
 def test_what_is_no_json_and_points_that_there_are_not_are_told(both, book):

@@ -7,6 +7,7 @@ import io
 import random
 import re
 import zipfile
+from contextlib import nullcontext
 
 import pytest
 from gradebooks import graded, mark, prose, record, report_text
@@ -15,7 +16,7 @@ from scoring_class import COMPARED, LEVELS, WORDS, desk, fill, texts
 
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.scoring import tables
+from rotflex.instructor.scoring import table_files, tables
 from rotflex.instructor.scoring.desk import Pick, key_of, seen
 from rotflex.instructor.settings import LevelSettings
 
@@ -348,6 +349,22 @@ def test_what_is_no_such_table_is_told(book, tmp_path, name, content, said):
         (tmp_path / name).write_bytes(content)
     with pytest.raises(GradingError, match=said):
         tables.read(desk(book), tmp_path / name, "Ann")
+
+
+@pytest.mark.parametrize("fits", [True, False])
+def test_characters_of_a_cell(book, tmp_path, fits):
+    answer = "x" * (32_000 + (not fits))
+    fill(book, [answer])
+    cells = [row["answer"] for row in Table(desk(book), tmp_path / "a.xlsx").rows]
+    assert (answer in cells) == fits and max(map(len, cells)) <= 32_767
+
+
+@pytest.mark.parametrize("fits", [True, False])
+def test_bytes_of_a_table(table, monkeypatch, fits):
+    table.save()
+    monkeypatch.setattr(table_files, "MOST_BYTES", table.path.stat().st_size - (not fits))
+    with nullcontext() if fits else pytest.raises(GradingError, match="larger"):
+        tables.read(table.made, table.path, "Ann")
 
 
 def test_where_it_cannot_be_written_is_told(book, tmp_path):

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = "rotflex_inside"
-_TRIAL_TIMEOUT = 60.0  # s
+_TRIAL_TIMEOUT = 60.0  # s; as a cell has
 
 
 def _load_package() -> None:

@@ -17,9 +17,9 @@ from collections.abc import Callable
 
 from . import DIED, FINE, TIMED_OUT
 
-GRACE = 5.0  #: s after the interrupt until the end
+GRACE = 5.0  #: s after the interrupt until the end; time to tidy up
 _LONGEST_PAUSE = 0.05  # s between two looks at a child that has closed its end of the pipe
-_LONGEST_COMPLAINT = 2000  # characters
+_LONGEST_COMPLAINT = 2000  # characters: a traceback
 _STEP = b"+"
 _FINISHED = 99  # exit status of a child that has come to its end; 0 is what a cell's own exit would give
 

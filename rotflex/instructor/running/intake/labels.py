@@ -35,7 +35,7 @@ _BRIGHTSPACE = re.compile(r"\d+-\d+ ?- (?P<parts>.+)", re.DOTALL)
 _DASH, _YEAR = re.compile(r" ?- "), re.compile(r"\b(?:19|20)\d\d\b")
 _BRIGHTSPACE_TIME = re.compile(r"([A-Za-z]{3})[a-z]*\.? (\d{1,2}), (\d{4}) (\d{1,2}?)[:.]?(\d\d)(?: ?([AP])M)?", re.I)
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
-_LONGEST = 300  # characters of a name that any of them writes
+_LONGEST = 300  # characters of a name that any of them writes; a file system's longest, and some
 #: How Moodle calls everybody where marking is blind.
 _BLIND = {"participant", "teilnehmerin", "teilnehmer", "participante", "deelnemer", "partecipante"}
 _ONLINE_TEXT = {"onlinetext", "comments"}

@@ -19,7 +19,7 @@ _PDF = ".pdf"
 _WORD = re.compile(r"[^\W_]+")
 #: Words that programs add to the name of a copy.
 _OF_COPIES = re.compile(r"copy\d*|kopie\d*|copia\d*|copie\d*|of|von|de|\d{1,3}")
-_FEWEST_CELLS = 3  # by which a notebook of an unknown name is told
+_FEWEST_CELLS = 3  # by which a notebook of an unknown name is told; two may be the same by chance
 
 
 @dataclass(frozen=True, order=True)

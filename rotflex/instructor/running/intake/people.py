@@ -15,7 +15,7 @@ from rotflex.instructor.running.intake.labels import Label
 
 _PAIR = "+"  #: between the IDs of those who hand in together
 _MOODLES_NUMBER = re.compile(r"\w+ (?=\d+$)")  # its grading worksheet has "Participant 1234567"
-MOST_TOGETHER = 4  #: students of one hand-in
+MOST_TOGETHER = 4  #: students of one hand-in; as many as stand around a bench
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ _SPELLED = re.compile(
     re.IGNORECASE,
 )
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
-_MAX_BYTES = 10_000_000
+_MAX_BYTES = 10_000_000  # 100 000 lines
 
 
 def read(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], list[str]]:

@@ -1,0 +1,21 @@
+"""Importing the package is quick: heavy libraries load where they are used."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = "sympy matplotlib ipywidgets anywidget papermill sqlalchemy dask control tqdm typer scipy.signal scipy.optimize"
+
+
+@pytest.mark.parametrize("room", ["rotflex", "rotflex.lab", "rotflex.experiments"])
+def test_heavy_libraries_load_only_where_they_are_used(room):
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys, {room}; print(*sys.modules)"], check=True, capture_output=True, text=True
+    )
+    loaded = set(done.stdout.split())
+    assert room in loaded
+    assert loaded.isdisjoint(HEAVY.split())
+    assert room != "rotflex" or not [name for name in loaded if name.startswith("rotflex.")]

@@ -1,0 +1,182 @@
+"""Check rules of this project that no other tool knows, and print file, line and reason for each breach.
+
+    python tools/lint_house.py
+
+* What serves any course (the sources of the import rule "neutral") names no question, quantity or part of this
+  laboratory, and nothing names the courses that tests make.
+* The import rules that list rooms list all of them.
+* Code that the notebooks recommend takes no name that their first cells bind.
+* A quick run leaves out what tests are marked with, and a test that starts a browser gets its marker.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import json
+import re
+import sys
+import tokenize
+import tomllib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "helpers")]
+
+import marks  # noqa: E402
+import run_tests  # noqa: E402
+
+from rotflex.workbook.questions import CATALOGUE  # noqa: E402
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+CONTRACTS = {contract["id"]: contract for contract in PROJECT["importlinter"]["contracts"]}
+MACHINERY = {"__main__", "cli", "courseware", "errors", "instructor", "progress", "units"}  #: of no laboratory
+
+# --- neutral words ---
+
+READ = (".py", ".js", ".css", ".html")
+PARTS = {"servo", "SRV02", "stiffness", "deflection", "torque", "workbook"}  #: besides the catalogue's quantities
+MADE_COURSES = re.compile(r"springlab|spring-course|01_spring")
+#: Files with versions of a library that look like questions.
+VERSIONS = {
+    "rotflex/instructor/running/inside/private_interfaces.py": ("3.10", "3.11"),
+    "rotflex/courseware/run/skippable_cells.py": ("3.12",),
+}
+
+
+def _whole(words: Iterable[str]) -> str:
+    return "|".join(map(re.escape, sorted(words, key=len, reverse=True)))
+
+
+def _quantities() -> set[str]:
+    """Collect symbols, channels and units of the course, and names of its parts that are written like a symbol."""
+    parts = [part for question in CATALOGUE.everything.values() for part in question.parts]
+    given = {name for part in parts for name in (*part.symbols, *part.channels, *part.units)}
+    asked = {part.name for part in parts if part.kind in ("number", "matrix", "poles", "expression")}
+    return given | {name for name in asked if "_" in name}
+
+
+#: No attributes, and no opacity as matplotlib has it: ``alpha=0.3``.
+NAMES = re.compile(rf"(?<![\w.])(?:{_whole(_quantities() | PARTS)})(?!\w|=[\d.])")
+#: No part of another number or version, as in ``>=2.1``. What is below 1 is a question only in quotation marks.
+_QUOTED = {number for number in CATALOGUE.everything if number.startswith("0.")}
+NUMBERS = re.compile(
+    rf"(?<![\w.<>=])(?:{_whole(set(CATALOGUE.everything) - _QUOTED)})(?!\w|\.\d)"
+    rf"|(?<=[\"'`])(?:{_whole(_QUOTED)})(?=[\"'`])"
+)
+
+
+def words_of_the_course(text: str, python: bool = True) -> Iterator[tuple[int, str]]:
+    """Find questions and quantities of this course in a text, each with its line."""
+    numbered = _without_numbers(text) if python else text
+    for row, (line, without) in enumerate(zip(text.splitlines(), numbered.splitlines(), strict=True), 1):
+        yield from ((row, word) for word in (*NAMES.findall(line), *NUMBERS.findall(without)))
+
+
+def _without_numbers(text: str) -> str:
+    """Blank the numbers of Python's source: 0.1 is no question there, and "0.1" in a string is."""
+    lines = text.splitlines()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.NUMBER:
+            (row, start), (_, end) = token.start, token.end
+            lines[row - 1] = lines[row - 1][:start] + " " * (end - start) + lines[row - 1][end:]
+    return "\n".join(lines)
+
+
+def neutral() -> Iterator[str]:
+    """Find words of this laboratory where any course is served, and of the tests' courses in the whole package."""
+    sources = [ROOT / name.replace(".", "/") for name in CONTRACTS["neutral"]["source_modules"]]
+    for path in sorted(one for one in (ROOT / "rotflex").rglob("*") if one.suffix in READ):
+        name, text = path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
+        for found in MADE_COURSES.finditer(text):
+            yield f"{name}:{text.count(chr(10), 0, found.start()) + 1}: {found[0]!r} is of a course made for tests."
+        if any(path.is_relative_to(source) or path == source.with_suffix(".py") for source in sources):
+            for row, word in words_of_the_course(text, path.suffix == ".py"):
+                if word not in VERSIONS.get(name, ()):
+                    yield f"{name}:{row}: {word!r} is of this laboratory, and this file serves any course."
+
+
+# --- import rules ---
+
+
+def _rooms(contract: str) -> set[str]:
+    """Read the rooms that a contract of layers names."""
+    return {room.strip() for floor in CONTRACTS[contract]["layers"] for room in re.split(r"[|:]", floor)}
+
+
+def _listed(contract: str, field: str, parent: str) -> set[str]:
+    """Read the rooms below a parent that a contract lists."""
+    beginning = f"{parent}."
+    return {name.removeprefix(beginning) for name in CONTRACTS[contract][field] if name.startswith(beginning)}
+
+
+def rules() -> Iterator[str]:
+    """Find rooms that an import rule lacks; import-linter itself demands each room in the contracts of layers."""
+    general, models = (_listed(name, "source_modules", "rotflex.instructor") for name in ("neutral", "models"))
+    for contract, field, wanted, listed in (
+        (
+            "neutral",
+            "forbidden_modules",
+            _rooms("rooms") - MACHINERY,
+            _listed("neutral", "forbidden_modules", "rotflex"),
+        ),
+        ("neutral", "source_modules", _rooms("instructor") - models, general),
+        ("models", "forbidden_modules", general, _listed("models", "forbidden_modules", "rotflex.instructor")),
+    ):
+        if wanted != listed:
+            wrong = ", ".join(sorted(wanted ^ listed))
+            yield f"pyproject.toml: {field} of the import rule {contract!r} lack a room or have one too many: {wrong}."
+
+
+# --- notebooks ---
+
+_OPENED = re.compile(r"with lab\.bench\([^)]*\) as (\w+)")
+
+
+def recommended_names() -> Iterator[str]:
+    """Find names that recommended code would take from the cells that every notebook begins with."""
+    notebooks = sorted((ROOT / "solutions").glob("*.ipynb"))
+    bound: set[str] = set()
+    for path in notebooks:
+        cells = {cell["id"]: "".join(cell["source"]) for cell in json.loads(path.read_text("utf-8"))["cells"]}
+        for node in ast.walk(ast.parse(cells.get("parameters", "") + "\n" + cells.get("setup", ""))):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                bound.add(node.id)
+            bound.update(alias.asname or alias.name for alias in getattr(node, "names", ()))
+    students = [path for path in (ROOT / "rotflex").rglob("*.py") if "instructor" not in path.parts]
+    for path in (*students, *notebooks):
+        for row, line in enumerate(path.read_text("utf-8").splitlines(), 1):
+            for name in bound.intersection(_OPENED.findall(line)):
+                yield f"{path.relative_to(ROOT)}:{row}: {name!r} is bound by the first cells of the notebooks."
+
+
+# --- markers ---
+
+
+def markers() -> Iterator[str]:
+    """Find markers that a quick run does not know, and tests that start a browser without being given its marker."""
+    declared = {line.partition(":")[0] for line in PROJECT["pytest"]["ini_options"]["markers"]}
+    given = {"slow", *marks.PROGRAMS.values(), *marks.BY_FIXTURE.values(), *marks.BY_HELPER.values()}
+    if given != set(run_tests.LEFT_OUT):
+        yield f"tools/run_tests.py: LEFT_OUT is {run_tests.LEFT_OUT}, and tests are given {sorted(given)}."
+    if missing := {*given, run_tests.SCHEDULED} ^ declared:
+        yield f"pyproject.toml: markers that are declared and markers that are used differ in {sorted(missing)}."
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        marked = re.search(
+            r"^(import browser|from browser import|pytestmark = pytest\.mark\.(slow|browser))", text, re.M
+        )
+        if "playwright.sync_api" in text and path.name != "browser.py" and not marked:
+            yield f"{path.relative_to(ROOT)}: use tests/helpers/browser.py, by which tests get the marker 'browser'."
+
+
+def main() -> int:
+    """Print all breaches; return 1 if there are any."""
+    found = [breach for check in (neutral, rules, recommended_names, markers) for breach in check()]
+    print(*found or ["no breach"], sep="\n")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
