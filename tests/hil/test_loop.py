@@ -168,9 +168,9 @@ def test_a_reference_is_a_vector_of_numbers_and_a_bench_must_be_open(bench):
     for reference in (1.0, [1.0], [[1.0, 2.0]], [0.0, np.nan], [0.0, np.inf]):
         with pytest.raises(BenchError, match="reference"):
             run(bench, controller, reference, progress=False)
+    assert controller.resets == 0
     with pytest.raises(BenchError, match="not open"):
         run(hil.open("virtual"), controller, np.zeros(10), progress=False)
-    assert controller.resets == 0
 
 
 def test_a_real_bench_moves_as_its_log_says(real_log):

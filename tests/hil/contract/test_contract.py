@@ -483,10 +483,10 @@ def test_an_expired_watchdog_lets_the_servo_come_to_rest(guarded):
 
 
 def test_a_watchdog_needs_time_and_a_stopped_one_does_not_expire(guarded):
+    guarded.watchdog_stop()
     for timeout in (0.0, -1.0, math.nan):
         with pytest.raises(HILError, match="time-out"):
             guarded.watchdog_start(timeout)
-    guarded.watchdog_stop()
     wait(guarded, 0.5)
     assert not guarded.watchdog_is_expired()
     guarded.write_analog(MOTOR, 1, volts(0.0))
