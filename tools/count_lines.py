@@ -64,10 +64,10 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "answers, session, files of a course": (3377, ("rotflex/courseware/**/*.py",)),
     "run": (2705, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3046, ("rotflex/instructor/running/**/*.py",)),
+    "running, intake": (3048, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2468, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
-    "isolation": (1321, ("rotflex/instructor/isolation/**/*.py",)),
+    "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
     "reports, scoring": (2830, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
         2938,
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3561,
+        3563,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

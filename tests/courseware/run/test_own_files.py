@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import PurePosixPath
 
+import pytest
+
 from rotflex.courseware.run import own_files
 
 COURSE = ["01_springs.ipynb"]
