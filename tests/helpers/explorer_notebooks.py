@@ -55,7 +55,7 @@ def settled(page: Any) -> None:
 
 
 #: What the console tells where the computer was too busy for seconds: it is right to, and says what to do.
-TOO_BUSY = ("Press it again", "Nothing was heard of the page")
+TOO_BUSY = ("Press it again", "Nothing was heard of the page", "too busy to control the bench")
 _TOLD = """([version, words]) => {
     const now = Number(document.querySelector('.rotflex-explorer').dataset.version);
     const told = document.querySelector('.readouts').textContent;

@@ -105,6 +105,7 @@ APART = {"accounts", "gradebook", "isolation", "outcomes", "overview", "platform
 APART |= {"release", "reports", "running", "scoring"}
 
 
+@pytest.mark.slow
 def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(tree):
     before = of(tree)
     counting = [*(tree / "solutions").glob("*.py")]

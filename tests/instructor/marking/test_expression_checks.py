@@ -136,6 +136,7 @@ def test_what_agrees_with_own_answers_follows_and_a_known_slip_is_named():
     assert "twice too much" in check.verdict(V, 2 * ENERGY, case()).reason
 
 
+@pytest.mark.slow
 def test_a_matrix_is_compared_by_its_entries_and_one_wrong_row_costs_its_share():
     A = sympy.Matrix([[0, 0, 1, 0], [0, 0, 0, 1], [0, K_s, -B_eq, 0], [0, -K_s / J_l, B_eq, 0]])
     check = SymbolicMatrixIs(lambda p: [[rule(sympy.sympify(entry))(p) for entry in row] for row in A.tolist()])

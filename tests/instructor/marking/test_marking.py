@@ -199,6 +199,7 @@ parts = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.dictionaries(parts, json_values, max_size=5))
 def test_whatever_is_claimed_marking_comes_to_marks_within_the_points(contents):
@@ -236,6 +237,7 @@ def well_formed(draw):
     return where, {"kind": "figure", "axes": [{"title": "", "xlabel": "f (Hz)", "ylabel": "deg", "lines": [line] * 3}]}
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.dictionaries(st.just(SWEEP), well_formed().filter(lambda pair: pair[0] == SWEEP)), well_formed())
 def test_numbers_made_up_in_the_right_form_earn_nothing_and_break_nothing(first, second):

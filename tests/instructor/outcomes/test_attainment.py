@@ -52,6 +52,7 @@ def expected(people, codes, goal):
     return len(shares), provisional, Counter(reached), attained, sum(shares) / len(shares)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(
     seed=some.integers(0, 2**32),

@@ -27,6 +27,7 @@ def standing(marks, counted=levels.ALL):
     return levels.standing(marked_class.graded("ada", marks), OURS.catalogue, SOMEBODY, counted)
 
 
+@pytest.mark.slow
 @given(seed=some.integers(0, 2**32), waiting=some.sampled_from((0.0, 0.3, 1.0)))
 def test_evidence_of_each_code_and_outcome_is_what_the_definition_says(seed, waiting):
     marks = marked_class.marks(random.Random(seed), waiting=waiting)
