@@ -1,6 +1,7 @@
 """Right answers in many ways (``right_ways.py``): each has its full marks on several benches, and changes no other.
 
-And ``lab.reflect()`` asks nothing of any.
+And ``lab.reflect()`` asks nothing of any. At a landing, ways of answering different questions share a student; in
+`make test-all` each is tried by itself, too, and readings that carry on are tried on each student.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from functools import cache
 
 import pytest
 from made_courses import OURS
+from packs import assert_faultless, named, packed
 from reflections import NOTHING, asked_of, said_by
 from right_ways import TOLD, WAYS, rewritten, worked
 from working_through import FULL
@@ -21,6 +23,13 @@ from solutions.true_bench import TrueBench
 pytestmark = pytest.mark.usefixtures("runs_made_once")
 
 STUDENTS = ("ada", "bob", "carla")
+WRITTEN = [way for way in WAYS if way.written]
+
+
+def by_turns(cases, named=str, **marks):
+    """Each case, on one of the students, as parameters."""
+    turns = [(case, STUDENTS[number % len(STUDENTS)]) for number, case in enumerate(cases)]
+    return [pytest.param(case, student, id=named(case), **marks) for case, student in turns]
 
 
 def marked(data, student, bench):
@@ -46,42 +55,67 @@ def lost(marks):
     return {where: marks[where].reason for where, full in FULL.items() if marks[where].points < full}
 
 
-def of_each(ways):
-    return pytest.mark.parametrize("way", [pytest.param(way, id=str(way)) for way in ways])
-
-
 @pytest.mark.parametrize("student", STUDENTS)
 def test_the_usual_way_has_full_marks(usual, student):
     assert lost(usual(student)[2]) == {}
     assert said_by(asked_of(student, usual(student)[1])) == NOTHING
 
 
-@of_each([way for way in WAYS if way.written])
-def test_another_way_of_writing_has_full_marks_and_changes_nothing_else(usual, tmp_path, way):
-    student = STUDENTS[list(WAYS).index(way) % len(STUDENTS)]  # by turns
+@pytest.mark.parametrize(
+    ("ways", "student"),
+    [
+        *by_turns(packed(WRITTEN, lambda way: way.written), named),
+        *by_turns([[way] for way in WRITTEN], lambda ways: f"{ways[0]} alone", marks=pytest.mark.scheduled),
+    ],
+)
+def test_other_ways_of_writing_have_full_marks_and_change_nothing_else(usual, tmp_path_factory, ways, student):
     own, data, before, bench = usual(student)
-    changed, said = rewritten(student, tmp_path, way.written, own, data)
-    assert [line for line in said if not line.endswith("  recorded")] == []
-    marks = marked(changed, student, bench)
-    assert lost(marks) == {}
-    assert {where: marks[where].status for where in FULL} == {where: before[where].status for where in FULL}
-    assert said_by(asked_of(student, changed)) == NOTHING
+
+    def faults(tried):
+        written = {where: change for way in tried for where, change in way.written.items()}
+        changed, said = rewritten(student, tmp_path_factory.mktemp("written"), written, own, data)
+        marks = marked(changed, student, bench)
+        found = {
+            "said": [line for line in said if not line.endswith("  recorded")],
+            "lost": lost(marks),
+            "changed": {where: marks[where].status for where in FULL if marks[where].status != before[where].status},
+            "asked": [one for kind in said_by(asked_of(student, changed)) for one in kind],
+        }
+        return {what: what_is_wrong for what, what_is_wrong in found.items() if what_is_wrong}
+
+    assert_faultless(ways, faults)
 
 
-@of_each([way for way in WAYS if way.carried])
-def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path, way):
-    for student in STUDENTS:
-        (tmp_path / student).mkdir()
-        _own, data = worked(student, tmp_path / student, way)
-        assert lost(marked(data, student, usual(student)[3])) == {}
-        assert said_by(asked_of(student, data)) == NOTHING
+CARRIED = [way for way in WAYS if way.carried]
 
 
-@pytest.mark.parametrize(("where", "what"), TOLD)
-def test_what_is_not_taken_says_what_to_do(usual, tmp_path, where, what):
-    given, told = TOLD[where, what]
+@pytest.mark.parametrize(
+    ("way", "student"),
+    [
+        *by_turns(CARRIED),
+        *(
+            pytest.param(way, student, id=f"{way} ({student})", marks=pytest.mark.scheduled)
+            for number, way in enumerate(CARRIED)
+            for student in STUDENTS
+            if student != STUDENTS[number % len(STUDENTS)]
+        ),
+    ],
+)
+def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path, way, student):
+    _own, data = worked(student, tmp_path, way)
+    assert lost(marked(data, student, usual(student)[3])) == {}
+    assert said_by(asked_of(student, data)) == NOTHING
+
+
+@pytest.mark.parametrize("cases", packed(TOLD, lambda case: [case[0]]), ids=named)
+def test_what_is_not_taken_says_what_to_do(usual, tmp_path_factory, cases):
     own, data, *_ = usual("ada")
-    _changed, said = rewritten("ada", tmp_path, {where: given}, own, data)
-    assert len(said) == 1
-    assert "not recorded" in said[0]
-    assert told in said[0]
+
+    def faults(tried):
+        given = {where: TOLD[where, what][0] for where, what in tried}
+        _changed, said = rewritten("ada", tmp_path_factory.mktemp("told"), given, own, data)
+        expected = [("not recorded", TOLD[case][1]) for case in tried]
+        told = [all(part in line for part in parts) for line, parts in zip(said, expected, strict=False)]
+        return {} if told == [True] * len(tried) and len(said) == len(tried) else {"said": said}
+
+    assert_faultless(cases, faults)
