@@ -151,11 +151,11 @@ _BY_READING = {
 
 @pytest.mark.parametrize("taken", _BY_READING, indirect=True)
 def test_what_is_wrong_is_said(taken):
-    student, _ready, said, _seconds, _found = taken
+    student, _ready, said, _found = taken
     assert _BY_READING[student] in "\n".join(said)
 
 
 @pytest.mark.parametrize("taken", ["own-modules"], indirect=True)
 def test_no_module_of_pythons_or_the_courses_comes_along(taken):
-    _student, ready, _said, _seconds, _found = taken
+    _student, ready, _said, _found = taken
     assert set(ready.files) <= HARMLESS < set(MODULES)
