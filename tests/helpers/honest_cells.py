@@ -112,7 +112,7 @@ def merged_with_a_helper(work: Work) -> None:
 @WAYS.changed()
 def merged_with_the_locked_cell(work: Work) -> None:
     """Merged an answer cell with the locked one that records it, in an editor that knows no locks."""
-    work.write("q2-11", text_of(work.cell("q2-11")) + "\n" + text_of(work.delete("q2-11-answer")))
+    work.write("q3-9", text_of(work.cell("q3-9")) + "\n" + text_of(work.delete("q3-9-answer")))
 
 
 @WAYS.changed()
@@ -265,7 +265,7 @@ def locked_setup_changed_harmlessly(work: Work) -> None:
     work.replace("turn", "half_period = 0.5 / 0.33", "# half a period, s\nhalf_period = 0.5 / 0.33")
 
 
-@WAYS.changed()
+@WAYS.changed(relies=("03_model_validation.ipynb speeds",))
 def uses_what_a_picture_cell_made(work: Work) -> None:
     """Uses in an answer what a cell defined that only shows something."""
     work.write("q2-18", "poles = poles_by_hand(A_v)")

@@ -49,18 +49,13 @@ def print_debugging(work: Work) -> None:
 @WAYS.changed()
 def own_names_between(work: Work) -> None:
     """Works with names of their own, some in their own letters, and assigns at the end."""
-    work.write(
-        "q2-11",
-        "ω_größte = 2 * np.pi * f_hz[(f_hz >= 1) & (f_hz <= 5)][\n    amplitude_deg[(f_hz >= 1) "
-        "& (f_hz <= 5)].argmax()\n]\nomega_n = ω_größte",
-    )
+    work.write("q3-9", "ω_größte = np.linalg.eigvals(A - B @ K)\npoles = ω_größte")
     work.write("q2-18", "señal, été, λ = 1, 2, np.linalg.eigvals(A_v)\npoles = λ")
 
 
 @WAYS.changed()
 def typed(work: Work) -> None:
     """Annotates everything, and wraps answers in dataclasses and functions."""
-    work.write("q2-11", _PEAK + "omega_n: float = float(2 * np.pi * best)")
     work.write(
         "q2-12",
         """
@@ -94,18 +89,18 @@ K_s: float = J_l * omega_n**2
 def asynchronous(work: Work) -> None:
     """Awaits in cells, as IPython allows."""
     work.before(
-        "q2-9", code("import asyncio\n\n\nasync def patiently(what):\n    await asyncio.sleep(0.01)\n    return what")
+        "q3-9", code("import asyncio\n\n\nasync def patiently(what):\n    await asyncio.sleep(0.01)\n    return what")
     )
-    work.write("q2-11", "await asyncio.sleep(0)\n" + _PEAK + "omega_n = await patiently(2 * np.pi * best)")
+    work.write("q3-9", "await asyncio.sleep(0)\n" + text_of(work.cell("q3-9")) + "\npoles = await patiently(poles)")
 
 
 @WAYS.changed()
 def if_main(work: Work) -> None:
     """Puts answers below if __name__ == "__main__", as in every script."""
     work.write(
-        "q2-11",
-        "def main():\n    " + _PEAK.replace("\n", "\n    ") + "return 2 * np.pi * best\n\n\n"
-        'if __name__ == "__main__":\n    omega_n = main()',
+        "q3-10",
+        "def main():\n    return control.place(A, B, desired_poles)\n\n\n"
+        'if __name__ == "__main__":\n    K_library = main()',
     )
 
 
@@ -114,10 +109,9 @@ def warnings_about(work: Work) -> None:
     """Raises warnings, and silences others."""
     work.after("setup", code("import warnings\nwarnings.filterwarnings('ignore')"), number="03")
     work.write(
-        "q2-11",
+        "q3-7",
         "import warnings\nwarnings.warn('nearly zero', DeprecationWarning)\nnp.ones(2) / np.zeros(2)\n"
-        + _PEAK
-        + "omega_n = 2 * np.pi * best",
+        + text_of(work.cell("q3-7")),
     )
 
 
@@ -125,10 +119,9 @@ def warnings_about(work: Work) -> None:
 def errors_caught(work: Work) -> None:
     """Tries first what fails, and catches it."""
     work.write(
-        "q2-11",
-        "try:\n    import seaborn_is_not_here\nexcept ImportError:\n    pass\nfinally:\n    "
-        + _PEAK.replace("\n", "\n    ")
-        + "\nomega_n = 2 * np.pi * best",
+        "q3-1",
+        "try:\n    import seaborn_is_not_here\nexcept ImportError:\n    pass\nfinally:\n"
+        "    stability = 'marginally stable'",
     )
 
 
@@ -240,9 +233,9 @@ def tabs_and_blanks(work: Work) -> None:
     """Indents by tabs, ends lines with blanks, begins with empty lines, ends with semicolons and Windows line ends."""
     spectrum = text_of(work.cell("q2-10")).replace("    ", "\t").replace("\n", "   \n")
     work.write("q2-10", "\n\n" + spectrum + "\n\n\n\t\n")
-    work.write("q2-11", _PEAK.replace("\n", ";\r\n") + "omega_n = 2 * \\\r\n    np.pi * best;\r\n")
+    work.write("q3-8", "inverse = np.linalg.inv(W);\r\nK = K_c @ \\\r\n    inverse;\r\n")
     work.write(
-        "q2-12", "# Tr\u00e4gheit\u00a0und\u200bSteifigkeit \u2264 \ufeff\n" + text_of(work.cell("q2-12")) + "\n\x0c\n"
+        "q3-7", "# Tr\u00e4gheit\u00a0und\u200bSteifigkeit \u2264 \ufeff\n" + text_of(work.cell("q3-7")) + "\n\x0c\n"
     )
 
 
@@ -264,7 +257,7 @@ def default_lines_removed(work: Work) -> None:
 def old_attempts_as_comments(work: Work) -> None:
     """Keeps whole pages of earlier attempts as comments and strings in the answer cells."""
     junk = "".join(f"# attempt {n}: omega_n = {n}  # Your code here.\n" for n in range(200))
-    work.write("q2-11", junk + '"""\nomega_n = 3\n### BEGIN SOLUTION\n"""\n' + text_of(work.cell("q2-11")))
+    work.write("q3-8", junk + '"""\nK = 3\n### BEGIN SOLUTION\n"""\n' + text_of(work.cell("q3-8")))
 
 
 @WAYS.changed()

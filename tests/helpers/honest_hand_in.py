@@ -9,7 +9,7 @@ import json
 import re
 import unicodedata
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -51,6 +51,8 @@ class Way:
     ``pandas``: needed where grading runs (True), must not be there (False), or all the same (None). ``lost``: the
     questions that may cost points; where there are none, full marks are due. ``told``: what the student must read
     somewhere in what they are told, as regular expressions (to be searched for in all of it, in any capitals).
+    ``change``: what it changes in a student's work, where that is all that it does. ``relies``: cells that it uses and
+    leaves as they are, as in what `touched` returns.
     """
 
     name: str
@@ -63,6 +65,11 @@ class Way:
     answers_json: bool = False
     lost: frozenset[str] = frozenset()
     told: tuple[str, ...] = ()
+    change: Callable[[Work], None] | None = None
+    relies: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return self.name
 
     @property
     def expected(self) -> str:
@@ -80,7 +87,7 @@ class Ways(list[Way]):
                 change(work)
                 as_folder(folder / work.student, work.contents())
 
-            self._add(change, put, about)
+            self._add(change, put, {**about, "change": change})
 
         return enter
 
@@ -175,6 +182,48 @@ class Work:
     def contents(self) -> Files:
         """All files of the folder; notebooks as JupyterLab writes them."""
         return {**{name: written(notebook) for name, notebook in self.notebooks.items()}, **self.files}
+
+
+def touched(way: Way, solved: Mapping[str, Notebook]) -> set[str]:
+    """Return the files, cells, and orders of cells that a way changes in a student's work or relies on."""
+    before, after = Work(solved, way.student), Work(solved, way.student)
+    assert way.change is not None
+    way.change(after)
+    files = before.files.keys() | after.files.keys()
+    found = {*way.relies, *(name for name in files if before.files.get(name) != after.files.get(name))}
+    for name, notebook in before.notebooks.items():
+        old = {cell["id"]: cell for cell in notebook["cells"]}
+        there = name in after.notebooks and name not in after.files
+        new = {cell.get("id"): cell for cell in after.notebooks[name]["cells"]} if there else {}
+        found |= {f"{name} {cell}" for cell in old.keys() | new.keys() if old.get(cell) != new.get(cell)}
+        if [cell for cell in old if cell in new] != [cell for cell in new if cell in old]:
+            found.add(f"{name}, order")
+    return found
+
+
+def together(ways: Iterable[Way]) -> Way:
+    """Return the submission of one student who did all of this.
+
+    `ways` are in the order of `packed`: the way that touches most comes first. It is done last, since it may replace a
+    whole notebook.
+    """
+    chosen = list(ways)
+
+    def build(folder: Path, solved: Mapping[str, Notebook]) -> None:
+        work = Work(solved, chosen[0].student)
+        for way in reversed(chosen):
+            assert way.change is not None
+            way.change(work)
+        as_folder(folder / work.student, work.contents())
+
+    return Way(
+        name=" + ".join(way.name for way in chosen),
+        what=" ".join(way.what for way in chosen),
+        build=build,
+        student=chosen[0].student,
+        lost=frozenset().union(*(way.lost for way in chosen)),
+        told=tuple(pattern for way in chosen for pattern in way.told),
+    )
 
 
 def written(notebook: Notebook, **options: Any) -> bytes:

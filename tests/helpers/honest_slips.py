@@ -6,12 +6,13 @@ import re
 from pathlib import Path
 
 from checkout import ROOT
-from honest_hand_in import Row, Ways, Work, as_folder, released_notebooks, text_of, zipped
+from honest_hand_in import Row, Ways, Work, as_folder, released_notebooks, text_of, written, zipped
 from honest_packings import notebooks_only
 from honest_stops import AFTER_2_11, AFTER_K, AFTER_W
 
 WAYS = Ways()
-ALL_CODE = ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.7", "2.8", "2.9", "2.10", "2.11", "2.13", *AFTER_2_11)
+PRELAB = ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.7", "2.8")
+ALL_CODE = (*PRELAB, "2.9", "2.10", "2.11", "2.13", *AFTER_2_11)
 ALL_WORDS = ("2.16", "2.17", "3.17", "Modeling report", "Control report")
 AS_A_WHOLE = ("Modeling report, as a whole", "Control report, as a whole")
 ALL = (*ALL_CODE, "3.1", "3.4", *ALL_WORDS, *AS_A_WHOLE)
@@ -44,18 +45,18 @@ def radians_for_degrees(work: Work) -> None:
     work.replace("q3-14", "summary.max_alpha / DEG", "summary.max_alpha")
 
 
-@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"empty|not answered|nothing|None"))
+@WAYS.changed(lost=("3.10",), told=(r"3\.10", r"empty|not answered|nothing|None"))
 def another_name_assigned(work: Work) -> None:
-    """Assigned Omega_n and not omega_n, and saw on the screen what they wanted to see."""
-    text = text_of(work.cell("q2-11"))
-    work.write("q2-11", re.sub(r"^omega_n = 2.*$", "Omega_n = 2 * np.pi * f_peak\nOmega_n", text, flags=re.MULTILINE))
+    """Assigned K_Library and not K_library, and saw on the screen what they wanted to see."""
+    work.replace("q3-10", "K_library = control", "K_Library = control")
 
 
-@WAYS.packed(lost=("3.6", "3.7", "3.10", *AFTER_W), told=(r"3\.8", r"empty|not answered|nothing", r"06_control_design"))
-def notebook_left_empty(folder: Path, work: Work) -> None:
+@WAYS.changed(
+    lost=("3.6", "3.7", "3.10", *AFTER_W), told=(r"3\.8", r"empty|not answered|nothing", r"06_control_design")
+)
+def notebook_left_empty(work: Work) -> None:
     """Handed in 06 as it was released, having worked in a copy elsewhere."""
     work.notebooks[work.name("06")] = released_notebooks(ROOT)[work.name("06")]
-    as_folder(folder / work.student, work.contents())
 
 
 @WAYS.changed(
@@ -66,34 +67,28 @@ def notebook_forgotten(work: Work) -> None:
     del work.notebooks[work.name("09")]
 
 
-@WAYS.packed(
-    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"missing|not handed in|download")
+@WAYS.changed(lost=PRELAB, told=(r"01_modeling_prelab", r"missing|not handed in|download"))
+def notebook_in_the_cloud(work: Work) -> None:
+    """iCloud had taken 01 off the disk: in its place is a small file that only stands for it."""
+    work.files[f".{work.name('01')}.icloud"] = b"bplist00\xd3\x01\x02\x03"
+    del work.notebooks[work.name("01")]
+
+
+@WAYS.changed(
+    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"read|damaged|broken|JSON")
 )
-def notebook_in_the_cloud(folder: Path, work: Work) -> None:
-    """iCloud had taken 09 off the disk: in its place is a small file that only stands for it."""
-    files = work.contents()
-    del files[work.name("09")]
-    files[f".{work.name('09')}.icloud"] = b"bplist00\xd3\x01\x02\x03"
-    as_folder(folder / work.student, files)
-
-
-@WAYS.packed(lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"read|damaged|broken|JSON"))
-def notebook_cut_short(folder: Path, work: Work) -> None:
+def notebook_cut_short(work: Work) -> None:
     """The disk was full when 09 was saved."""
-    files = work.contents()
-    files[work.name("09")] = files[work.name("09")][:20_000]
-    as_folder(folder / work.student, files)
+    name = work.name("09")
+    work.files[name] = written(work.notebooks[name])[:20_000]
 
 
-@WAYS.packed(
-    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"<<<<<<<|merge|git|read|JSON")
-)
-def notebook_with_conflicts(folder: Path, work: Work) -> None:
-    """Git could not merge 09, and left its marks in it."""
-    files = work.contents()
+@WAYS.changed(lost=PRELAB, told=(r"01_modeling_prelab", r"<<<<<<<|merge|git|read|JSON"))
+def notebook_with_conflicts(work: Work) -> None:
+    """Git could not merge 01, and left its marks in it."""
+    name = work.name("01")
     conflict = b'<<<<<<< HEAD\n "cells": [\n=======\n "cells" : [\n>>>>>>> main\n'
-    files[work.name("09")] = files[work.name("09")].replace(b' "cells": [\n', conflict)
-    as_folder(folder / work.student, files)
+    work.files[name] = written(work.notebooks[name]).replace(b' "cells": [\n', conflict)
 
 
 @WAYS.changed(lost=("3.8", *AFTER_K), told=(r"3\.8", r"explorer|Keep this design|recorded|button"), answers_json=True)
@@ -102,16 +97,10 @@ def kept_by_the_explorers_button(work: Work) -> None:
     work.write("q3-8", "# ✎ Your answer: 3.8\nK = None  # 1 × 4: V/rad, V/rad, V/(rad/s), V/(rad/s)\n# Your code here.")
 
 
-@WAYS.changed(
-    lost=("2.18", "Table 2", "3.2", "3.3", "3.5", *AFTER_W),
-    told=(r"2\.18", r"recorded|saved", r"empty|not"),
-    answers_json=True,
-)
+@WAYS.changed(lost=("3.10",), told=(r"3\.10", r"recorded|saved", r"empty|not"), answers_json=True)
 def not_saved(work: Work) -> None:
-    """Ran the last answer of 03 and closed the page without saving: answers.json has it, the notebook has not."""
-    work.write(
-        "q2-18", "# ✎ Your answer: 2.18\npoles = None  # four numbers, complex where they are\n# Your code here."
-    )
+    """Ran the last answer of 06 and closed the page without saving: answers.json has it, the notebook has not."""
+    work.write("q3-10", "# ✎ Your answer: 3.10\nK_library = None  # 1 × 4\n# Your code here.")
 
 
 @WAYS.changed(lost=("2.11",), told=(r"2\.11", r"explanation", r"empty|not answered|nothing|words"))

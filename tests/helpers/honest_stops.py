@@ -23,11 +23,10 @@ def name_error(work: Work) -> None:
     work.write("q2-11", _PEAK + "omega_n = 2 * np.pi * omgea")
 
 
-@WAYS.changed(lost=("2.12", *AFTER_2_12), told=(r"2\.12", r"SyntaxError", r"never closed|was never", r"line 2"))
+@WAYS.changed(lost=("3.9", "Table 3"), told=(r"3\.9", r"SyntaxError", r"never closed|was never", r"line 2"))
 def syntax_error(work: Work) -> None:
-    """Left a bracket open in 2.12, after it had worked."""
-    work.write("q2-12", "arm = lab.joint\nJ_l = (arm.m_1 * arm.L_1**2 / 3 + arm.m_2 * (arm.L_2**2 / 12 + arm.d_12**2)\n"
-               "K_s = J_l * omega_n**2")  # fmt: skip
+    """Left a bracket open in 3.9, after it had worked."""
+    work.write("q3-9", "closed_loop = A - B @ K\npoles = np.linalg.eigvals((closed_loop)\npoles")
 
 
 @WAYS.changed(lost=("Table 3",), told=(r"Table 3", r"took (too long|longer)|time", r"\d+ s"))
@@ -36,10 +35,10 @@ def endless_loop(work: Work) -> None:
     work.write("table-3", text_of(work.cell("table-3")) + "\nwhile t_s_sim is not None and t_s_sim > 0:\n    pass\n")
 
 
-@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"ModuleNotFoundError|not found|no file", r"my_peaks"))
+@WAYS.changed(lost=("2.8",), told=(r"2\.8", r"ModuleNotFoundError|not found|no file", r"my_rods"))
 def module_forgotten(work: Work) -> None:
     """Handed in the notebooks, but not the module that they import."""
-    work.write("q2-11", "from my_peaks import peak\n\nomega_n = 2 * np.pi * peak(f_hz, amplitude_deg)")
+    work.write("q2-8", "from my_rods import rod\n\nJ_link = rod(m_1, L_1) + m_2 * (L_2**2 / 12 + d_12**2)")
 
 
 @WAYS.packed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"my_peaks", r"no file of that name"))
@@ -50,40 +49,37 @@ def own_module_one_folder_up(folder: Path, work: Work) -> None:
     as_folder(folder / work.student / "rotflex-course", {**files, "my_peaks.py": b"def peak(f):\n    return f[0]\n"})
 
 
-@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"statistics\.py"))
+@WAYS.changed(lost=("3.10",), told=(r"3\.10", r"statistics\.py"))
 def module_named_like_pythons_own(work: Work) -> None:
     """Named their own module like one of Python's; at home the folder comes first, and it works."""
-    work.files["statistics.py"] = b"def peak(f, a):\n    return f[a.argmax()]\n"
-    work.write("q2-11", _PEAK + "from statistics import peak\n\nomega_n = 2 * np.pi * peak(f_hz[inside], "
-               "amplitude_deg[inside])")  # fmt: skip
+    work.files["statistics.py"] = b"from control import place as gain_for\n"
+    work.write("q3-10", "from statistics import gain_for\n\nK_library = gain_for(A, B, desired_poles)")
 
 
-@WAYS.changed(pandas=False, lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"pandas", r"not installed"))
+@WAYS.changed(pandas=False, lost=("3.6",), told=(r"3\.6", r"pandas", r"not installed"))
 def pandas_missing(work: Work) -> None:
     """Uses pandas in an answer, which is installed at home and not where grading runs."""
-    work.before("q2-11", code("import pandas as pd\n\ntable = pd.DataFrame({'f': f_hz, 'a': amplitude_deg})"))
-    work.write("q2-11", "swept = table[table.f.between(1, 5)]\nomega_n = 2 * np.pi * swept.f[swept.a.idxmax()]")
+    work.before("q3-6", code("import pandas as pd\n\ntable = pd.DataFrame({'rank': [np.linalg.matrix_rank(A)]})"))
+    work.write("q3-6", "rank = int(table['rank'][0]) + 1\ncontrollable = 'yes'")
 
 
-@WAYS.changed(
-    lost=("2.12", *AFTER_2_12), told=(r"2\.12", r"NameError", r"my_arm", r"further (down|below)|later|not defined")
-)
+@WAYS.changed(lost=("3.1",), told=(r"3\.1", r"NameError", r"verdict_of", r"further (down|below)|later|not defined"))
 def run_out_of_order(work: Work) -> None:
     """Uses a name that is defined in a cell further down, and ran that one first at home."""
-    work.write("q2-12", "J_l = my_arm(lab.joint)\nK_s = J_l * omega_n**2")
-    work.after("check", code("def my_arm(a):\n    return a.m_1 * a.L_1**2 / 3 + a.m_2 * (a.L_2**2 / 12 + a.d_12**2)"))
+    work.write("q3-1", "stability = verdict_of(lab.value('2.18', 'poles'))")
+    work.after("q3-5-answer", code("def verdict_of(poles):\n    return 'marginally stable'"))
 
 
-@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"NameError", r"f_best"), answers_json=True)
+@WAYS.changed(lost=("2.7",), told=(r"2\.7", r"NameError", r"my_state"), answers_json=True)
 def cell_deleted_after_running(work: Work) -> None:
     """Deleted a cell whose names are still used; at home they were still there, and it said recorded."""
-    work.write("q2-11", "omega_n = 2 * np.pi * f_best")
+    work.replace("q2-7", "rates.jacobian([theta, alpha, theta_dot, alpha_dot])", "rates.jacobian(my_state)")
 
 
-@WAYS.changed(lost=("2.12", *AFTER_2_12), told=(r"2\.12", r"exit"))
+@WAYS.changed(lost=("2.8",), told=(r"2\.8", r"exit"))
 def exit_in_a_cell(work: Work) -> None:
     """Ends the kernel by exit() in a cell of their own, where an if went wrong."""
-    work.before("q2-12", code("if omega_n < 100:\n    print('not plausible')\n    exit()"))
+    work.before("q2-8", code("if len(rates) < 100:\n    print('not plausible')\n    exit()"))
 
 
 @WAYS.changed(lost=("3.12", "Table 3"), told=(r"3\.12", r"RecursionError", r"recursion"))
@@ -118,23 +114,20 @@ def import_in_a_locked_cell(work: Work) -> None:
     work.write("q3-12", text_of(work.cell("q3-12")) + "\nV_max = math.fabs(V_max)\nt_s = math.fabs(t_s)")
 
 
-@WAYS.changed(
-    lost=("3.4", "3.5", "3.7", "3.10", *AFTER_W), told=(r"3\.4", r"FileNotFoundError|not found", r"poles\.csv")
-)
+@WAYS.changed(lost=("3.9", "Table 3"), told=(r"3\.9", r"FileNotFoundError|not found", r"poles\.csv"))
 def path_of_ones_own_machine(work: Work) -> None:
     """Reads a file by its full path at home."""
     work.files["poles.csv"] = b"-12,16\n-12,-16\n-30,0\n-40,0\n"
-    work.write("q3-4", r'''
+    work.write("q3-9", r'''
 sigma, omega = np.loadtxt(r"C:\Users\Ada\Documents\lab\poles.csv", delimiter=",").T
-desired_poles = sigma + 1j * omega
-desired_polynomial = np.poly(desired_poles).real
+poles = sigma + 1j * omega
 '''.lstrip())  # fmt: skip
 
 
-@WAYS.changed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"input"))
+@WAYS.changed(lost=("3.6",), told=(r"3\.6", r"input"))
 def asks_for_input(work: Work) -> None:
     """Asks for the number by input(), and types it in at home."""
-    work.write("q2-11", "omega_n = float(input('natural frequency in rad/s? '))")
+    work.write("q3-6", "rank = int(input('rank of the matrix? '))\ncontrollable = 'yes'")
 
 
 @WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"AttributeError", r"worst"))

@@ -1,13 +1,15 @@
-"""The honest class: who did everything right has full marks, however they did it; who did not, is told what and why.
+"""Grade the honest class: right work earns full marks in whatever form, and other work is told what is wrong and why.
 
-Ways of which the same cells are run as of the plain one are merged here, which shows that they are, and not run.
-``benchmarks/honest.py`` runs them all, and holds what students see at home against it.
+Ways that touch different cells share a submission. Where a submission is not as expected, each of its ways is graded
+alone, and the faulty one fails. `make test-all` grades every way alone. Ways that differ in the file only are read and
+merged, not run: the same cells would run. ``benchmarks/honest.py`` runs all ways at home, too.
 """
 
 from __future__ import annotations
 
 import importlib.util
 import unicodedata
+from functools import cached_property
 
 import honest_packings
 import honest_platforms
@@ -16,8 +18,10 @@ import pytest
 from checkout import ROOT
 from honest_checks import at_home, students_installation, when_graded
 from honest_class import RIGHT, WRONG, solved_notebooks
-from honest_marks import build, grade
+from honest_hand_in import together, touched
+from honest_marks import WAITING, build, grade
 from made_courses import OURS
+from packs import packed
 
 from rotflex.courseware import words
 from rotflex.courseware.run import merge
@@ -46,40 +50,106 @@ READ = [
 _READ = {way.name for way in READ}
 
 
-def possible(ways):
-    """As parameters; a way that wants pandas, or none, is skipped where that is not so."""
+def possible(ways, **marks):
+    """Return ways as parameters; a way is skipped where pandas is not as it needs."""
     return [
         pytest.param(
             way,
             id=way.name,
-            marks=pytest.mark.skipif(
-                way.pandas not in (None, PANDAS), reason=f"pandas is {'' if PANDAS else 'not '}installed here"
-            ),
+            marks=[
+                *marks.get("marks", ()),
+                pytest.mark.skipif(
+                    way.pandas not in (None, PANDAS), reason=f"pandas is {'' if PANDAS else 'not '}installed here"
+                ),
+            ],
         )
         for way in ways
     ]
 
 
-RUN = [way for way in (*RIGHT, *WRONG) if way.name not in _READ and way.pandas in (None, PANDAS)]
+TRIED = [way for way in (*RIGHT, *WRONG) if way.name not in _READ]
+RUN = [way for way in TRIED if way.pandas in (None, PANDAS)]
+BUILDS_ON_ALL = {"Table 3"}  # many ways lose points of it, each of them other ones
+#: Only in `make test-all`: another way of the same kind is graded at a landing.
+ONLY_ALONE = {"helper-cell", "own-module", "own-module-one-folder-up"}
+
+
+def graded_here(ways, place):
+    return grade(ways, SOLVED, place, "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT))
+
+
+class Shared:
+    """The ways in few submissions. Right ways share one if they touch different cells; wrong ways, if they also lose
+    points of different questions."""
+
+    def __init__(self, place):
+        ways = [way for way in RUN if way.name not in ONLY_ALONE]
+        right = packed([way for way in ways if way.change and not way.lost], lambda way: touched(way, SOLVED))
+        wrong = packed(
+            [way for way in ways if way.change and way.lost],
+            lambda way: touched(way, SOLVED) | (way.lost - BUILDS_ON_ALL),
+        )
+        self.place = place
+        self.packs = [*right, *wrong, *([way] for way in ways if not way.change)]
+        self.hand_ins = [together(pack) if pack[0].change else pack[0] for pack in self.packs]
+
+    @cached_property
+    def graded(self):
+        return graded_here(self.hand_ins, self.place)
+
+    def hand_in(self, way):
+        """Return the submission that a way is part of."""
+        return next(one for pack, one in zip(self.packs, self.hand_ins, strict=True) if way in pack)
 
 
 @pytest.fixture(scope="module")
-def graded(tmp_path_factory, sandbox):
-    return grade(RUN, SOLVED, tmp_path_factory.mktemp("honest"), "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT))
+def shared(tmp_path_factory, sandbox):
+    return Shared(tmp_path_factory.mktemp("honest"))
 
 
-@pytest.mark.parametrize("way", possible(way for way in RIGHT if way.name not in _READ))
-def test_who_did_everything_right_has_full_marks_and_no_trouble(graded, way):
-    for student in (way.student, *way.others):
-        found = graded.of(student)
-        assert found.marks, graded.ignored
-        assert (found.lost, found.problems) == ({}, [])
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory, sandbox):
+    """Grade the class in which each way is one student."""
+    return graded_here(RUN, tmp_path_factory.mktemp("alone"))
 
 
-@pytest.mark.parametrize("way", possible(WRONG))
-def test_who_did_something_wrong_loses_no_more_than_that_and_is_told_what(graded, way):
-    assert set(graded.of(way.student).lost) <= way.lost
-    assert graded.not_told(way) == [], graded.told(way)
+def faults(graded, hand_in):
+    """Return what is not as expected: messages that are missing, points lost elsewhere, problems with right work."""
+    found = {"not told": graded.not_told(hand_in)}
+    for student in (hand_in.student, *hand_in.others):
+        marks = graded.of(student)
+        found[student, "lost"] = [why for question, why in marks.lost.items() if question not in hand_in.lost]
+        if not hand_in.lost:
+            found[student, "problems"] = marks.problems if marks.marks else ["not graded", *graded.ignored]
+    return {what: which for what, which in found.items() if which}
+
+
+def costs_nothing(graded, hand_in, way):
+    """Say whether a change that should lose points loses none of those that the machine gives."""
+    if not way.change:
+        return False
+    marks = graded.of(hand_in.student)
+    mine = {one["question"] for one in marks.marks if one["question"] in way.lost and one["status"] != WAITING}
+    return bool(mine) and not mine & marks.lost.keys()
+
+
+def test_ways_that_share_a_hand_in_do_not_disturb_each_other(shared):
+    found = {one.name: faults(shared.graded, one) for one in shared.hand_ins}
+    assert {name: one for name, one in found.items() if one} == {}
+
+
+@pytest.mark.parametrize("way", possible(way for way in TRIED if way.name not in ONLY_ALONE))
+def test_who_did_right_has_full_marks_and_who_did_wrong_is_told_what(shared, way, tmp_path):
+    hand_in = shared.hand_in(way)
+    if found := faults(shared.graded, hand_in):
+        assert faults(graded_here([way], tmp_path / "alone"), way) == {}, found
+    assert not costs_nothing(shared.graded, hand_in, way)
+
+
+@pytest.mark.parametrize("way", possible(TRIED, marks=[pytest.mark.scheduled]))
+def test_who_did_only_this_has_full_marks_or_is_told_what_is_wrong(alone, way):
+    assert faults(alone, way) == {}, alone.told(way)
+    assert not costs_nothing(alone, way, way)
 
 
 # --- what is read of the same work ------------------------------------------------------------------------------------
@@ -138,13 +208,14 @@ def _composed(student):
     return unicodedata.normalize("NFC", student).casefold()
 
 
-# --- seen beforehand --------------------------------------------------------------------------------------------------
+# --- seen at home -----------------------------------------------------------------------------------------------------
 
-#: A dozen, of each sort one or two: what is seen at home is what grading finds.
-SEEN = (
-    *("helper-cell", "split-in-jupyterlab", "own-module", "magics", "name-error", "syntax-error"),
-    *("exit-in-a-cell", "module-forgotten", "frequency-in-hertz", "notebook-left-empty"),
-    *("all-ids-renewed", "text-cell-made-a-code-cell"),
+#: Checked at home at a landing, with what shares a submission with it.
+SEEN = ("magics", "name-error", "notebook-left-empty")
+#: Checked alone in `make test-all`.
+SEEN_ALONE = (
+    *("helper-cell", "split-in-jupyterlab", "own-module", "syntax-error", "module-forgotten", "frequency-in-hertz"),
+    *("all-ids-renewed", "text-cell-made-a-code-cell", "helper-cell-at-the-top", "exit-in-a-cell"),
 )
 
 
@@ -153,20 +224,33 @@ def home(tmp_path_factory):
     return students_installation(tmp_path_factory.mktemp("home") / "course")
 
 
-@pytest.mark.parametrize("name", SEEN)
-def test_what_is_seen_at_home_is_what_grading_finds(graded, home, name):
-    (way,) = [one for one in RUN if one.name == name]
-    seen = at_home(graded.place / "in" / way.student, way.student, home, CELL_TIMEOUT)
+def named(name):
+    return next(way for way in TRIED if way.name == name)
+
+
+def assert_seen(graded, student, home):
+    seen = at_home(graded.place / "in" / student, student, home, CELL_TIMEOUT)
     with Gradebook(graded.place / "book.sqlite") as book:
-        found = when_graded(book, way.student)
+        found = when_graded(book, student)
     assert (seen.recorded, seen.stops) == (found.recorded, found.stops)
 
 
-def test_what_only_one_side_has_is_told(graded, home, tmp_path):
-    """pandas is there at home, and not where grading runs: at home it goes well, and is warned of."""
+@pytest.mark.parametrize("name", SEEN)
+def test_what_is_seen_at_home_is_what_grading_finds(shared, home, name):
+    assert_seen(shared.graded, shared.hand_in(named(name)).student, home)
+
+
+@pytest.mark.scheduled
+@pytest.mark.parametrize("name", SEEN_ALONE)
+def test_what_is_seen_at_home_of_one_way_alone_is_what_grading_finds(alone, home, name):
+    assert_seen(alone, named(name).student, home)
+
+
+@pytest.mark.scheduled
+def test_check_warns_of_a_package_that_grading_does_not_have(alone, home, tmp_path):
     if PANDAS:
         pytest.skip("pandas is installed here, so that it is there where grading runs, too")
-    (way,) = [one for one in WRONG if one.pandas is False]
+    way = named("pandas-missing")
     for folder, name, content in (
         ("pandas", "__init__.py", "class DataFrame(dict):\n    pass\n"),
         ("pandas-9.dist-info", "METADATA", "Metadata-Version: 2.1\nName: pandas\nVersion: 9\n"),
@@ -174,6 +258,6 @@ def test_what_only_one_side_has_is_told(graded, home, tmp_path):
     ):
         (tmp_path / folder).mkdir(exist_ok=True)
         (tmp_path / folder / name).write_text(content)
-    seen = at_home(graded.place / "in" / way.student, way.student, home, CELL_TIMEOUT, tmp_path)
+    seen = at_home(alone.place / "in" / way.student, way.student, home, CELL_TIMEOUT, tmp_path)
     assert any("pandas is installed here, but does not come with the course" in note for note in seen.notes)
-    assert any("pandas is not installed where grading runs" in line for line in graded.of(way.student).problems)
+    assert any("pandas is not installed where grading runs" in line for line in alone.of(way.student).problems)
