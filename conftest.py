@@ -20,8 +20,10 @@ from xdist.scheduler import LoadScopeScheduling
 ROOT = Path(__file__).parent
 SOLUTIONS = "solutions"
 BROWSER = "browser"
-#: File of tests → s, as recorded by ``--record-seconds``. What takes longest begins first.
+#: s, as recorded by ``--record-seconds``: of each test function above LONG, all its cases together, and of what is left
+#: of each file. Files that take longest begin first.
 DURATIONS = ROOT / "tests" / "durations.json"
+LONG = 0.7  #: s: a quick run leaves out test functions that took more
 LARGEST = 20  #: files in the list of seconds
 _STARTS_A_BROWSER = re.compile(r"^(import|from) (browser|explorer_notebooks|explorer_page)\b|[(, ]chromium[,)]", re.M)
 _seconds: Counter[str] = Counter()
@@ -57,38 +59,54 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> InGroups | N
 def longest_first(items: list[pytest.Item], durations: dict[str, float]) -> None:
     """Sort tests by the recorded seconds of their groups; files without a record come last, in their order."""
     totals: Counter[str] = Counter()
-    for file, seconds in durations.items():
-        totals[group(file)] += seconds
+    for nodeid, seconds in durations.items():
+        totals[group(nodeid)] += seconds
     items.sort(key=lambda item: -totals[group(item.nodeid)])
 
 
+def function(nodeid: str) -> str:
+    """Return the node id of the function that a case belongs to."""
+    return nodeid.partition("[")[0]
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Begin with the longest in a process that shares the tests with others."""
+    """Leave out long tests in a quick run; begin with the longest in a process that shares the tests with others."""
+    durations = json.loads(DURATIONS.read_text(encoding="utf-8"))
+    if config.getoption("--quick"):
+        long = [item for item in items if function(item.nodeid) in durations]
+        config.hook.pytest_deselected(items=long)
+        items[:] = [item for item in items if function(item.nodeid) not in durations]
     if hasattr(config, "workerinput"):
-        longest_first(items, json.loads(DURATIONS.read_text(encoding="utf-8")))
+        longest_first(items, durations)
 
 
 # --- seconds by file --------------------------------------------------------------------------------------------------
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the two options about seconds."""
+    """Add the options about seconds."""
     options = parser.getgroup("rotflex")
     options.addoption("--seconds-by-file", action="store_true", help=f"list the {LARGEST} files that took longest")
+    options.addoption("--quick", action="store_true", help=f"leave out tests recorded as longer than {LONG} s")
     options.addoption("--record-seconds", action="store_true", help=f"write the seconds of a whole run to {DURATIONS}")
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     """Add up setup, test and teardown, in the process that gets the reports of all."""
-    _seconds[report.nodeid.partition("::")[0]] += report.duration
+    _seconds[function(report.nodeid)] += report.duration
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
     """List the files that took longest, and record all where it is asked for."""
+    by_file, record = Counter[str](), Counter[str]()
+    for nodeid, seconds in _seconds.items():
+        file = nodeid.partition("::")[0]
+        by_file[file] += seconds
+        record[nodeid if seconds > LONG else file] += seconds
     if config.getoption("--seconds-by-file"):
-        terminalreporter.section(f"seconds by file: {sum(_seconds.values()):.0f} in {len(_seconds)} files")
-        for file, seconds in _seconds.most_common(LARGEST):
+        terminalreporter.section(f"seconds by file: {sum(by_file.values()):.0f} in {len(by_file)} files")
+        for file, seconds in by_file.most_common(LARGEST):
             terminalreporter.write_line(f"{seconds:7.1f}  {file}")
     if config.getoption("--record-seconds"):
-        record = {file: round(seconds) for file, seconds in sorted(_seconds.items()) if seconds >= 0.5}
-        DURATIONS.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        rounded = {name: round(seconds, 1) for name, seconds in sorted(record.items()) if seconds >= 0.1}
+        DURATIONS.write_text(json.dumps(rounded, indent=1) + "\n", encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import re
 import shutil
 import subprocess
@@ -41,23 +42,38 @@ def test_all_browser_tests_of_this_run_are_in_one_group(request, shared):
     assert [item.nodeid for item in items if shared.group(item.nodeid) != "browser"] == []
 
 
+def ran(folder, durations, *options):
+    """Run tests of a small project in two processes; return (process, file) of those that passed, in order."""
+    shutil.copy(ROOT / "conftest.py", folder)
+    for name in ("tests/test_a.py", "tests/test_b.py", "solutions/test_c.py", "solutions/test_d.py"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        text = "import pytest\n@pytest.mark.parametrize('n', range(6))\ndef test(n): pass\n"
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "tests/durations.json").write_text(json.dumps(durations), encoding="utf-8")
+    common = ["--rootdir=.", "-n2", "--dist=loadfile", "--no-loadscope-reorder", "--import-mode=importlib", "-v"]
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *common, *options, "tests", "solutions"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return re.findall(r"^\[(gw\d)\].* PASSED (\S+?)::", done.stdout, flags=re.MULTILINE)
+
+
 @pytest.mark.slow
 def test_processes_share_groups_and_begin_with_the_longest(tmp_path, shared):
-    """By pytest-xdist as it is installed: its own groups have been lost with another pytest."""
-    shutil.copy(ROOT / "conftest.py", tmp_path)
-    for name in ("tests/test_a.py", "tests/test_b.py", "solutions/test_c.py", "solutions/test_d.py"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        text = "import pytest\n@pytest.mark.parametrize('n', range(6))\ndef test(n): pass\n"
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    (tmp_path / "tests/durations.json").write_text('{"solutions/test_d.py": 9, "tests/test_b.py": 5}', encoding="utf-8")
-    options = ["--rootdir=.", "-n2", "--dist=loadfile", "--no-loadscope-reorder", "--import-mode=importlib", "-v"]
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options, "tests", "solutions"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    ran = re.findall(r"^\[(gw\d)\].* PASSED (\S+?)::", done.stdout, flags=re.MULTILINE)
-    assert (len(ran), done.returncode) == (24, 0), done.stdout + done.stderr
-    assert {shared.group(file) for _, file in ran[:2]} <= {"solutions", "tests/test_b.py"}
+    """Use pytest-xdist as it is installed: its own groups were lost with another version of pytest."""
+    passed = ran(tmp_path, {"solutions/test_d.py": 9, "tests/test_b.py::test": 5})
+    assert len(passed) == 24
+    assert {shared.group(file) for _, file in passed[:2]} <= {"solutions", "tests/test_b.py"}
     processes = defaultdict(set)
-    for process, file in ran:
+    for process, file in passed:
         processes[shared.group(file)].add(process)
-    assert sorted(processes) == ["solutions", "tests/test_a.py", "tests/test_b.py"]
-    assert all(len(names) == 1 for names in processes.values()), processes
+    assert {group: len(used) for group, used in processes.items()} == {
+        "solutions": 1,
+        "tests/test_a.py": 1,
+        "tests/test_b.py": 1,
+    }
+
+
+@pytest.mark.slow
+def test_a_quick_run_leaves_out_functions_that_took_long(tmp_path):
+    passed = ran(tmp_path, {"solutions/test_d.py": 9, "tests/test_b.py::test": 5}, "--quick")
+    assert {file for _, file in passed} == {"solutions/test_c.py", "solutions/test_d.py", "tests/test_a.py"}

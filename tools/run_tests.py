@@ -43,7 +43,7 @@ STATIC = {
 ALL_TESTS = ("--nbval", "tests", "solutions", "--hypothesis-profile=all")
 USUAL_TESTS = ("--nbval", "tests", "solutions", "-m", f"not {SCHEDULED}")
 QUICK = f"not ({' or '.join((*LEFT_OUT, SCHEDULED))})"
-QUICK_TESTS = ("tests", "-q", "-m", QUICK)
+QUICK_TESTS = ("tests", "-q", "--quick", "-m", QUICK)
 
 
 class StaticChecks:
@@ -97,7 +97,10 @@ def main(options: list[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         set_environment(folder)
         if quick:
-            print(f"== left out: the solution notebooks, and tests that are {', '.join(LEFT_OUT)}; make test runs them")
+            print(
+                f"== left out: the solution notebooks, tests that are {', '.join(LEFT_OUT)}, and those that took long "
+                "when seconds were last recorded; make test runs them"
+            )
         tests = QUICK_TESTS if quick else ALL_TESTS if everything else USUAL_TESTS
         static = StaticChecks(STATIC)
         code = pytest.main([*SHARED, *tests, "--seconds-by-file", *options], plugins=[static])
