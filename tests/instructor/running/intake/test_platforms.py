@@ -342,6 +342,16 @@ def test_a_name_that_two_students_have_is_nobodys(tmp_path, ada, bob):
     assert students(intake.find(tmp_path, roster)) == ["eve"]
 
 
+@pytest.mark.parametrize("about", [{"aliases": ("bob",)}, {"name": "Bob"}, {"email": "BOB"}])
+def test_an_id_means_its_own_student_where_another_is_called_so_too(about):
+    for order in (
+        [StudentRecord("ada", **about), StudentRecord("bob")],
+        [StudentRecord("bob"), StudentRecord("ada", **about)],
+    ):
+        known = People(order)
+        assert known.named("bob").students == ("bob",) == known.labelled(Label("Moodle", ("bob",))).students
+
+
 @given(
     st.sets(
         st.sampled_from(
