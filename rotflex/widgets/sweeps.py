@@ -172,16 +172,16 @@ def _settings_of(recording: Recording | None) -> dict[str, Any]:
     """The settings of a recorded sweep, as far as it tells; else the laboratory's."""
     found: dict[str, Any] = {"f_start": 1.0, "f_stop": 5.0, "duration": 15.0, "drive": "position"}
     if recording is not None:
-        found |= {
-            name: recording.metadata[name] for name in ("f_start", "f_stop", "drive") if name in recording.metadata
-        }
+        found |= {name: value for name, value in recording.metadata.items() if name in ("f_start", "f_stop", "drive")}
         found["duration"] = float(recording.time[-1] - recording.time[0])
     return found | {"amplitude": _AMPLITUDE[found["drive"]][0]}
 
 
-def explore_sweep(lab: Lab | None = None, recording: Recording | None = None) -> SweepExplorer:
-    """The sweep explorer, as a notebook makes it; see :class:`SweepExplorer`."""
-    return SweepExplorer(lab, recording)
+def explore_sweep(
+    lab: Lab | None = None, recording: Recording | None = None, J_l: float | None = None
+) -> SweepExplorer:
+    """Make the sweep explorer; see :class:`SweepExplorer`."""
+    return SweepExplorer(lab, recording, J_l)
 
 
 def picture(recording: Recording, found: Spectra, cursor: float) -> Picture:

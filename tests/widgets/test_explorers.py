@@ -180,7 +180,7 @@ def test_a_sweep_that_fails_changes_nothing(lab, monkeypatch):
 def test_a_recording_of_another_bench_is_looked_at_and_not_run_again(lab):
     with lab.bench() as bench:
         recording = experiments.sweep(bench, duration=6.0, progress=False)
-    explorer = SweepExplorer(recording=recording, J_l=3e-3)
+    explorer = widgets.explore_sweep(recording=recording, J_l=3e-3)
     assert SweepExplorer(lab, recording).settings["duration"] == pytest.approx(6.0)
     assert not any(one["kind"] == "slider" for row in explorer.scene["controls"] for one in row)
     live = rotflex.lab.start("ada", "virtual:?clock=wall", quiet=True)
