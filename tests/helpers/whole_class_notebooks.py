@@ -6,10 +6,10 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from checkout import ROOT
 from made_courses import OURS
-from simulated_class import Notebooks
 from working_through import (
     FULL,
     MEASURED,
@@ -17,6 +17,8 @@ from working_through import (
 )
 
 from rotflex.instructor.release import student_course, student_notebooks
+
+Notebooks = dict[str, dict[str, Any]]
 
 BY_OTHER_FORMS = {
     "q0-1": "resolution = float(np.deg2rad(360 / 4096))",

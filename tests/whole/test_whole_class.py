@@ -173,16 +173,19 @@ def test_a_perfect_file_of_another_student_does_not_earn_what_depends_on_the_ben
 
 
 @pytest.fixture(scope="session")
-def graded(tmp_path_factory, sandbox):
-    """Those who hand in notebooks, graded by the command as an instructor runs it."""
+def marks_folder(tmp_path_factory, sandbox):
+    """Grade those who submit notebooks by the command, as an instructor does; return the folder of marks."""
     folder = tmp_path_factory.mktemp("whole-class")
     whole_class_notebooks.hand_in(folder / "submissions")
     command = [sys.executable, "-m", "rotflex.cli", "grade", folder / "submissions", "--out", folder / "marks"]
     command += ["--course", ROOT, "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT), "--probe-seed", str(PROBE_SEED)]
     subprocess.run(command, capture_output=True, text=True, check=False, timeout=1500)
-    return {
-        name: json.loads((folder / "marks" / name / "marks.json").read_text(encoding="utf-8")) for name in NOTEBOOKS
-    }
+    return folder / "marks"
+
+
+@pytest.fixture(scope="session")
+def graded(marks_folder):
+    return {name: json.loads((marks_folder / name / "marks.json").read_text(encoding="utf-8")) for name in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
@@ -207,3 +210,11 @@ def test_what_was_wrong_with_notebooks_is_reported(graded, name):
         said = " ".join(graded[name][reported])
         assert bool(said) == bool(pieces), said
         assert all(piece in said for piece in pieces), said
+
+
+def test_feedback_does_not_give_away_the_values_of_the_bench(marks_folder):
+    bench = TrueBench("consistent")
+    page = (marks_folder / "consistent" / "feedback.html").read_text(encoding="utf-8").split("</style>")[1]
+    assert "omega_n" in page
+    for value in (bench.K_s, bench.omega_n, bench.omega_n / 6.2832):
+        assert f"{value:.4g}" not in page
