@@ -70,6 +70,8 @@ def possible(ways, **marks):
 TRIED = [way for way in (*RIGHT, *WRONG) if way.name not in _READ]
 RUN = [way for way in TRIED if way.pandas in (None, PANDAS)]
 BUILDS_ON_ALL = {"Table 3"}  # many ways lose points of it, each of them other ones
+#: The cell had assigned all that is recorded before it stopped.
+KEPT_BEFORE_IT_STOPPED = {"endless-loop", "import-in-a-locked-cell"}
 #: Only in `make test-all`: another way of the same kind is graded at a landing.
 ONLY_ALONE = {"helper-cell", "own-module", "own-module-one-folder-up"}
 
@@ -126,7 +128,7 @@ def faults(graded, hand_in):
 
 def costs_nothing(graded, hand_in, way):
     """Say whether a change that should lose points loses none of those that the machine gives."""
-    if not way.change:
+    if not way.change or way.name in KEPT_BEFORE_IT_STOPPED:
         return False
     marks = graded.of(hand_in.student)
     mine = {one["question"] for one in marks.marks if one["question"] in way.lost and one["status"] != WAITING}
