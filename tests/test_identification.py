@@ -272,6 +272,14 @@ def test_turning_points_are_found_between_the_samples(omega, zeta):
     np.testing.assert_allclose(found.peaks, heights, rtol=2.5e-3)
 
 
+def test_turning_points_have_the_times_of_the_recording_also_where_the_servo_stands_later():
+    omega, start = 15.0, 0.4
+    t = time_axis(6.0, SAMPLE_TIME)
+    swing = np.where(t < start, 0.0, 0.2 * np.exp(-0.3 * (t - start)) * np.cos(omega * (t - start)))
+    found = logarithmic_decrement(Recording.of(t, theta=0.3 * np.minimum(t / start, 1.0), alpha=swing))
+    np.testing.assert_allclose(np.interp(found.peak_times, t, swing), found.peaks, rtol=0.01)
+
+
 def test_what_is_no_free_decay_is_refused():
     t, alpha = free_swing(20.0, 0.02)
     with pytest.raises(IdentificationError, match="turning points"):

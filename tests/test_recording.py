@@ -120,6 +120,12 @@ def test_a_part_counts_time_from_its_own_beginning():
     assert part.metadata == METADATA
 
 
+def test_a_part_counts_samples_that_were_held_or_lost_from_its_own_beginning():
+    timing = {"held": [[8, 4], [15, 2], [18, 5], [30, 1]], "lost": [[9, 1], [19, 1]]}
+    part = Recording.of(T, {"timing": timing}, theta=T).between(0.02, 0.04)
+    assert part.metadata["timing"] == {"held": [[0, 2], [5, 2], [8, 2]], "lost": [[9, 1]]}
+
+
 @pytest.mark.parametrize("sample_time", [0.002, 0.1, 1 / 3, 0.007])
 def test_a_part_is_cut_at_samples_whatever_their_rounding(sample_time):
     t = np.arange(100) * sample_time

@@ -199,12 +199,15 @@ def test_the_result_at_a_sample_does_not_depend_on_the_sample_time():
 # --- the workbook's arithmetic ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("feedback", ["full", "partial"])
-def test_workbook_fidelity_is_forward_euler_of_plant_and_derivative_filters(feedback):
+@pytest.mark.parametrize(
+    ("feedback", "theta", "alpha"), [("full", 0.0, 0.0), ("partial", 0.0, 0.0), ("full", 0.5, -0.2)]
+)
+def test_workbook_fidelity_is_forward_euler_of_plant_and_derivative_filters_from_rest(feedback, theta, alpha):
     reference = signals.smooth_square_wave(signals.time_axis(2, 0.002), 0.33, 60 * DEG, 100)
-    simulated = closed_loop(A, B, K, reference, fidelity="workbook", feedback=feedback)
+    x0 = (theta, alpha, 0.0, 0.0)
+    simulated = closed_loop(A, B, K, reference, fidelity="workbook", feedback=feedback, x0=x0)
     h, w_c = 0.002, 2 * np.pi * 33
-    theta = alpha = theta_dot = alpha_dot = slow_theta = slow_alpha = 0.0
+    slow_theta, slow_alpha, theta_dot, alpha_dot = x0
     for k, theta_d in enumerate(reference):
         assert simulated["theta"][k] == pytest.approx(theta, abs=1e-10)
         assert simulated["alpha"][k] == pytest.approx(alpha, abs=1e-10)
