@@ -11,9 +11,10 @@ from fault_board import SAMPLE_TIME, FaultBoard, Stopwatch
 from software_tasks import SoftwareTasks
 
 from rotflex.config import joint, srv02
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Safety
 from rotflex.hil.board import Clock
 from rotflex.hil.controllers import OpenLoop
+from rotflex.hil.guard import Guard
 from rotflex.hil.loop import run
 from rotflex.hil.pace import TOO_SLOW, Pace, undisturbed
 
@@ -123,6 +124,7 @@ def test_on_a_software_clock_missed_samples_are_told_and_bridged():
         {"uri": "test", "clock": "wall"},
         clock=Clock.SYSTEM_CLOCK_1,
         now=board.time.now,
+        safety=Safety(guard=Guard(srv02())),  # the arm turns far between two samples
     )
 
     def pause(measured, _voltage):
@@ -131,7 +133,7 @@ def test_on_a_software_clock_missed_samples_are_told_and_bridged():
 
     with bench:
         bench.on_sample = pause
-        recording = run(bench, OpenLoop(), np.full(200, 1.0), SAMPLE_TIME, progress=False)
+        recording = run(bench, OpenLoop(), np.full(200, 3.0), SAMPLE_TIME, progress=False)
     timing = recording.metadata["timing"]
     assert timing["clock"] == "software"
     assert (timing["missed"], timing["late"]) == (24, 0)
