@@ -303,14 +303,14 @@ def test_check_holds_for_a_pole_wanted_at_zero_in_any_states(seed):
 @pytest.mark.parametrize(
     ("zeta", "omega_n", "p_3", "p_4", "message"),
     [
-        (0, 20, -30, -40, "damping ratio must be above 0 and at most 1; it is 0"),
+        (0, 20, -30, -40, "damping ratio"),
         (1.2, 20, -30, -40, "damping ratio"),
-        (0.6, 0, -30, -40, "natural frequency must be a positive number"),
-        (0.6, 20, 30, -40, "p_3 must be a negative real number; it is 30"),
-        (0.6, 20, -30, 0, "p_4 must be a negative real number; it is 0"),
-        (0.6, 20, -30 + 1j, -40, "must hold real numbers"),
-        (np.nan, 20, -30, -40, "must hold finite numbers"),
-        (None, 20, -30, -40, "must hold real numbers"),
+        (0.6, 0, -30, -40, "natural frequency"),
+        (0.6, 20, 30, -40, "^p_3 "),
+        (0.6, 20, -30, 0, "^p_4 "),
+        (0.6, 20, -30 + 1j, -40, "real"),
+        (np.nan, 20, -30, -40, "finite"),
+        (None, 20, -30, -40, "real"),
     ],
 )
 def test_desired_poles_out_of_range_are_refused(zeta, omega_n, p_3, p_4, message):
@@ -321,7 +321,7 @@ def test_desired_poles_out_of_range_are_refused(zeta, omega_n, p_3, p_4, message
 @ROUTES
 def test_pair_that_is_not_controllable_is_refused(gain_by):
     A = np.diag([-1.0, -2, -3, -4])
-    with pytest.raises(DesignError, match="not controllable: its controllability matrix has rank 3, not 4"):
+    with pytest.raises(DesignError, match="rank 3"):
         gain_by(A, [1, 1, 0, 1], WANTED)
 
 
@@ -342,12 +342,12 @@ def test_how_exactly_poles_must_be_conjugate_does_not_depend_on_the_unit_of_time
 @pytest.mark.parametrize(
     ("wanted", "message"),
     [
-        ([-12 + 16j, -12 + 16j, -30, -40], r"conjugate pairs; the pole -12\+16j lacks its partner"),
+        ([-12 + 16j, -12 + 16j, -30, -40], r"-12\+16j"),
         ([-12 + 16j, -20, -30, -40], "conjugate pairs"),
         ([-12 + 16j, -12 - 16.1j, -30, -40], "conjugate pairs"),
-        ([-12 + 16j, -12 - 16j, -30], "4 states, so 4 poles must be given; there are 3"),
+        ([-12 + 16j, -12 - 16j, -30], "there are 3"),
         ([-1, -2, -3, -4, -5], "there are 5"),
-        ([[-1, -2], [-3, -4]], r"must be a list; the shape is \(2, 2\)"),
+        ([[-1, -2], [-3, -4]], r"\(2, 2\)"),
         ([-1, -2, -3, np.inf], "finite"),
         ([-1, -2, -3, None], "must hold numbers"),
         ("poles", "must hold numbers"),
@@ -381,7 +381,7 @@ def test_companion_form_of_what_is_no_polynomial_is_refused(polynomial):
 
 
 def test_polynomials_of_different_degrees_are_refused():
-    with pytest.raises(DesignError, match="degree 2 and 3"):
+    with pytest.raises(DesignError, match="2 and 3"):
         design.companion_gain([1, 2, 3], [1, 2, 3, 4])
 
 
@@ -394,10 +394,10 @@ def test_characteristic_polynomial_of_neither_poles_nor_a_matrix_is_refused(wron
 @pytest.mark.parametrize(
     ("K", "rtol", "message"),
     [
-        ([1, 2, 3], 1e-6, r"K must be one row .*\(1, 4\); it is \(3,\)"),
-        (np.ones((4, 1)), 1e-6, "K must be one row"),
-        ([np.nan, 0, 0, 0], 1e-6, "K must hold finite numbers"),
-        ([0, 0, 0, 0], 0, "tolerance must be above zero"),
+        ([1, 2, 3], 1e-6, r"^K .*\(3,\)"),
+        (np.ones((4, 1)), 1e-6, "^K "),
+        ([np.nan, 0, 0, 0], 1e-6, "^K .*finite"),
+        ([0, 0, 0, 0], 0, "tolerance"),
     ],
 )
 def test_check_refuses_what_is_no_gain_or_no_tolerance(K, rtol, message):

@@ -273,25 +273,3 @@ def test_several_that_cannot_be_taken_in_do_not_end_a_batch(fake_class, monkeypa
     assert fake_class.grade() == {"ada": 0, "bob": 0, "cleo": 2}
     with fake_class.book() as book:
         assert [len(book.current(one).run.problems) for one in ("ada", "bob", "cleo")] == [1, 1, 0]
-
-
-def test_several_runs_that_leave_nothing_are_each_told_and_do_not_end_a_batch(fake_class):
-    fake_class.hand_in("ada", "bob", "cleo")
-    for student in ("ada", "bob"):
-        fake_class.leaves[student] = runner.Run(None, (f"{student}'s run was stopped.",))
-    assert fake_class.grade() == {"ada": 0, "bob": 0, "cleo": 2}
-    with fake_class.book() as book:
-        for student in ("ada", "bob"):
-            assert book.current(student).run.problems == (f"{student}'s run was stopped.",)
-
-
-def test_several_that_fail_again_keep_their_earlier_marks(fake_class):
-    fake_class.hand_in("ada", "bob", "cleo")
-    assert fake_class.grade() == dict.fromkeys(["ada", "bob", "cleo"], 2)
-    fake_class.hand_in("ada", "bob", "cleo", source="omega_n = 2")
-    for student in ("ada", "bob"):
-        fake_class.leaves[student] = OSError("the disk is full")
-    assert fake_class.grade() == dict.fromkeys(["ada", "bob", "cleo"], 2)
-    with fake_class.book() as book:
-        told = [sum("the disk is full" in line for line in book.current(one).run.problems) for one in ("ada", "bob")]
-        assert told == [1, 1] and book.current("ada").key_digest == ""

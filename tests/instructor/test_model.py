@@ -122,7 +122,7 @@ def test_printed_model_has_no_minus_zeros():
 
 @pytest.mark.parametrize("K_s", [0, -1.3, np.nan, np.inf, None, "1.3", [1.3]])
 def test_stiffness_must_be_a_positive_number(K_s):
-    with pytest.raises(ConfigurationError, match="stiffness must be a positive number"):
+    with pytest.raises(ConfigurationError, match="stiffness"):
         model.state_space(SERVO, JOINT, K_s)
 
 
@@ -328,23 +328,23 @@ def test_rank_of_simple_pairs(A, B, rank):
 
 
 @pytest.mark.parametrize(
-    ("A", "B", "message"),
+    ("A", "B", "named"),
     [
-        (np.zeros((4, 3)), np.zeros(4), r"A must be a square matrix; its shape is \(4, 3\)"),
-        (np.eye(4), np.ones(3), r"B must be one column .*\(4, 1\); it is \(3,\)"),
-        (np.eye(4), np.ones((1, 4)), r"B must be one column .*it is \(1, 4\)"),
-        (np.eye(4), np.ones((4, 2)), r"B must be one column"),
-        (np.eye(2), [np.nan, 1], "B must hold finite numbers"),
-        (np.eye(2) * 1j, [0, 1], "A must hold real numbers"),
-        ([[1, 2], [3]], [0, 1], "A has rows of different lengths"),
-        (None, [0, 1], "A must hold real numbers; it is None"),
+        (np.zeros((4, 3)), np.zeros(4), r"^A .*\(4, 3\)"),
+        (np.eye(4), np.ones(3), r"^B .*\(3,\)"),
+        (np.eye(4), np.ones((1, 4)), r"^B .*\(1, 4\)"),
+        (np.eye(4), np.ones((4, 2)), "^B "),
+        (np.eye(2), [np.nan, 1], "^B .*finite"),
+        (np.eye(2) * 1j, [0, 1], "^A .*real"),
+        ([[1, 2], [3]], [0, 1], "^A .*lengths"),
+        (None, [0, 1], "^A .*None"),
     ],
 )
-def test_matrices_that_do_not_fit_are_refused(A, B, message):
-    with pytest.raises(DesignError, match=message):
+def test_matrices_that_do_not_fit_are_refused(A, B, named):
+    with pytest.raises(DesignError, match=named):
         model.controllability(A, B)
 
 
 def test_actuator_needs_the_four_states_of_the_bench():
-    with pytest.raises(DesignError, match=r"A must have the shape \(4, 4\).*\(2, 2\)"):
+    with pytest.raises(DesignError, match=r"^A .*\(2, 2\)"):
         with_actuator(np.eye(2), np.ones(2), SERVO)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 from made_courses import OURS, copied
+from refused import refused
 
 from rotflex.courseware import course_file, reflection
 from rotflex.courseware.benches import BenchPolicy
@@ -75,148 +76,73 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
     assert opens == datetime(2026, 12, 1).astimezone() and opens.tzinfo is not None
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("[bench\n", "is not TOML: Expected ']'"),
-        (
-            "[bank]\n",
-            "bank: there is no such section; there are [course], [bench], [given], [feedback], [reflect], [report], "
-            "[releases], "
-            "[marks], [levels], [[deadline]], [[extension]], [late], [outcomes].",
-        ),
-        ('title = "x"\n', "title: there is no such section; it belongs under [course]."),
-        ("bench = 3\n", "bench: it should be a section, a line [bench] with its entries below."),
-        ("[feedback]\npoint = true\n", "feedback.point: there is no such entry; there are points, reasons, from."),
-        (
-            '[course]\nlanguage = "de"\n',
-            "course.language: messages and notebooks are in English only; delete this line.",
-        ),
-        (
-            "[course]\ntitle = 3\n",
-            "course.title: it is 3, and should be a line of text of at most 120 characters, as in: ",
-        ),
-        ('[course]\ntitle = ""\n', "course.title: it is '', and should be a line of text"),
-        ('[course]\nterm = "a\\nb"\n', "course.term: it is 'a\\nb', and should be a line of text"),
-        (
-            '[bench]\nwhich = "mine"\n',
-            'bench.which: it is \'mine\', and should be "own", "same", "preset" or "real", as in: ',
-        ),
-        (
-            '[bench]\nwhich = "same"\nseed = "x"\n',
-            "bench.seed: it is 'x', and should be a whole number from 0 to 4294967295, as in: seed = 2026",
-        ),
-        ('[bench]\nwhich = "same"\nseed = -1\n', "bench.seed: it is -1, and should be a whole number"),
-        ('[bench]\nwhich = "same"\nseed = true\n', "bench.seed: it is True, and should be a whole number"),
-        ('[bench]\nwhich = "real"\n', 'bench.benches: which = "real" needs it. It should be names of the laboratory'),
-        ('[bench]\nwhich = "real"\nbenches = []\n', "bench.benches: it is [], and should be names"),
-        (
-            '[bench]\nwhich = "real"\nbenches = ["east"]\n',
-            "bench.benches: of 'east' the course has no truth; it has that of none.",
-        ),
-        ('[bench]\nbenches = ["east"]\n', 'bench.benches: it goes with which = "real", and which is "own"'),
-        ('[bench]\nwhich = "same"\n', 'bench.seed: which = "same" needs it. It should be a whole number'),
-        ('[bench]\nwhich = "preset"\n', 'bench.preset: which = "preset" needs it. It should be the name of a bench'),
-        ("[bench]\nseed = 7\n", 'bench.seed: it goes with which = "same", and which is "own". Leave one of them out.'),
-        (
-            '[bench]\nwhich = "preset"\npreset = "mars"\n',
-            "bench.preset: the course has no bench 'mars'; it has \"workbook\".",
-        ),
-        (
-            '[feedback]\nfrom = "tomorrow"\n',
-            "feedback.from: it is 'tomorrow', and should be a date, or a date and time",
-        ),
-        ("[feedback]\nfrom = 12:00:00\n", "feedback.from: it is datetime.time(12, 0), and should be a date"),
-        ("[reflect]\nasks = 1\n", "reflect.asks: it is 1, and should be true or false, as in: asks = true"),
-        (
-            "[reflect]\nfrom = 1\n",
-            "reflect.from: it is 1, and should be a date, or a date and time, of the years 2000 to 2999, as in: ",
-        ),
-        ("[report]\npage_limit = 0\n", "report.page_limit: it is 0, and should be a whole number from 1 to 1000"),
-        ("[reflect]\nasks = false\nfrom = 2026-11-02\n", "reflect.from: it goes with asks = true, and asks is false."),
-        (
-            '[marks]\ndrop = "1.2"\n',
-            "marks.drop: it is '1.2', and should be names of questions, or of a question and a",
-        ),
-        (
-            "[marks]\nweights = {1.2 = 2}\n",
-            "marks.weights: it is {'1': {'2': 2}}, and should be names of questions, or",
-        ),
-        (
-            '[marks]\nweights = {"1.2" = 0}\n',
-            'in quotes, each with a number from 0.001 to 1000, as in: weights = {"1.2',
-        ),
-        ('[marks]\nweights = {"1.2" = inf}\n', "marks.weights: it is {'1.2': inf}, and should be"),
-        (
-            "[marks]\nout_of = nan\n",
-            "marks.out_of: it is nan, and should be a number from 0.001 to 1000, as in: out_of",
-        ),
-        ("[marks]\nout_of = 0\n", "marks.out_of: it is 0, and should be a number"),
-        ("[marks]\ndecimals = 5\n", "marks.decimals: it is 5, and should be a whole number from 0 to 4, as in: dec"),
-        ("[marks]\ndecimals = 2.0\n", "marks.decimals: it is 2.0, and should be a whole number"),
-        ("[marks]\npredictions = -1\n", "marks.predictions: it is -1, and should be a number of points from 0 to 100"),
-        ("[marks]\npractice = 1\n", "marks.practice: there is no such entry; there are drop, weights, out_of, dec"),
-        (
-            '[marks]\ndrop = ["1.2"]\nweights = {"1.2" = 2}\n',
-            "marks.weights: '1.2' is dropped, so that it has no weight. Leave one of them out.",
-        ),
-        (
-            "[levels]\nshares = {5 = 100}\n",
-            "levels.shares: it is {'5': 100}, and should be numbers from 0 to 100, in per",
-        ),
-        (
-            "[levels]\nshares = {3 = 40}\n",
-            "levels.shares: level 2 is worth 50 %, more than level 3 with 40 %. A higher level",
-        ),
-        (
-            "[levels]\nthresholds = {4 = 70}\n",
-            "levels.thresholds: level 3 begins at 75 %, more than level 4 with 70 %.",
-        ),
-        (
-            "[levels]\nshares = {3 = 95}\n",
-            "levels: a person's level 3 is worth 95 % of the points, and by the thresholds so many points are level 4.",
-        ),
-        (
-            "[deadline]\ndue = 2026-11-21\n",
-            "deadline: there may be several, so that each begins with a line [[deadline]]",
-        ),
-        ("deadline = [1]\n", "deadline: there may be several, so that each begins with a line [[deadline]]"),
-        ("[[marks]]\n", "marks: it should be a section, a line [marks] with its entries below."),
-        (
-            '[[deadline]]\nnotebooks = ["x"]\n',
-            "deadline 1.due: it is missing. It should be a date, or a date and time, of the years 2000 to 2999, as in",
-        ),
-        ("[[deadline]]\ndue = 9999-12-31\n", "deadline 1.due: it is datetime.date(9999, 12, 31), and should be a date"),
-        ("[[deadline]]\ndue = 2026-11-21\nfor = 1\n", "deadline 1.for: there is no such entry; there are due, note"),
-        (
-            "[[deadline]]\ndue = 2026-11-21\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n",
-            "deadline 2.notebooks: it is [], and should be names of the course's notebooks, as in: notebooks",
-        ),
-        ("[late]\nper_day = 10\n", "late: there is no [[deadline]], so that nothing can be late. Add one, or leave"),
-        (f"{DUE}[late]\nper_day = 101\n", "late.per_day: it is 101, and should be a number of per cent from 0 to 100"),
-        (f"{DUE}[late]\ngrace_hours = true\n", "late.grace_hours: it is True, and should be a number of hours from 0"),
-        ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "extension 1: there is no [[deadline]] of these"),
-        (f"{DUE}[[extension]]\nuntil = 2026-11-22\n", "extension 1: it says for nobody. Add students or a section;"),
-        (
-            f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n",
-            "extension 1.until: it is 2025-11-28 23:59, which gives nobody more time: that is due on 2026-11-21 23:59",
-        ),
-        (
-            f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
-            "extension 1: there is no [[deadline]] of these notebooks",
-        ),
-        ("[outcomes]\nlevel = 0\n", "outcomes.level: it is 0, and should be a whole number from 1 to 4, as in: level"),
-        (
-            '[feedback]\npoints = "no"\n',
-            "feedback.points: it is 'no', and should be true or false, as in: points = true",
-        ),
-    ],
-)
-def test_what_is_not_understood_is_told_with_file_entry_what_is_expected_and_an_example(tmp_path, text, told):
-    with pytest.raises(GradingError) as raised:
-        read(tmp_path, text)
-    assert str(tmp_path / "course.toml") in str(raised.value)
-    assert told in str(raised.value)
+#: Each with one fault.
+REFUSED = [
+    "[bank]\n",
+    'title = "x"\n',
+    "bench = 3\n",
+    "[feedback]\npoint = true\n",
+    '[course]\nlanguage = "de"\n',
+    "[course]\ntitle = 3\n",
+    '[course]\ntitle = ""\n',
+    '[course]\nterm = "a\\nb"\n',
+    '[bench]\nwhich = "mine"\n',
+    '[bench]\nwhich = "same"\nseed = "x"\n',
+    '[bench]\nwhich = "same"\nseed = -1\n',
+    '[bench]\nwhich = "same"\nseed = true\n',
+    '[bench]\nwhich = "real"\n',
+    '[bench]\nwhich = "real"\nbenches = []\n',
+    '[bench]\nwhich = "real"\nbenches = ["east"]\n',
+    '[bench]\nbenches = ["east"]\n',
+    '[bench]\nwhich = "same"\n',
+    '[bench]\nwhich = "preset"\n',
+    "[bench]\nseed = 7\n",
+    '[bench]\nwhich = "preset"\npreset = "mars"\n',
+    '[feedback]\nfrom = "tomorrow"\n',
+    "[feedback]\nfrom = 12:00:00\n",
+    "[reflect]\nasks = 1\n",
+    "[reflect]\nfrom = 1\n",
+    "[report]\npage_limit = 0\n",
+    "[reflect]\nasks = false\nfrom = 2026-11-02\n",
+    '[marks]\ndrop = "1.2"\n',
+    "[marks]\nweights = {1.2 = 2}\n",
+    '[marks]\nweights = {"1.2" = 0}\n',
+    '[marks]\nweights = {"1.2" = inf}\n',
+    "[marks]\nout_of = nan\n",
+    "[marks]\nout_of = 0\n",
+    "[marks]\ndecimals = 5\n",
+    "[marks]\ndecimals = 2.0\n",
+    "[marks]\npredictions = -1\n",
+    "[marks]\npractice = 1\n",
+    '[marks]\ndrop = ["1.2"]\nweights = {"1.2" = 2}\n',
+    "[levels]\nshares = {5 = 100}\n",
+    "[levels]\nshares = {3 = 40}\n",
+    "[levels]\nthresholds = {4 = 70}\n",
+    "[levels]\nshares = {3 = 95}\n",
+    "[deadline]\ndue = 2026-11-21\n",
+    "deadline = [1]\n",
+    "[[marks]]\n",
+    '[[deadline]]\nnotebooks = ["x"]\n',
+    "[[deadline]]\ndue = 9999-12-31\n",
+    "[[deadline]]\ndue = 2026-11-21\nfor = 1\n",
+    "[[deadline]]\ndue = 2026-11-21\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n",
+    "[late]\nper_day = 10\n",
+    f"{DUE}[late]\nper_day = 101\n",
+    f"{DUE}[late]\ngrace_hours = true\n",
+    "[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n",
+    f"{DUE}[[extension]]\nuntil = 2026-11-22\n",
+    f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n",
+    f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
+    "[outcomes]\nlevel = 0\n",
+    '[feedback]\npoints = "no"\n',
+]
+
+
+def test_what_is_not_understood_is_told_with_file_entry_what_is_expected_and_an_example(tmp_path, snapshot):
+    """One at a time; each message names the file first."""
+    said = refused(GradingError, lambda text: read(tmp_path, text), REFUSED, tmp_path)
+    assert all(line.startswith("…/course.toml cannot be used: ") for line in said.splitlines())
+    assert said == snapshot
 
 
 def test_what_marks_come_to_is_read(tmp_path):
@@ -264,32 +190,23 @@ def test_a_share_of_points_has_the_highest_level_that_it_reaches(tmp_path, share
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "name"),
     [
-        ('[marks]\ndrop = ["2.111"]', "marks.drop: There is no question '2.111'. Did you mean '2.11'? There are "),
-        (
-            '[marks]\ndrop = ["2.11 omega"]',
-            "marks.drop: Question 2.11 has no part 'omega'; it has omega_n, explanation.",
-        ),
-        ('[marks]\nweights = {"2.11 omega_n" = 2, "Table 9" = 2}', "marks.weights: There is no question 'Table 9'."),
-        (
-            f'{DUE}notebooks = ["02_stiffness"]',
-            "deadline 1.notebooks: the course has no notebook '02_stiffness'; it has ",
-        ),
-        (
-            f"{DUE}[[extension]]\nuntil = 2026-12-01\nstudents = ['a']\nnotebooks = ['x.ipynb']",
-            "extension 1.notebooks: the course has no notebook 'x.ipynb'; it has \"00_start\", ",
-        ),
+        ('[marks]\ndrop = ["2.111"]', "2.11"),
+        ('[marks]\ndrop = ["2.11 omega"]', "omega_n"),
+        ('[marks]\nweights = {"2.11 omega_n" = 2, "Table 9" = 2}', "Table 9"),
+        (f'{DUE}notebooks = ["02_stiffness"]', "02_stiffness"),
+        (f"{DUE}[[extension]]\nuntil = 2026-12-01\nstudents = ['a']\nnotebooks = ['x.ipynb']", "x.ipynb"),
     ],
 )
-def test_names_that_the_catalogue_does_not_have_are_told(tmp_path, text, told):
+def test_names_that_the_catalogue_does_not_have_are_told(tmp_path, text, name):
     (tmp_path / "course.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(GradingError) as raised:
+    with pytest.raises(GradingError, match=f"{name}") as raised:
         settings.read(tmp_path, catalogue=OURS.catalogue)
-    assert told in str(raised.value) and len(str(raised.value).splitlines()) == 2
+    assert len(str(raised.value).splitlines()) == 2
     settings.read(tmp_path)  # nobody knows better without one
-    with pytest.raises(GradingError, match=re.escape(told)):
-        (copied(tmp_path) / "course.toml").write_text(text, encoding="utf-8")
+    (copied(tmp_path) / "course.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(GradingError, match=f"{name}"):
         courses.load(tmp_path / "solutions")
 
 
@@ -376,9 +293,10 @@ def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
     assert {name: value for name, value in about.items() if name == course_file.PAGE_LIMIT} == limit
 
 
-def test_a_file_that_is_no_text_is_told(tmp_path):
-    (tmp_path / "course.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(GradingError, match=r"course\.toml cannot be read"):
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"[bench\n"])
+def test_a_file_that_is_no_text_or_no_toml_is_told(tmp_path, content):
+    (tmp_path / "course.toml").write_bytes(content)
+    with pytest.raises(GradingError, match=r"course\.toml"):
         settings.read(tmp_path)
 
 
@@ -423,22 +341,15 @@ def test_a_class_may_begin_in_the_middle(tmp_path):
     assert read_ours(tmp_path, real, ("north",)).given == "gain"
 
 
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        ('[given]\nfrom = "model"\n', 'nothing called \'model\'; it has "gain", "stiffness"'),
-        ('[given]\nfrom = "gain"\n', "everybody has the same bench"),
-        ('[given]\nfrom = "gain"\n', 'which = "same" or "preset", or one bench of the laboratory\'s ("real")'),
-        (
-            '[bench]\nwhich = "real"\nbenches = ["north", "south"]\n[given]\nfrom = "stiffness"\n',
-            "names 2 of the laboratory's",
-        ),
-        ("[given]\nfrom = 3\n", "given.from: it is 3"),
-    ],
-)
-def test_what_cannot_be_given_is_told(tmp_path, text, why):
-    with pytest.raises(GradingError, match=re.escape(why)):
-        read_ours(tmp_path, text, ("north", "south"))
+def test_what_cannot_be_given_is_told(tmp_path, snapshot):
+    texts = [
+        '[given]\nfrom = "model"\n',
+        '[given]\nfrom = "gain"\n',
+        '[bench]\nwhich = "real"\nbenches = ["north", "south"]\n[given]\nfrom = "stiffness"\n',
+        "[given]\nfrom = 3\n",
+    ]
+    benches = ("north", "south")
+    assert refused(GradingError, lambda text: read_ours(tmp_path, text, benches), texts, tmp_path) == snapshot
 
 
 def test_what_is_given_changes_no_mark_by_itself():

@@ -27,9 +27,9 @@ def test_this_course_has_nothing_wrong():
 @pytest.mark.parametrize(
     ("start", "what"),
     [
-        (replace(STIFFNESS, skips=("01_nonsense",)), "it skips the notebook 01_nonsense, which there is not."),
-        (replace(STIFFNESS, gives=(("2.12", "K"),)), "Question 2.12 has no part 'K'"),
-        (replace(STIFFNESS, gives=(("2.14", "A"),)), "it gives 2.14, A, which 03_model_validation asks for"),
+        (replace(STIFFNESS, skips=("01_nonsense",)), "notebook 01_nonsense"),
+        (replace(STIFFNESS, gives=(("2.12", "K"),)), "part 'K'"),
+        (replace(STIFFNESS, gives=(("2.14", "A"),)), "2.14, A"),
     ],
 )
 def test_a_start_that_names_what_there_is_not_is_told(start, what):
@@ -37,11 +37,12 @@ def test_a_start_that_names_what_there_is_not_is_told(start, what):
 
 
 def test_values_that_there_are_not_or_that_fit_nothing_are_told():
-    assert found(STIFFNESS, given=None) == ["start stiffness: course.py does not say what is given (Course.given)."]
+    (said,) = found(STIFFNESS, given=None)
+    assert said.startswith("start stiffness") and "Course.given" in said
     (said,) = found(STIFFNESS, given=lambda name, student, policy: {("2.12", "J_l"): 0.003})
-    assert "2.12, K_s has no value" in said
+    assert "2.12, K_s" in said
     (said,) = found(STIFFNESS, given=lambda *_: {("2.12", "J_l"): 0.003, ("2.12", "K_s"): "much"})
-    assert "2.12, K_s has no value" in said
+    assert "2.12, K_s" in said
 
 
 def test_a_cell_that_needs_what_is_skipped_is_told(tmp_path):
@@ -49,6 +50,7 @@ def test_a_cell_that_needs_what_is_skipped_is_told(tmp_path):
     notebook = OURS.notebooks[8].read_text(encoding="utf-8")
     assert 'lab.value(\\"3.8\\", \\"K\\", default=None)' in notebook
     (folder / OURS.notebooks[8].name).write_text(notebook.replace('\\"K\\", default=None', '\\"K\\"'), encoding="utf-8")
-    told = "08_full_state_feedback.ipynb, carried: it needs {}, K, which a class that begins with gain has not."
-    assert found(GAIN, folder=folder) == [told.format("3.10")]
-    assert found(replace(GAIN, gives=GAIN.gives[:-1]), folder=folder) == [told.format("3.8"), told.format("3.10")]
+    for start, needed in ((GAIN, ["3.10"]), (replace(GAIN, gives=GAIN.gives[:-1]), ["3.8", "3.10"])):
+        told = found(start, folder=folder)
+        assert [f" {one}, K" in line for one, line in zip(needed, told, strict=True)] == [True] * len(needed)
+        assert all(line.startswith("08_full_state_feedback.ipynb, carried") for line in told)

@@ -142,15 +142,9 @@ def test_by_hand_and_by_command_to_the_hundredth(term, student):
     assert float(row["total"]) == sum(CLASS[student][1].values()) and row["out_of"] == "10.25"  # as they were
 
 
-def test_how_it_counts_says_what_was_dropped_weighted_and_late(term):
+def test_how_it_counts_says_what_was_dropped_weighted_and_late(term, snapshot):
     found, _said = term[0]
-    usual = "not counted: 2.14 D, 2.16; 2.11 counts 2 times; 2.11 explanation counts 0.5 times; 2.13 counts 1.5 times"
-    assert found["some"]["how it counts"] == usual
-    assert found["two"]["how it counts"] == f"{usual}; {STIFFNESS}: 2 days late, 15 % taken"
-    assert found["ext"]["how it counts"] == (
-        f"{usual}; {PRELAB}: 6 days late, 40 % taken; {STIFFNESS}: in time by an extension; "
-        f"{VALIDATION}: 6 days late, 40 % taken"
-    )
+    assert "\n".join(found[student]["how it counts"] for student in ("some", "two", "ext")) == snapshot
 
 
 def test_the_student_reads_what_it_cost_and_the_data_have_the_steps(term):
@@ -167,8 +161,7 @@ def test_whom_nobody_knows_is_told(book, tmp_path):
     settings = TERM.replace('["EXT"]', '["EXT", "exxt"]').replace('section = "C"', 'section = "D"')
     settings = settings.replace('section = "B"', 'section = "nobody-here"')
     _found, said = reported(tmp_path, book, settings)
-    assert "in extensions, and the gradebook has no such student or section: 'exxt', 'D'. Nobody has more" in said
-    assert "in deadlines, and the gradebook has no such section: 'nobody-here'. Nobody has a deadline by them." in said
+    assert "'exxt', 'D'" in said and "'nobody-here'" in said
 
 
 # --- other settings, the same marks -----------------------------------------------------------------------------------

@@ -247,7 +247,7 @@ def test_of_the_answer_that_was_marked_a_line_is_shown(tmp_path, length, shown):
     path = tmp_path / "book.sqlite"
     with Gradebook(path) as opened:
         record(opened, graded("ada", mark(), prose(given="x" * length)))
-    assert f"for the answer '{shown}'" in said(give(path, "0.5", "tutor"))
+    assert f"'{shown}'" in said(give(path, "0.5", "tutor"))
 
 
 # --- hints ------------------------------------------------------------------------------------------------------------

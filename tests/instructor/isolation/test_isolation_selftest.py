@@ -43,7 +43,7 @@ def test_a_shared_network_is_noticed(monkeypatch):
     monkeypatch.setattr(
         bubblewrap, "arguments", lambda *given: [word for word in arguments(*given) if word != "--unshare-net"]
     )
-    with pytest.raises(IsolationError, match="shares namespaces with us: net"):
+    with pytest.raises(IsolationError, match=": net"):
         selftest.run_all()
     monkeypatch.setattr(sandbox, "_NAMESPACES", ())  # had it not been noticed already
     found = not_contained(selftest.run_all())

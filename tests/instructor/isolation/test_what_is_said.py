@@ -91,10 +91,10 @@ def test_a_handful_of_processes_are_the_sandboxs_own(said, processes, good):
     assert said(seen(processes=processes))["processes"].good == good
 
 
-@pytest.mark.parametrize(("filtered", "words"), [(("system calls",), "filtered"), ((), "not filtered on this machine")])
+@pytest.mark.parametrize(("filtered", "words"), [(("system calls",), "filtered"), ((), "not filtered")])
 def test_system_calls_are_called_filtered_where_they_are(said, filtered, words):
     layer = said(seen(), filtered=filtered)["system calls"]
-    assert (layer.good, layer.found, layer.needed) == (bool(filtered), words, False)
+    assert (layer.good, layer.needed) == (bool(filtered), False) and layer.found.startswith(words)
 
 
 @pytest.mark.parametrize("file", [None, b"", b"other\n"])
@@ -322,8 +322,8 @@ def test_what_was_left_behind_is_judged_by_its_ending_and_its_file(ending, file,
 def test_a_self_test_that_did_not_come_to_its_end_is_no_good_one(monkeypatch):
     outcome = Outcome(Ending.DEADLINE, None, json.dumps({}).encode(), "", b"stuck", 1.0)
     monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
-    with pytest.raises(IsolationError, match="did not come to its end: stuck"):
+    with pytest.raises(IsolationError, match="end: stuck"):
         selftest._attacked({})
     monkeypatch.setattr(sandbox, "run", lambda command, **more: replace(outcome, file=None, output=b""))
-    with pytest.raises(IsolationError, match=f"did not come to its end: {Ending.DEADLINE.value}"):
+    with pytest.raises(IsolationError, match=f"end: {Ending.DEADLINE.value}"):
         selftest._attacked({})

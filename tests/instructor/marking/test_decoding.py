@@ -54,7 +54,7 @@ def test_an_expression_that_nothing_can_hold_is_malformed_and_the_others_count(m
 
     monkeypatch.setattr(decoding.forms, "decode", decode)
     read = decoding.decode(energy(["int", 1]), SEED, CATALOGUE)
-    assert read.malformed["2.1", "V"] == f"It cannot be worked out ({error.__name__})."
+    assert error.__name__ in read.malformed["2.1", "V"]
 
 
 def test_what_is_said_of_a_file_has_no_escapes_in_it():

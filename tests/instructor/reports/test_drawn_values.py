@@ -21,24 +21,25 @@ def words_of(low, high, logarithmic=False):
 @pytest.mark.parametrize(
     ("low", "high", "numbers"),
     [
-        (0.0, 6.0, "0 1 2 3 4 5 6"),
-        (0.0, 15.0, "0 2.5 5 7.5 10 12.5 15"),
-        (-1.0, 1.0, "-1 -0.5 0 0.5 1"),
-        (0.3, 5.9, "1 2 3 4 5"),
-        (0.0, 0.006, "0 0.001 0.002 0.003 0.004 0.005 0.006"),
-        (1000.0, 7000.0, "1000 2000 3000 4000 5000 6000 7000"),
-        (-7.0, -1.0, "-7 -6 -5 -4 -3 -2 -1"),
+        (0.0, 6.0, range(7)),
+        (0.0, 15.0, [0, 2.5, 5, 7.5, 10, 12.5, 15]),
+        (-1.0, 1.0, [-1, -0.5, 0, 0.5, 1]),
+        (0.3, 5.9, range(1, 6)),
+        (0.0, 0.006, [0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006]),
+        (1000.0, 7000.0, range(1000, 8000, 1000)),
+        (-7.0, -1.0, range(-7, 0)),
     ],
 )
 def test_the_numbers_on_an_axis_are_round_and_within_it(low, high, numbers):
-    assert words_of(low, high) == numbers.split()
+    assert words_of(low, high) == [f"{number:g}" for number in numbers]
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "numbers"), [(1.0, 1000.0, "1 10 100 1000"), (0.5, 50.0, "1 10"), (0.1, 1.0, "0.1 1"), (2, 9, "")]
+    ("low", "high", "numbers"),
+    [(1.0, 1000.0, [1, 10, 100, 1000]), (0.5, 50.0, [1, 10]), (0.1, 1.0, [0.1, 1]), (2, 9, [])],
 )
 def test_the_numbers_on_a_logarithmic_axis_are_powers_of_ten_within_it(low, high, numbers):
-    assert words_of(low, high, True) == numbers.split()
+    assert words_of(low, high, True) == [f"{number:g}" for number in numbers]
 
 
 def test_values_stand_by_their_share_between_the_ends():
@@ -155,12 +156,3 @@ def test_diagrams_are_numbered_where_there_are_several_with_or_without_a_title(n
     page = str(drawn([axis(([0.0, 1.0], [0.0, 1.0], ""), title=title) for title in ("A", "", "B")[:number]]))
     expected = ["A"] if number == 1 else ["Diagram 1: A", "Diagram 2", "Diagram 3: B"][:number]
     assert re.findall(r"<p>([^<]*)</p>", page) == expected
-
-
-def test_a_description_names_two_curves_with_their_ranges():
-    page = str(drawn([axis(([0.0, 6.0], [-1.5, 10.0], "theta"), ([0.0, 3.0], [2.0, 4.0], ""))]))
-    said = re.search(r'aria-label="([^"]*)"', page)[1]
-    assert said == (
-        "Diagram of angle (deg) against time (s), from 0 to 6. "
-        "Curves: theta (from -1.5 to 10), a curve without a label (from 2 to 4)."
-    )

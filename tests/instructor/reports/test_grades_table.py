@@ -30,12 +30,9 @@ def table(*rows, order=()):
     return {row["student"]: row for row in csv.DictReader(io.StringIO(grades_table.text(rows, order), newline=""))}
 
 
-def test_the_columns_and_a_row():
-    assert grades_table.text([result(name="Ada L.", email="ada@x.org", section="B")]) == (
-        "student,name,email,section,2.11,2.16,total,out_of,final,final out of,how it counts,"
-        "awaiting a person,not marked,undecided,notes\r\n"
-        "ada,Ada L.,ada@x.org,B,1.5,,1.5,5,,,,3,0,2.11 explanation; 2.16 comparison,Run in isolation.\r\n"
-    )
+def test_the_columns_and_a_row(snapshot):
+    text = grades_table.text([result(name="Ada L.", email="ada@x.org", section="B")])
+    assert text.count("\r\n") == 2 and text.replace("\r", "") == snapshot
 
 
 def test_what_waits_and_what_the_key_could_not_mark_is_0_in_no_column():

@@ -91,7 +91,7 @@ def test_a_rounded_copy_is_found_with_as_many_digits_as_the_class_needs(digits, 
     friend, one, *others = CLASS[:size]
     z = float(f"{friend.given[Z]:.{digits}g}")
     (line,) = evidence(friend, answering(one, {Z}, z=z), *others)
-    assert line == f"s001: 1.2 z = {z:g} is wrong on their own bench, and the right answer of s000."
+    assert line.startswith(f"s001: 1.2 z = {z:g} ") and "s000" in line
 
 
 def test_a_number_in_two_digits_is_no_hint_but_several_may_fit_a_bench_together():
@@ -100,7 +100,7 @@ def test_a_number_in_two_digits_is_no_hint_but_several_may_fit_a_bench_together(
     assert evidence(friend, answering(one, {Z}, z=z)) == []
     both = replace(one, given={X: x, Z: z}, right=frozenset(), wrong=frozenset({X, Z}))
     (line,) = evidence(friend, both)
-    assert line == f"s001: 1.1 x = {x:g}, 1.2 z = {z:g} fit the bench of s000 together, and not their own."
+    assert line.startswith(f"s001: 1.1 x = {x:g}, 1.2 z = {z:g} ") and "s000" in line
     assert evidence(friend, replace(both, given={X: x}, wrong=frozenset({X}))) == []
 
 
@@ -198,7 +198,7 @@ def test_a_copy_is_found_with_other_metadata_in_other_units_with_fewer_digits_an
     }
     copy = {**recording, "channels": channels, "metadata": {**recording["metadata"], "bench": {"uri": "mine"}}}
     (hint,) = hints.equal_recordings([recorded("ada", recording), recorded("bob", sweeps["s01"], at_home=copy)])
-    assert hint.evidence == "ada, bob have the same samples in 2.9 sweep, though each has a bench of their own."
+    assert hint.students == ("ada", "bob") and "2.9 sweep" in hint.evidence
 
 
 def test_a_group_one_bench_for_all_another_run_and_a_simulation_are_no_hint(sweeps):
@@ -257,16 +257,16 @@ def test_equal_files_are_named_once_for_all_who_have_them_whatever_their_names()
         of_bench("eve", c=b"3"),
         of_bench("dan", d=b"4"),
     ]
-    assert lines(*everybody) == [
-        "ada, bob handed in the same 2 files: recordings/a.mat and others.",
-        "ada, dan handed in the same 1 file: recordings/c.mat.",
-    ]
+    first, second = hints.equal_files(everybody)
+    assert (first.students, second.students) == (("ada", "bob"), ("ada", "dan"))
+    assert "2 files: recordings/a.mat" in first.evidence and "1 file: recordings/c.mat" in second.evidence
 
 
 def test_a_group_is_no_hint_but_a_third_with_their_file_is():
     pair = [of_bench("ada", "Ada", a=b"1"), of_bench("bob", "ada", a=b"1")]
     assert lines(*pair) == []
-    assert lines(*pair, of_bench("eve", a=b"1")) == ["ada, bob, eve handed in the same 1 file: recordings/a.mat."]
+    (line,) = lines(*pair, of_bench("eve", a=b"1"))
+    assert line.startswith("ada, bob, eve ")
 
 
 def test_a_matlab_file_that_was_saved_again_is_equal_and_one_of_other_samples_is_not():
@@ -275,14 +275,16 @@ def test_a_matlab_file_that_was_saved_again_is_equal_and_one_of_other_samples_is
 
     mine, again, other = (matlab(*one) for one in [("Mon", b"\xff\x00"), ("Tue", b"\xff\x00"), ("Mon", b"\xff\x01")])
     everybody = [having("ada", a_mat=mine), having("bob", b_mat=again), having("eve", c_mat=other)]
-    assert lines(*everybody) == ["ada, bob handed in the same 1 file: a.mat."]
+    (line,) = lines(*everybody)
+    assert line.startswith("ada, bob ") and "a.mat" in line
 
 
 def test_notebooks_files_of_the_course_empty_ones_and_what_was_handed_out_are_no_hint():
     files = {"01_ipynb": b"{}", "answers_json": b"{}", "course_json": b"{}", "empty_txt": b"", "data_csv": b"1, 2"}
     given = {hints.digest(b"1, 2")}
     assert lines(having("ada", given, **files), having("bob", given, **files)) == []
-    assert lines(having("ada", **files), having("bob", **files)) == ["ada, bob handed in the same 1 file: data.csv."]
+    (line,) = lines(having("ada", **files), having("bob", **files))
+    assert "1 file: data.csv" in line
 
 
 def test_a_file_of_many_says_nothing():
@@ -324,20 +326,14 @@ def deliver(book, student, **files):
     book.deliver(student, rows)
 
 
-def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book, course, tmp_path):
+def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book, course, tmp_path, snapshot):
     record(book, answered("ada", 1.003, Status.RIGHT), answered("bob", 1.003, Status.WRONG))
     for student in ("ada", "bob"):
         deliver(book, student, own_py=b"x = 1")
     reports, file = Reports(tmp_path / "out", course, book), tmp_path / "out" / "hints.md"
     reports.write_all()
-    text = file.read_text(encoding="utf-8")
-    assert "**A hint, never a verdict.**" in text and text.count("## ") == 1 and "## ada, bob\n" in text
-    assert "* bob: 2.11 omega_n = 1.003 is wrong on their own bench, and the right answer of ada.\n" in text
-    assert "* ada, bob handed in the same 1 file: own.py.\n" in text
-    assert reports.hints.splitlines() == [
-        f"Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in {file}.",
-        f"Measurements that several handed in, as a hint and never a verdict: 1, listed in {file}.",
-    ]
+    assert [str(file) in line for line in reports.hints.splitlines()] == [True, True]
+    assert file.read_text(encoding="utf-8") == snapshot
     record(book, answered("bob", 2.0, Status.RIGHT))
     deliver(book, "bob", own_py=b"y = 2")
     reports.write_all()

@@ -31,8 +31,8 @@ def shown(kind, after, capsys, lapsed=()):
 
 def test_the_screen_says_what_a_changed_key_changed(capsys):
     text = shown(Screen, REMARKED, capsys)
-    assert "ada: 2 → 0 of 3 points; the key has changed" in text
-    assert "2.11, omega_n: 2 of 2 (right) → 0 of 2 (wrong). More than 1 % off." in text
+    assert "ada: 2 → 0" in text and "key has changed" in text
+    assert "2.11, omega_n" in text and REMARKED.marks[0].reason in text
 
 
 def test_the_screen_leaves_out_what_changed_as_other_work_was_handed_in(capsys):

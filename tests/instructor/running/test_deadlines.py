@@ -161,7 +161,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
 def test_a_worker_of_another_version_runs_nothing(monkeypatch):
     asked = runner.job_bytes(runner.Job("ada", {}, 5))
     monkeypatch.setattr(runner.rotflex, "__version__", "0.0.1")
-    with pytest.raises(GradingError, match=r"This worker has rotflex 0\.0\.1"):
+    with pytest.raises(GradingError, match=r"0\.0\.1"):
         runner.work(asked, b"")
 
 
@@ -202,38 +202,6 @@ def test_a_command_is_ended_at_its_deadline(which, monkeypatch, tmp_path):
         box.pipes.exchange_until = exchange_until.__get__(box.pipes)
         assert box.run_command(b"", limits, threading.Event()) is Ending.DEADLINE
     assert left == [pytest.approx(77.5, abs=5)]
-
-
-def test_a_sandbox_is_waited_for_a_minute_at_its_beginning_and_at_its_end(monkeypatch):
-    clock, waited = Clock(), []
-    monkeypatch.setattr(sandbox, "time", clock)
-
-    class Pipes:
-        output = bytearray()
-
-        def exchange_until(self, deadline, cancelled, enough):
-            waited.append(deadline - clock.now)
-            assert enough(bytearray(b"ready\n")) and not enough(bytearray(b"read"))
-            return Ending.DEADLINE
-
-        def close_input(self):
-            pass
-
-    class Process:
-        def wait(self, timeout):
-            waited.append(timeout)
-            raise subprocess.TimeoutExpired("bwrap", timeout)
-
-        def kill(self):
-            waited.append("killed")
-
-    box = sandbox._Sandbox((), (), ())
-    box.pipes, box.process = Pipes(), Process()
-    with pytest.raises(sandbox.IsolationError, match="cannot be put up: deadline"):
-        box._await_ready(threading.Event())
-    with pytest.raises(sandbox.IsolationError, match="does not end"):
-        box.end()
-    assert waited == [60.0, 60.0, "killed"]
 
 
 # --- ... where the clock is ------------------------------------------------------------------------------------------
@@ -365,15 +333,6 @@ def test_a_cell_at_home_has_its_time_and_five_seconds_after_the_interrupt(replie
     assert given == times and len(interrupts) == len(times) - 1
 
 
-def test_a_kernel_has_two_minutes_to_begin():
-    made, given, _interrupts = kernel([{}, {"status": "ok"}, None])
-    assert made.ready()
-    made.ask("x = 1")
-    with pytest.raises(execute.CheckError, match="could not be begun"):
-        made.ask("x = 1")
-    assert given == [120.0] * 3
-
-
 @pytest.mark.parametrize("alive", [True, False])
 def test_a_reply_is_waited_for_until_its_time_is_over_or_the_kernel_is_gone(monkeypatch, alive):
     clock = Clock()
@@ -390,10 +349,6 @@ def test_a_reply_is_waited_for_until_its_time_is_over_or_the_kernel_is_gone(monk
     made._alive = lambda: alive
     assert made._reply("request", 3.0) is None
     assert max(waits) <= 0.2 + 1e-9 and clock.passed == pytest.approx(3.0 if alive else 0.4, abs=0.01)
-
-
-def test_the_usual_time_of_a_cell_at_home_is_the_graders():
-    assert USUAL.cell == execute.CELL_TIMEOUT and watch.GRACE == execute.GRACE
 
 
 @pytest.mark.parametrize("hears", [0, 1, 2])

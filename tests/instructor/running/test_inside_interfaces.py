@@ -62,10 +62,10 @@ def test_an_interface_that_is_gone_is_named_with_its_library_and_the_tested_vers
 @pytest.mark.parametrize("interface", [one for one in interfaces.NEEDED if one.parameters], ids=named)
 def test_an_interface_that_takes_something_else_is_named(monkeypatch, interface):
     put_in_place(monkeypatch, interface, found=lambda self, novelty: None)
-    with pytest.raises(interfaces.InterfaceChangedError, match=r"\(\(self, novelty\) instead of \("):
+    with pytest.raises(interfaces.InterfaceChangedError, match="novelty"):
         interface.check()
     put_in_place(monkeypatch, interface, found=3)
-    with pytest.raises(interfaces.InterfaceChangedError, match="something that is not called"):
+    with pytest.raises(interfaces.InterfaceChangedError, match="not called"):
         interface.check()
 
 

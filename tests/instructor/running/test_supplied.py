@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from refused import refused
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, choice, matrix, number, poles, prose
@@ -50,25 +51,23 @@ def test_what_is_supplied_is_understood(text, part, value, source):
         compile(source, "source", "eval")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("1.2.speed=19.5", "should be STUDENT:QUESTION.PART=VALUE, as ada:1.2.speed=19.5"),
-        ("ada:1.2.speed", "should be STUDENT"),
-        ("ada:speed=1", "should be STUDENT"),
-        ("ada:9.9.speed=1", "no question '9.9'"),
-        ("ada:1.2.mass=1", "mass"),
-        ("ada:1.2.why=so", "is of the kind prose; numbers, choices and arrays can be supplied"),
-        ("ada:1.2.speed=fast", "write a number as 19.5"),
-        ("ada:1.2.speed=[1, 2]", "cannot be supplied"),
-        ("ada:1.2.way=left", "up.*down"),
-        ("ada:1.2.A=[[1, 2]]", "cannot be supplied"),
-        (":1.2.speed=1", "cannot be supplied"),
-    ],
-)
-def test_what_cannot_be_supplied_is_told_why(text, words):
-    with pytest.raises(GradingError, match=words):
-        supplied.read(text, CATALOGUE)
+REFUSED = [
+    "1.2.speed=19.5",
+    "ada:1.2.speed",
+    "ada:speed=1",
+    "ada:9.9.speed=1",
+    "ada:1.2.mass=1",
+    "ada:1.2.why=so",
+    "ada:1.2.speed=fast",
+    "ada:1.2.speed=[1, 2]",
+    "ada:1.2.way=left",
+    "ada:1.2.A=[[1, 2]]",
+    ":1.2.speed=1",
+]
+
+
+def test_what_cannot_be_supplied_is_told_why(snapshot):
+    assert refused(GradingError, lambda text: supplied.read(text, CATALOGUE), REFUSED) == snapshot
 
 
 def values(found):
@@ -104,21 +103,14 @@ def of(question, part, source="1"):
     return Supplied("ada", question, part, 1, source)
 
 
-def test_each_is_bound_and_recorded_before_the_cell_that_records_it():
-    found = supplied.cells(PRISTINE, [of("1.3", "mass", "2.5")])
-    assert found == {"b.ipynb": {"b-1": "m = 2.5\nlab.answer('1.3', mass=2.5)"}}
-
-
-def test_two_of_one_cell_stand_there_in_order_and_others_in_their_own():
-    found = supplied.cells(
-        PRISTINE, [of("1.2", "way", "'up'"), of("1.2", "speed"), of("1.3", "time"), of("1.3", "mass")]
-    )
-    assert found == {
+def test_each_is_bound_and_recorded_before_the_cell_that_records_it_several_in_order():
+    given = [of("1.2", "way", "'up'"), of("1.2", "speed"), of("1.3", "time"), of("1.3", "mass", "2.5")]
+    assert supplied.cells(PRISTINE, given) == {
         "a.ipynb": {"a-1": "lab.answer('1.2', way='up')\nv = 1\nlab.answer('1.2', speed=1)"},
-        "b.ipynb": {"b-2": "lab.answer('1.3', time=1)", "b-1": "m = 1\nlab.answer('1.3', mass=1)"},
+        "b.ipynb": {"b-2": "lab.answer('1.3', time=1)", "b-1": "m = 2.5\nlab.answer('1.3', mass=2.5)"},
     }
 
 
 def test_what_no_cell_records_cannot_be_supplied():
-    with pytest.raises(GradingError, match=r"1\.2\.A cannot be supplied: no cell of the course records it"):
+    with pytest.raises(GradingError, match=r"1\.2\.A "):
         supplied.cells(PRISTINE, [of("1.2", "A")])

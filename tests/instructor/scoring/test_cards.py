@@ -99,7 +99,7 @@ def test_pictures_of_a_text_are_shown_and_of_a_report_as_a_whole_those_of_its_te
     marks = [text(ANALYSIS, "See ![the peak](attachment:a.png)"), text(WHOLE, "All. ![the peak](attachment:a.png)")]
     for where in (ANALYSIS, WHOLE):
         found = shown(book, where, *marks, words=written)
-        assert f'<img src="data:image/png;base64,{png("red")}" alt="the peak">' in found.first.words
+        assert f'"data:image/png;base64,{png("red")}" alt="the peak"' in found.first.words
 
 
 def test_formulas_are_shown_as_formulas(book):

@@ -7,6 +7,7 @@ import re
 import pytest
 from checkout import ROOT
 from made_courses import OURS
+from refused import refused
 
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, ReportItem, number, prose
@@ -54,19 +55,6 @@ def read(tmp_path):
     return items
 
 
-def faults(read, text):
-    """The lines of what a rubric is refused with, without the first."""
-    with pytest.raises(GradingError) as refused:
-        read(text)
-    first, *lines = str(refused.value).splitlines()
-    assert first.endswith("rubric.toml cannot be used:")
-    return [line.strip() for line in lines]
-
-
-def test_a_course_without_the_file_has_no_rubric(tmp_path):
-    assert rubric.read(tmp_path, CATALOGUE) == {}
-
-
 def test_all_parts_that_a_person_marks_are_read_in_the_catalogues_order(read):
     backwards = "\n".join(map(entry, reversed(PLACES)))
     items = read(backwards)
@@ -80,52 +68,49 @@ def test_all_parts_that_a_person_marks_are_read_in_the_catalogues_order(read):
 
 
 def test_a_text_may_be_written_over_several_lines_and_remarks_may_be_left_out(read):
-    changed = entry(PLACES[0], look_for='"""\n  The cause,\n  and its size."""', remarks="")
+    changed = entry(PLACES[0], look_for='"""\n  Cause\n  and size."""', remarks="")
     one = read(WHOLE.replace(entry(PLACES[0]), changed))["1.1", "why"]
-    assert (one.look_for, one.remarks) == ("The cause, and its size.", ())
+    assert (one.look_for, one.remarks) == ("Cause and size.", ())
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        (WHOLE + entry('"1.3".why'), "There is no question '1.3'."),
-        (WHOLE + entry('"1.2".why'), "Question 1.2 has no part 'why'; it has loss."),
-        (WHOLE + entry('"1.1".k'), '["1.1".k]: the key marks it, and no person does. Take it out.'),
-        (WHOLE.replace(entry(PLACES[1]), ""), '["1.2".loss] is missing: a person marks it.'),
-        (WHOLE.replace(entry(PLACES[3]), ""), '["Report, as a whole".order] is missing: a person marks it.'),
-        (WHOLE.replace('2 = "Part of it."\n', "", 1), '["1.1".why]: 2 is missing.'),
-        (WHOLE.replace('look_for = "The cause."\n', "", 1), '["1.1".why]: look_for is missing.'),
-        (WHOLE.replace("3 =", "5 =", 1), "there is no entry '5'; there are look_for, 4, 3, 2, 1, remarks."),
-        (WHOLE.replace('"None."', "0", 1), '["1.1".why]: 1: a text of 1 to 500 characters is expected.'),
-        (WHOLE.replace('"None."', '"  "', 1), '["1.1".why]: 1: a text of 1 to 500 characters is expected.'),
-        (WHOLE.replace('"None."', f'"{501 * "a"}"', 1), "1: a text of 1 to 500 characters is expected."),
-        (WHOLE.replace('"None."', r'"\u202e"', 1), "1: a text of 1 to 500 characters is expected."),
-        (WHOLE.replace('["Say why."]', '"Say why."', 1), "remarks: a list, and in it a text of 1 to 500 characters"),
-        (WHOLE.replace('["Say why."]', '["Say why.", 3]', 1), "remarks: a list, and in it a text of 1 to 500"),
-        (WHOLE.replace('"Cause."', '"None."', 1), "two of its levels say the same, so nobody can tell them apart."),
-        ('"1.1" = 3\n' + WHOLE.replace(entry(PLACES[0]), ""), "'1.1' should be a table, a line [\"1.1\".k]"),
-        (WHOLE.replace(entry(PLACES[0]), '["1.1"]\nwhy = "Because."\n'), '["1.1".why]: it should be a table with look'),
-        ("[", "it is not TOML:"),
-    ],
-)
-def test_each_fault_is_told_with_its_place(read, text, told):
-    assert any(told in line for line in faults(read, text))
+FAULTS = [
+    WHOLE + entry('"1.3".why'),
+    WHOLE + entry('"1.2".why'),
+    WHOLE + entry('"1.1".k'),
+    WHOLE.replace(entry(PLACES[1]), ""),
+    WHOLE.replace(entry(PLACES[3]), ""),
+    WHOLE.replace('2 = "Part of it."\n', "", 1),
+    WHOLE.replace('look_for = "The cause."\n', "", 1),
+    WHOLE.replace("3 =", "5 =", 1),
+    WHOLE.replace('"None."', "0", 1),
+    WHOLE.replace('"None."', '"  "', 1),
+    WHOLE.replace('"None."', f'"{501 * "a"}"', 1),
+    WHOLE.replace('"None."', r'"\u202e"', 1),
+    WHOLE.replace('["Say why."]', '"Say why."', 1),
+    WHOLE.replace('["Say why."]', '["Say why.", 3]', 1),
+    WHOLE.replace('"Cause."', '"None."', 1),
+    '"1.1" = 3\n' + WHOLE.replace(entry(PLACES[0]), ""),
+    WHOLE.replace(entry(PLACES[0]), '["1.1"]\nwhy = "Because."\n'),
+]
+
+
+def test_each_fault_is_told_with_its_place(read, tmp_path, snapshot):
+    assert refused(GradingError, read, FAULTS, tmp_path) == snapshot
 
 
 def test_all_faults_are_told_at_once(read):
     text = entry('"1.3".why') + entry(PLACES[0], **{"4": "", "1": "7"}) + entry(PLACES[1])
-    assert [line.partition(" There are")[0] for line in faults(read, text)] == [
-        "There is no question '1.3'. Did you mean '1.2'?",
-        '["1.1".why]: 4 is missing.',
-        '["1.1".why]: 1: a text of 1 to 500 characters is expected.',
-        '["Report".aim] is missing: a person marks it.',
-        '["Report, as a whole".order] is missing: a person marks it.',
-    ]
+    with pytest.raises(GradingError) as raised:
+        read(text)
+    told = str(raised.value).splitlines()[1:]
+    places = ("1.3", "4", "1", "aim", "order")
+    assert [place in line for place, line in zip(places, told, strict=True)] == [True] * 5
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path):
-    (tmp_path / "rubric.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(GradingError, match="cannot be read"):
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"["])
+def test_a_file_that_cannot_be_read_is_told(tmp_path, content):
+    (tmp_path / "rubric.toml").write_bytes(content)
+    with pytest.raises(GradingError, match=r"rubric\.toml"):
         rubric.read(tmp_path, CATALOGUE)
 
 
@@ -171,12 +156,3 @@ def test_our_remarks_and_levels_give_no_number_away(ours):
         ("3.2", "strategy"): [ours["3.2", "strategy"].levels[4]]
     }
     assert "det(sI - A) = 0" in ours["3.2", "strategy"].levels[4]
-
-
-def test_our_texts_are_sentences_that_fit_into_a_table(ours):
-    for where, item in ours.items():
-        for text in (item.look_for, *item.levels.values(), *item.remarks):
-            assert text[0].isupper() and text[-1] in ".?", (where, text)
-            assert "|" not in text, (where, text)
-        assert all(text.rstrip(".").count(". ") == 0 for text in item.levels.values()), where  # one sentence each
-        assert max(map(len, item.levels.values())) <= 250, where

