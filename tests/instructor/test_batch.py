@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
 import small_class
-from fake_class import FakeClass, InlineMarker, perfect
+from fake_class import InlineMarker, perfect
 
 from rotflex.courseware import student_id
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.student_id import GRADEBOOK_FILE
 from rotflex.errors import GradingError, IsolationError
-from rotflex.instructor import batch
 from rotflex.instructor import course as courses
 from rotflex.instructor.batch import Batch, Settings
 from rotflex.instructor.gradebook import GIVEN_BY_A_PERSON
@@ -25,14 +22,6 @@ from rotflex.instructor.reports.grades import GRADES_FILE, Reports
 from rotflex.instructor.running import runner
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.settings import Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
-
-
-@pytest.fixture
-def fake_class(tmp_path, monkeypatch):
-    return FakeClass(tmp_path, monkeypatch)
-
-
-# --- what a fault costs -----------------------------------------------------------------------------------------------
 
 
 def test_a_failed_run_replaces_an_earlier_mark(fake_class):
@@ -74,9 +63,6 @@ def test_a_bench_that_answers_claim_to_come_from_is_reported_and_changes_no_mark
         assert book.current("ada").run.problems == ()
         statuses = {mark.part: mark.status for mark in book.current("bob").marks}
         assert statuses["omega_n"] == "wrong"
-
-
-# --- what is known already --------------------------------------------------------------------------------------------
 
 
 def test_only_who_hands_in_something_else_is_run_again(fake_class):
@@ -142,24 +128,6 @@ def test_what_students_work_with_is_the_same_whatever_marks_come_to(tmp_path):
     assert Bundles(courses.load(folder)).current.release != before.release
 
 
-def test_changed_marking_code_marks_again_without_a_run(fake_class, monkeypatch):
-    fake_class.hand_in("ada")
-    assert fake_class.grade() == {"ada": 2}
-    monkeypatch.setattr(batch, "marking_digest", lambda course: "as if a check had changed")
-    assert fake_class.grade() == {"ada": 2}
-    assert fake_class.runs == ["ada"]
-    with fake_class.book() as book:
-        assert book.current("ada").key_digest == "as if a check had changed"
-
-
-def test_a_changed_bundle_runs_again(fake_class):
-    fake_class.hand_in("ada")
-    fake_class.grade()
-    fake_class.made = replace(fake_class.made, digest="1" * 64)
-    fake_class.grade()
-    assert fake_class.runs == ["ada", "ada"]
-
-
 def test_a_batch_that_is_broken_off_goes_on_where_it_was(fake_class):
     students = ["ada", "bob", "cleo", "dan"]
     fake_class.hand_in(*students)
@@ -186,9 +154,6 @@ def test_gradebooks_of_whole_and_of_broken_off_batches_are_the_same(fake_class):
         assert one.dump() == other.dump()
 
 
-# --- the seed of the probes -------------------------------------------------------------------------------------------
-
-
 def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(fake_class):
     fake_class.hand_in("ada", "bob")
     fake_class.grade("one.sqlite")
@@ -200,9 +165,6 @@ def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(fake_class):
     fake_class.hand_in("bob", source="omega_n = 2")
     fake_class.grade("one.sqlite")
     assert fake_class.seeds["bob"] not in {*one.values(), *two.values()}
-
-
-# --- marked again -----------------------------------------------------------------------------------------------------
 
 
 def test_regrade_changes_the_marks_of_the_questions_that_are_named(fake_class):
@@ -270,14 +232,6 @@ def test_regrade_of_an_empty_gradebook_is_refused(fake_class):
         list(regrade(book, fake_class.course))
 
 
-def test_who_is_in_the_roster_and_has_not_handed_in_is_named(fake_class):
-    fake_class.hand_in("Ada")
-    (fake_class.folder / "class.csv").write_text("id,name\nada,Ada L.\nbob,Bob B.\n")
-    with fake_class.book() as book:
-        book.import_roster(fake_class.folder / "class.csv")
-        assert Batch(fake_class.folder / "in", fake_class.course, book).absent == ["bob"]
-
-
 def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp_path):
     """The roster and the laboratory have it composed; the folder, and answers of old, taken apart."""
     composed, apart = "j\u00fcrgen", "ju\u0308rgen"
@@ -294,24 +248,6 @@ def test_a_name_as_macs_write_it_is_the_students_own_all_the_way(fake_class, tmp
         assert not any("say that they are" in note for note in step.graded.run.notes)
     assert fake_class.runs == [composed]
     assert [path.name for path in (tmp_path / "out").iterdir() if path.is_dir()] == [composed]
-
-
-# --- reports ----------------------------------------------------------------------------------------------------------
-
-
-def test_reports_are_written_for_each_and_for_all(fake_class, tmp_path):
-    fake_class.hand_in("ada", "bob")
-    fake_class.leaves["bob"] = runner.Run(None, ("The run was stopped.",))
-    with fake_class.book() as book, Reports(tmp_path / "out", fake_class.course, book) as reports:
-        for step in Batch(fake_class.folder / "in", fake_class.course, book).grade():
-            reports.write(step.graded)
-    with (tmp_path / "out" / GRADES_FILE).open(newline="", encoding="utf-8") as file:
-        rows = {row["student"]: row for row in csv.DictReader(file)}
-    assert {student: float(row["total"]) for student, row in rows.items()} == {"ada": 2, "bob": 0}
-    record = json.loads((tmp_path / "out" / "bob" / "marks.json").read_text())
-    assert record["total"] == 0 and record["problems"] == ["The run was stopped."]
-    assert "The run was stopped." in (tmp_path / "out" / "bob" / "feedback.html").read_text()
-    assert "Run in isolation." in (tmp_path / "out" / "ada" / "feedback.html").read_text()
 
 
 def test_names_that_grading_gives_itself_are_reserved():

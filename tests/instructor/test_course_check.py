@@ -35,8 +35,6 @@ def test_this_course_is_whole():
     assert found(OURS) == []
 
 
-# --- what is forgotten or contradicts itself --------------------------------------------------------------------------
-
 STIFFNESS, MODELING, VALIDATION = (
     f"{name}.ipynb" for name in ("02_finding_stiffness", "01_modeling_prelab", "03_model_validation")
 )
@@ -224,18 +222,12 @@ def test_where_an_answer_may_follow_from_several_each_needs_its_words(words, tol
     assert sum("no follow_what" in line for line in found(course)) == told
 
 
-# --- numbers in texts -------------------------------------------------------------------------------------------------
-
-
 def test_each_number_that_texts_repeat_is_missed_when_it_changes():
     changed = [replace(one, what=f"number {n}", value=one.value + 1) for n, one in enumerate(OURS.stated)]
     said = found(replace(OURS, stated=changed))
     for one in changed:
         assert any(f"{one.what} is {one.value:g}; this text says" in line for line in said), one.pattern
     assert all("this text says" in line for line in said)
-
-
-# --- the key, on the solutions ----------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

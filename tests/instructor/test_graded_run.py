@@ -58,11 +58,6 @@ def test_each_part_of_what_is_known_comes_back_as_it_was(name, tmp_path):
         assert facts_of(book.current("ada").run) == facts
 
 
-def test_all_parts_together_come_back_as_they_were():
-    facts = Facts(**PARTS)
-    assert facts_of(run_of(facts)) == facts
-
-
 def test_of_a_run_of_an_early_version_it_is_known_what_was_said():
     run = replace(graded("ada").run, cells=(), problems=("stopped",), notes=("a note", f"2.11 {graded_run.UNMARKED}"))
     assert facts_of(run) == Facts(problems=("stopped",), notes=("a note",), bench_of="ada")

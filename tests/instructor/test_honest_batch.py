@@ -6,7 +6,7 @@ import json
 import os
 
 import pytest
-from fake_class import FakeClass, perfect
+from fake_class import perfect
 from made_courses import loaded
 
 from rotflex.courseware.run import cell_reports
@@ -26,16 +26,8 @@ KEY = {
 """
 
 
-@pytest.fixture
-def fake_class(tmp_path, monkeypatch):
-    return FakeClass(tmp_path, monkeypatch)
-
-
 def marks(book, student):
     return {f"{one.question} {one.part}": one for one in book.current(student).marks}
-
-
-# --- faults of the key, and of grading --------------------------------------------------------------------------------
 
 
 def test_a_fault_of_the_key_costs_its_part_and_no_other(fake_class):
@@ -95,9 +87,6 @@ def test_where_grading_fails_what_was_supplied_is_not_lost(fake_class, graded_be
     fake_class.grade()
     with fake_class.book() as book:
         assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
-
-
-# --- what comes in ----------------------------------------------------------------------------------------------------
 
 
 def test_own_files_go_into_the_run_and_change_it(fake_class):
@@ -171,19 +160,6 @@ def test_what_was_recorded_at_home_and_is_here_is_no_trouble(fake_class):
         assert book.current("ada").run.problems == ()
 
 
-def test_answers_of_another_student_are_no_claim(fake_class):
-    fake_class.hand_in("ada")
-    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("bob", omega_n=""))
-    fake_class.leaves["ada"] = runner.Run(None)
-    fake_class.grade()
-    with fake_class.book() as book:
-        assert book.current("ada").run.problems == ()
-        assert any("is 'bob''s, and is not compared" in note for note in book.current("ada").run.notes)
-
-
-# --- reasons, and values that are supplied ----------------------------------------------------------------------------
-
-
 def stopped(*cells):
     """What a run says whose first answer stopped."""
     lines = [{"event": "ended", "cell": cell, "error": None} for cell in cells]
@@ -234,9 +210,6 @@ def test_a_supplied_value_is_run_earns_nothing_and_stays_until_it_is_taken_back(
     with fake_class.book() as book:
         assert book.current("ada").run.supplied == {}
         assert marks(book, "ada")["2.11 omega_n"].status == "right"
-
-
-# --- the roster -------------------------------------------------------------------------------------------------------
 
 
 def test_who_handed_in_before_is_not_named_as_absent(fake_class):

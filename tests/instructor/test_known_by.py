@@ -6,7 +6,6 @@ from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
-from fake_class import FakeClass
 
 import rotflex
 from rotflex.courseware.run.reasons import Claim
@@ -40,14 +39,6 @@ OTHERWISE = {
     "every_cell": {"every_cell": True},
     "supplied": {"supplied": (Supplied("ada", "2.11", "omega_n", 19.5, "19.5"),)},
 }
-
-
-@pytest.fixture
-def fake_class(tmp_path, monkeypatch):
-    return FakeClass(tmp_path, monkeypatch)
-
-
-# --- by way of a class ------------------------------------------------------------------------------------------------
 
 
 def test_every_setting_is_known_to_have_a_part_or_none():
@@ -84,12 +75,6 @@ def test_another_version_of_the_package_is_another_run(fake_class, monkeypatch):
         assert book.current("ada").run.software == f"rotflex {rotflex.__version__}"
 
 
-def test_two_students_with_the_same_work_are_two_runs(fake_class):
-    fake_class.hand_in("ada", "bob")
-    fake_class.grade(probe_seed=5)
-    assert sorted(fake_class.runs) == ["ada", "bob"]
-
-
 @pytest.mark.parametrize("content", [b"1,2\n", b"1,3\n", None])
 def test_a_students_own_file_is_part_of_what_is_run(fake_class, content):
     fake_class.hand_in("ada")
@@ -102,9 +87,6 @@ def test_a_students_own_file_is_part_of_what_is_run(fake_class, content):
         data.write_bytes(content)
     fake_class.grade()
     assert fake_class.runs == ["ada"] * (1 if content == b"1,2\n" else 2)
-
-
-# --- of one submission ------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -213,9 +195,6 @@ def test_whose_bench_it_is_run_on_is_ones_own_unless_another_is_named(taken):
     none = replace(one, submission=replace(one.submission, bench_of=""))
     assert isinstance(one.submission, Submission)
     assert batch._identity(own).key == batch._identity(none).key
-
-
-# --- what ends a batch, and what does not -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 5])

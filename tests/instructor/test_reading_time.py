@@ -105,9 +105,6 @@ def test_a_report_is_apart_with_what_leads_to_it():
     assert (found.words, found.minutes) == (10, 10 / 120)
 
 
-# --- what notebooks say of it -----------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def copy(tmp_path):
     """This course's notebooks in a folder of their own."""

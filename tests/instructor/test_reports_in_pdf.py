@@ -69,9 +69,6 @@ def made(tmp_path, monkeypatch):
     return Class(tmp_path, monkeypatch)
 
 
-# --- taking it in -----------------------------------------------------------------------------------------------------
-
-
 def taken(folder):
     (submission,) = intake.find(folder).submissions
     return intake.read(submission, ["a.ipynb"], {}, (), [NAME])[0]
@@ -119,9 +116,6 @@ def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
         bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
     (tmp_path / "ada.zip").write_bytes(packed.getvalue())
     assert taken(tmp_path).reports == {} and taken(tmp_path).problems
-
-
-# --- counting its pages -----------------------------------------------------------------------------------------------
 
 
 def counted(data, isolated=True):
@@ -177,9 +171,6 @@ def test_it_is_opened_for_a_submission_that_is_new_and_for_no_other(made):
     assert made.counted == [blank()]
 
 
-# --- marks ------------------------------------------------------------------------------------------------------------
-
-
 def test_texts_of_ones_own_document_wait_for_a_person_and_are_not_missing(made):
     made.hand_in("bob")
     made.report("ada", typeset())
@@ -230,9 +221,6 @@ def test_the_feedback_names_it(made):
     shown = page(result_of(graded), CATALOGUE, run=graded.run)
     assert f"your own document, {NAME} (PDF, 7 pages" in shown
     assert f"[PDF: {NAME}]" in shown and report_files.of_data(REPORT, typeset()).digest not in shown
-
-
-# --- scoring ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

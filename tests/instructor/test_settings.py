@@ -318,13 +318,6 @@ def test_a_course_has_its_settings_and_the_presets_are_its_own(tmp_path):
         courses.load(folder)
 
 
-def test_a_title_stands_in_one_place():
-    assert OURS.title not in (ROOT / "solutions" / "course.py").read_text(encoding="utf-8")
-
-
-# --- beginning in the middle ------------------------------------------------------------------------------------------
-
-
 def read_ours(folder: Path, text: str, benches: tuple[str, ...] = ()) -> CourseSettings:
     """The settings of this course with this content."""
     (folder / "course.toml").write_text(text, encoding="utf-8")

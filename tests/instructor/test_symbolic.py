@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import sympy
 from hypothesis import given, settings
@@ -37,9 +36,6 @@ def accelerations() -> tuple[sympy.Expr, sympy.Expr]:
     return first, second
 
 
-# --- energies --------------------------------------------------------------------------------------------------------
-
-
 def test_energies_are_those_of_two_turning_bodies_and_a_spring():
     T, V = symbolic.without_time(symbolic.kinetic_energy()), symbolic.without_time(symbolic.potential_energy())
     assert same(T, J_eq * theta_dot**2 / 2 + J_l * (theta_dot + alpha_dot) ** 2 / 2)
@@ -52,9 +48,6 @@ def test_power_of_the_motor_is_what_the_dampers_take_and_what_is_stored(accelera
     stored = energy.diff(alpha) * alpha_dot
     stored += energy.diff(theta_dot) * accelerations[0] + energy.diff(alpha_dot) * accelerations[1]
     assert same(stored, tau * theta_dot - B_eq * theta_dot**2 - B_l * alpha_dot**2)
-
-
-# --- equations of motion ---------------------------------------------------------------------------------------------
 
 
 def test_equations_of_motion_have_the_general_form():
@@ -90,19 +83,10 @@ def test_accelerations_are_those_of_kanes_method(accelerations):
     assert same(accelerations[1], expected[1])
 
 
-def test_accelerations_without_link_damping_are_those_of_the_workbook():
-    first, second = (symbolic.without_time(a) for a in symbolic.accelerations(link_damping=0))
-    assert same(first, -B_eq / J_eq * theta_dot + K_s / J_eq * alpha + tau / J_eq)
-    assert same(second, B_eq / J_eq * theta_dot - K_s * (J_l + J_eq) / (J_l * J_eq) * alpha - tau / J_eq)
-
-
 def test_without_time_leaves_plain_symbols_only():
     plain = symbolic.without_time(symbolic.equations_of_motion()[0].lhs)
     assert plain.free_symbols == {J_eq, J_l, B_eq, theta_dot, theta_ddot, alpha_ddot}
     assert not plain.atoms(sympy.Derivative, sympy.core.function.AppliedUndef)
-
-
-# --- motor and arm ---------------------------------------------------------------------------------------------------
 
 
 def test_motor_torque_is_equation_2_8():
@@ -116,17 +100,6 @@ def test_inertia_of_the_link_is_the_integral_over_both_rods_about_the_pivot():
     directly += sympy.integrate(r**2 * m_2 / L_2, (r, d_12 - L_2 / 2, d_12 + L_2 / 2))
     assert same(symbolic.link_inertia(), directly)
     assert same(symbolic.link_inertia(), m_1 * L_1**2 / 3 + m_2 * L_2**2 / 12 + m_2 * d_12**2)
-
-
-@pytest.mark.parametrize(("position", "J_l"), [(1, 3.278e-3), (2, 3.617e-3), (3, 3.994e-3)])
-def test_inertia_of_the_link_in_numbers(position, J_l):
-    arm = joint(position)
-    values = {symbol: getattr(arm, symbol.name) for symbol in symbolic.link_inertia().free_symbols}
-    assert float(symbolic.link_inertia().subs(values)) == pytest.approx(J_l, abs=5e-7)
-    assert float(symbolic.link_inertia().subs(values)) == pytest.approx(arm.J_l, rel=1e-12)
-
-
-# --- state space -----------------------------------------------------------------------------------------------------
 
 
 def test_torque_matrices_without_link_damping_are_those_of_the_workbook():
@@ -190,12 +163,6 @@ def test_derived_matrices_in_numbers_are_those_of_the_model(
     assert B_.shape == (4, 1)
     assert_allclose(system.A, A, rtol=1e-12)
     assert_allclose(system.B, B_, rtol=1e-12)
-
-
-def test_numbers_of_the_printed_design_come_out_of_the_derivation():
-    A, B = symbolic.numeric_state_space(srv02(), joint(), 1.400)
-    assert_allclose(np.poly(A), [1, 35.043, 1098.81, 14966.1, 0], atol=0.05, rtol=5e-5)
-    assert_allclose(B[2:, 0], [61.63, -61.63], atol=5e-3)
 
 
 @pytest.mark.parametrize(

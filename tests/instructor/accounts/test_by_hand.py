@@ -164,8 +164,6 @@ def test_whom_nobody_knows_is_told(book, tmp_path):
     assert "'exxt', 'D'" in said and "'nobody-here'" in said
 
 
-# --- other settings, the same marks -----------------------------------------------------------------------------------
-
 #: Settings → the final grade of "some" by hand, and what it is out of.
 OTHER = {
     # 1.5 + 1.5 + 0.5 + 1 + 0.75 + 0.25 + 0.5 = 6 of 10.25
@@ -234,9 +232,6 @@ def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
     late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
     found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)
     assert found["ben"]["final"] == "1.60"  # 2 × (1 − 2 × 0.1)
-
-
-# --- the example of the documentation ---------------------------------------------------------------------------------
 
 
 def test_the_example_of_the_documentation_comes_out_as_it_says(tmp_path):

@@ -35,9 +35,6 @@ def out(tmp_path):
     return folder
 
 
-# --- class ------------------------------------------------------------------------------------------------------------
-
-
 def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
     done = rotflex("class", out, "--course", OURS.folder)
     assert done.exit_code == 0, done.output
@@ -67,9 +64,6 @@ def test_a_page_that_cannot_be_written_is_told(out):
     (out / "class.html").mkdir()
     done = rotflex("class", out, "--course", OURS.folder)
     assert done.exit_code == 2 and "class.html cannot be written" in said(done)
-
-
-# --- publish ----------------------------------------------------------------------------------------------------------
 
 
 def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_to_be_told(out):
@@ -122,9 +116,6 @@ def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(
     assert "19.9 rad/s" not in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
     with Gradebook(out / "gradebook.sqlite") as book:
         assert book.requests.publications() == []
-
-
-# --- requests ---------------------------------------------------------------------------------------------------------
 
 
 def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_answered(out):

@@ -72,11 +72,6 @@ def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isol
     one_line(done, "NameError: name 'nonsense' is not defined (key.py, line 3)")
 
 
-def test_a_folder_where_the_table_should_be(handed_in, tmp_path, isolated):
-    (tmp_path / "out" / "grades.csv").mkdir(parents=True)
-    one_line(rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", ROOT), "grades.csv is a folder")
-
-
 @pytest.mark.parametrize("command", ["grade", "report"])
 def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, isolated):
     (tmp_path / "out").write_text("")
@@ -97,16 +92,6 @@ def test_a_gradebook_that_is_no_database(tmp_path, handed_in, isolated):
     one_line(rotflex("history", "--gradebook", tmp_path / "other"), "this file is not a gradebook")
     done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--gradebook", tmp_path / "other", "--course", ROOT)
     one_line(done, "this file is not a gradebook")
-
-
-def test_a_place_that_is_read_only(handed_in, book, tmp_path, monkeypatch, isolated):
-    def refuse(target, content):
-        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(target))
-
-    monkeypatch.setattr("rotflex.courseware.files.write", refuse)
-    for words in (("grade", handed_in), ("report", "--gradebook", book)):
-        done = rotflex(*words, "--out", tmp_path / "out", "--course", ROOT)
-        one_line(done, "There can be no results in", "Read-only file system")
 
 
 @pytest.mark.slow

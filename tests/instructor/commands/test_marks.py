@@ -44,9 +44,6 @@ def given(book):
         return opened.current("ada").marks[1]
 
 
-# --- mark -------------------------------------------------------------------------------------------------------------
-
-
 def test_a_mark_is_given_and_the_answer_it_is_for_is_shown(book):
     done = give(book, 0.5, "anna")
     assert done.exit_code == 0
@@ -72,10 +69,6 @@ def test_points_that_are_told_in_short_are_expected_as_they_are_told(book):
     give(book, 1 / 3, "anna")
     told = re.search(r"--expect ([\d.]+)\)", said(give(book, 1, "ben")))[1]
     assert give(book, 1, "ben", "--expect", told).exit_code == 0 and given(book).points == 1
-
-
-def test_the_same_once_more_is_no_contradiction(book):
-    assert [give(book, 0.5, "anna").exit_code for _ in range(2)] == [0, 0]
 
 
 def test_what_another_gave_between_reading_and_writing_is_not_replaced(book, monkeypatch):
@@ -106,9 +99,6 @@ def test_a_mark_that_cannot_be_given_is_an_error_in_words(book, words, why):
     assert done.exit_code == 2 and why in said(done)
 
 
-# --- comment ----------------------------------------------------------------------------------------------------------
-
-
 def test_a_comment_is_in_the_feedback(book, tmp_path):
     about = ("--by", "anna", "--gradebook", book)
     assert rotflex("comment", "ada", "See me \x1b[31m.", *about).exit_code == 0
@@ -125,17 +115,11 @@ def test_a_comment_that_nobody_would_see_is_refused(book):
     assert rotflex("comment", "zoe", "?", *about).exit_code == 2
 
 
-# --- report -----------------------------------------------------------------------------------------------------------
-
-
 def test_reports_of_everybody_without_running_anything(book, tmp_path):
     done = rotflex("report", "--gradebook", book, "--out", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 0 and said(done).startswith("3 students:")
     found = rows(tmp_path / "out")
     assert list(found) == ["ada", "bob", "eve"] and found["eve"]["notes"] == "nothing handed in"
-
-
-# --- roster ---
 
 
 @pytest.fixture
@@ -185,9 +169,6 @@ def test_to_remove_somebody_makes_no_gradebook_and_nothing_to_do_is_a_mistake(bo
     assert done.exit_code == 2 and "There is no gradebook" in said(done) and not (tmp_path / "slip.sqlite").exists()
     done = rotflex("roster", "--gradebook", book)
     assert done.exit_code == 2 and "Say what the roster is" in said(done)
-
-
-# --- regrade ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -248,9 +229,6 @@ def test_of_the_answer_that_was_marked_a_line_is_shown(tmp_path, length, shown):
     with Gradebook(path) as opened:
         record(opened, graded("ada", mark(), prose(given="x" * length)))
     assert f"'{shown}'" in said(give(path, "0.5", "tutor"))
-
-
-# --- hints ------------------------------------------------------------------------------------------------------------
 
 
 def measured(student, of, status):

@@ -10,7 +10,6 @@ from datetime import timedelta
 
 import pytest
 from day_class import HANDED_IN, NAMES, deliver, fill, notebook, score
-from fake_class import FakeClass
 from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS, copied
 from typer.testing import CliRunner
@@ -196,59 +195,51 @@ def test_a_copy_holds_all_records_and_each_file_as_it_came(out, tmp_path):
     assert rotflex(*words).exit_code == 2 and rotflex(*words, "--force").exit_code == 0
 
 
-# --- what they handed in ----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def fake(tmp_path, monkeypatch):
-    return FakeClass(tmp_path, monkeypatch)
-
-
-def test_a_batch_does_not_bring_them_back_in_silence(fake):
-    fake.hand_in("ada", "bob")
-    points = fake.grade()
-    with fake.book() as book:
+def test_a_batch_does_not_bring_them_back_in_silence(fake_class):
+    fake_class.hand_in("ada", "bob")
+    points = fake_class.grade()
+    with fake_class.book() as book:
         book.persons.erase("ada", "lea")
-    ran = list(fake.runs)
-    assert fake.grade() == {"bob": points["bob"]} and fake.runs == ran
-    with fake.book() as book:
-        made = Batch(fake.folder / "in", fake.course, book)
+    ran = list(fake_class.runs)
+    assert fake_class.grade() == {"bob": points["bob"]} and fake_class.runs == ran
+    with fake_class.book() as book:
+        made = Batch(fake_class.folder / "in", fake_class.course, book)
         (told,) = made.ignored
         assert told.startswith("ada was erased on ") and "say --again ada" in told and made.students == ["bob"]
-    assert fake.grade(again=("ADA",)) == points  # from its folder, as a new person
-    assert fake.runs == [*ran, "ada"]  # and not from what was known of the run before
-    assert fake.grade() == points  # who is here again
-    with fake.book() as book:
+    assert fake_class.grade(again=("ADA",)) == points  # from its folder, as a new person
+    assert fake_class.runs == [*ran, "ada"]  # and not from what was known of the run before
+    assert fake_class.grade() == points  # who is here again
+    with fake_class.book() as book:
         assert len(book.audit("ada")) == len(book.audit("bob"))
 
 
-def test_who_worked_with_them_keeps_marks_bench_and_times(fake, tmp_path):
+def test_who_worked_with_them_keeps_marks_bench_and_times(fake_class, tmp_path):
     """The hand-in of ada was bob's and cleo's, too: by her word alone, and on her bench."""
-    fake.hand_in("ada")
+    fake_class.hand_in("ada")
     course = {"student": "ada", "with": ["bob", "cleo"]}
     (tmp_path / "in" / "ada" / "course.json").write_text(json.dumps(course), encoding="utf-8")
-    with fake.book() as book:
+    with fake_class.book() as book:
         for one in ("ada", "bob", "cleo"):
             (tmp_path / "roster.csv").write_text(f"id,name\n{one},{one} Name\n", encoding="utf-8")
             book.import_roster(tmp_path / "roster.csv")
-    points = fake.grade()
+    points = fake_class.grade()
     assert set(points) == {"ada", "bob", "cleo"} and points["bob"] > 0
-    with fake.book() as book:
+    with fake_class.book() as book:
         before, when = {one: book.current(one) for one in points}, received(book, "bob", book.current("bob"))
         assert facts_of(before["bob"].run).bench_of == "ada" and when
     done = rotflex(
         *("forget", "ada", "--gradebook", tmp_path / "book.sqlite", "--out", tmp_path / "none", "--by", "lea"),
-        *("--course", fake.course.folder, "--yes"),
+        *("--course", fake_class.course.folder, "--yes"),
     )
     assert done.exit_code == 0, done.output
     assert re.search(rb"(?<!\w)ada(?!\w)", (tmp_path / "book.sqlite").read_bytes()) is None
-    with fake.book() as book:
+    with fake_class.book() as book:
         for one in ("bob", "cleo"):
             now = book.current(one)
             assert now.marks == before[one].marks
             assert facts_of(now.run).bench_of == "bob"  # the same for both: they worked together
             assert received(book, one, now) == when
-        for one in regrade(book, fake.course):
+        for one in regrade(book, fake_class.course):
             assert (one.problem, one.after.marks) == ("", before[one.after.run.student].marks)
 
 

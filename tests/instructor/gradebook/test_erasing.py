@@ -223,15 +223,8 @@ def test_each_table_that_holds_something_of_students_is_emptied():
     assert {table.name for table in erasing._ACTORS} == actors - {"claims"}  # which run out
 
 
-# --- the guards -------------------------------------------------------------------------------------------------------
-
-
 def refused(url, *statements, why="only grows"):
-    with (
-        closing(Database(url)) as database,
-        pytest.raises(GradebookError, match=why),
-        database.writing() as connection,
-    ):
+    with closing(Database(url)) as database, pytest.raises(GradebookError, match=why), database.writing() as connection:
         for statement in statements:
             connection.execute(text(statement) if isinstance(statement, str) else statement)
 
@@ -313,9 +306,6 @@ def test_nothing_of_an_erasure_is_changed_afterwards(book, url):
 @pytest.mark.parametrize("table", ["audit", "scores", "erasures"])
 def test_a_table_that_only_grows_is_not_emptied_on_a_server(book, url, table):
     refused(url, f"TRUNCATE {table} CASCADE", why="only grows|stays as it is")
-
-
-# --- names ------------------------------------------------------------------------------------------------------------
 
 
 def test_short_words_are_not_looked_for_and_told():

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from rotflex.courseware.student_id import caseless, normalised
-from rotflex.errors import GradebookError, StudentIDError
-from rotflex.instructor.gradebook import Gradebook, Graded, RosterReport, RunRecord, StudentRecord, roster
+from rotflex.errors import GradebookError
+from rotflex.instructor.gradebook import Graded, RosterReport, RunRecord, StudentRecord, roster
 
 ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True)
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "class.sqlite") as opened:
-        yield opened
 
 
 @pytest.fixture
@@ -217,41 +206,3 @@ def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeyp
     with pytest.raises(Exception, match="shoe"):
         imported("")
     assert book.students() == []
-
-
-def test_other_names_of_a_student_are_kept(book, imported, monkeypatch):
-    imported("student,name\nada,Ada\n")
-    monkeypatch.setattr(roster, "read", lambda _: roster.Roster((roster.Entry("ada", {"aliases": ("A. L.", "17")}),)))
-    assert imported("") == (
-        RosterReport(0, 1, 0),
-        [StudentRecord("ada", "Ada", aliases=("A. L.", "17"), enrolled=True)],
-    )
-    assert imported("")[0] == RosterReport(0, 0, 1)
-    assert book.dump()["students"][0]["aliases"] == ["A. L.", "17"]
-
-
-words = st.text(st.characters(categories=("L", "N", "P", "S")), min_size=1, max_size=12)
-good_ids = words.filter(lambda word: kept(word) == word)
-
-
-def kept(student):
-    """A student's ID as it is kept, or None."""
-    try:
-        return normalised(student)
-    except StudentIDError:
-        return None
-
-
-@pytest.mark.slow
-@given(
-    people=st.lists(st.tuples(good_ids, words, words), max_size=6, unique_by=lambda person: caseless(person[0])),
-    separator=st.sampled_from(",;\t"),
-)
-def test_whatever_a_spreadsheet_writes_is_read(people, separator, tmp_path_factory):
-    file = io.StringIO()
-    csv.writer(file, delimiter=separator).writerows([("Student ID", "Name", "Section"), *people])
-    path = tmp_path_factory.getbasetemp() / "any.csv"
-    path.write_text(file.getvalue(), encoding="utf-8-sig", newline="")
-    found = roster.read(path)
-    assert [(one.student, one.details["name"], one.details["section"]) for one in found.entries] == people
-    assert (found.problems, found.unread) == ((), ())

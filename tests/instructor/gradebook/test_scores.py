@@ -10,7 +10,7 @@ import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sqlalchemy import insert, select, text
+from sqlalchemy import insert, select
 
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, rows
@@ -38,9 +38,6 @@ def test_the_gradebook_knows_the_statuses_of_persons_by_the_names_that_marking_g
     assert (Status.FOR_A_PERSON, Status.BY_A_PERSON) == (FOR_A_PERSON, GIVEN_BY_A_PERSON)
 
 
-# --- answers ----------------------------------------------------------------------------------------------------------
-
-
 def test_what_a_person_reads_is_given_by_student_and_part_and_nothing_else(book):
     blank = prose(status="missing", given="")
     record(book, graded("bob"), graded("ada", mark(), blank, report_text()))
@@ -55,9 +52,6 @@ def test_what_a_person_marked_stays_among_the_answers_also_where_the_machine_had
     class_of_three.set_mark("ada", *NUMBER, 1, "The unit was in the text.", "prof")
     (answer,) = class_of_three.scores.answers([NUMBER])
     assert (answer.student, answer.mark.points, answer.waiting) == ("ada", 1.0, False)
-
-
-# --- giving -----------------------------------------------------------------------------------------------------------
 
 
 def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(class_of_three):
@@ -86,10 +80,7 @@ def test_points_that_there_are_not_are_refused(class_of_three, points):
     assert class_of_three.scores.acts() == []
 
 
-@pytest.mark.parametrize(
-    "student, where, said",
-    [("nobody", COMPARED, "'nobody'"), ("ada", ("9.9", "x"), "9.9, x")],
-)
+@pytest.mark.parametrize("student, where, said", [("nobody", COMPARED, "'nobody'"), ("ada", ("9.9", "x"), "9.9, x")])
 def test_who_or_what_is_not_there_is_told(class_of_three, student, where, said):
     for done in (class_of_three.scores.give, class_of_three.scores.ask):
         with pytest.raises(GradebookError, match=said):
@@ -126,9 +117,6 @@ def test_a_score_holds_for_the_same_text_only_and_comes_back_with_it(class_of_th
     assert not answer.waiting and answer.last().level == 4
 
 
-# --- asking the instructor --------------------------------------------------------------------------------------------
-
-
 def test_what_is_asked_waits_until_somebody_decides(class_of_three):
     class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     class_of_three.scores.ask("ada", COMPARED, "kim", remark="Is this a copy?")
@@ -138,9 +126,6 @@ def test_what_is_asked_waits_until_somebody_decides(class_of_three):
     class_of_three.set_mark("ada", *COMPARED, 1, "No.", "prof")
     answer = class_of_three.scores.answers([COMPARED])[0]
     assert not answer.asked and not answer.waiting
-
-
-# --- taking back ------------------------------------------------------------------------------------------------------
 
 
 def test_taking_back_restores_what_was_there_and_keeps_that_it_happened(class_of_three):
@@ -183,15 +168,6 @@ def test_only_ones_own_acts_are_taken_back_and_once(class_of_three):
         class_of_three.scores.undo(undone.number, "kim")
 
 
-def test_the_database_itself_refuses_to_change_or_delete_an_act(class_of_three, url):
-    class_of_three.scores.give("ada", COMPARED, 2, "kim")
-    database = Database(url)
-    for statement in ("UPDATE scores SET points = 0", "DELETE FROM scores"):
-        with pytest.raises(GradebookError, match="only grows"), database.writing() as connection:
-            connection.execute(text(statement))
-    database.close()
-
-
 @settings(max_examples=12, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["give", "ask", "undo"]), st.integers(0, 4), st.booleans()), max_size=12))
 def test_the_mark_is_always_what_the_acts_that_stand_say(tmp_path_factory, steps):
@@ -210,9 +186,6 @@ def test_the_mark_is_always_what_the_acts_that_stand_say(tmp_path_factory, steps
             decided = stack[-1][1] if stack else None
             assert (now.status == GIVEN_BY_A_PERSON) == (decided is not None)
             assert now.points == (decided or 0)
-
-
-# --- who reads what ---------------------------------------------------------------------------------------------------
 
 
 def test_two_scorers_are_never_given_the_same_answer(class_of_three):
@@ -283,9 +256,6 @@ def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):
     assert scores.hold("ada", WORDS, "lee", HOUR) is None  # their own is theirs again
     scores.let_go("lee")
     assert scores.hold("ada", WORDS, "kim", HOUR) is None
-
-
-# --- requests and publications ----------------------------------------------------------------------------------------
 
 
 def test_a_request_is_open_until_it_is_answered(class_of_three):

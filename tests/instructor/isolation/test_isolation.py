@@ -71,9 +71,6 @@ def processes_with(token):
     return found
 
 
-# --- what comes back --------------------------------------------------------------------------------------------------
-
-
 def test_a_command_starts_in_an_empty_folder_and_its_file_comes_back():
     outcome = shell('pwd; ls -A; ls -A ~; echo "$HOME $TMPDIR"; printf answered > answer; echo done >&2; exit 7')
     assert (outcome.ending, outcome.code) == (Ending.FINISHED, 7)
@@ -151,9 +148,6 @@ def test_another_folder_in_the_working_folders_place_is_not_looked_into():
     # Where it is a mere user, it may rename the folder; what is read stays in the one that was there.
     outcome = shell("echo true > answer; mv /tmp/work /tmp/old && mkdir /tmp/work && echo false > /tmp/work/answer; :")
     assert (outcome.code, outcome.file) == (0, b"true\n")
-
-
-# --- its end ----------------------------------------------------------------------------------------------------------
 
 
 def test_at_the_deadline_all_is_killed_and_the_file_is_read():
@@ -261,8 +255,6 @@ def test_many_threads_run_sandboxes_at_once_and_each_gets_its_own_file():
         outcomes = list(pool.map(lambda n: shell(f"sleep 0.0{n % 5}; printf {n} > answer"), range(24)))
     assert [outcome.file for outcome in outcomes] == [str(n).encode() for n in range(24)]
 
-
-# --- what it may ------------------------------------------------------------------------------------------------------
 
 LOOK = """
 import json, resource
@@ -532,9 +524,6 @@ def test_control_groups_are_named_and_leave_nothing_behind():
     assert {"memory of all together", "processes of all together"} & set(outcome.layers)
     for parent in cgroups.parent_groups().values():
         assert list(parent.folder.glob(f"rotflex-{os.getpid()}-*")) == []
-
-
-# --- no sandbox, no run -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

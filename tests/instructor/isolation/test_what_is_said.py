@@ -20,8 +20,6 @@ from rotflex.instructor.isolation.selftest import Attempt
 from rotflex.instructor.running import isolation_report
 from rotflex.instructor.running.isolation_report import Examined
 
-# --- what a trusted program sees --------------------------------------------------------------------------------------
-
 STATUS = "Name:\tcat\nCapInh:\t0000000000000000\nCapEff:\t0000000000000000\nCapAmb:\t0000000000000000\nNoNewPrivs:\t1\n"
 MEMORY = f"Max address space         {Limits().memory}           {Limits().memory}           bytes\n"
 NETWORK = "Inter-|   Receive\n face |bytes\n    lo:       0       0    0    0    0     0          0         0   0  0\n"
@@ -152,9 +150,6 @@ def test_the_number_of_processes_together_leaves_room_for_the_two_shells(tmp_pat
         assert groups.add(7) == ("memory of all together", "processes of all together")
 
 
-# --- the first layers -------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("release", "good"), [("5.13.19", False), ("5.14.0-1", True), ("6.1.2", True), ("4.19", False)]
 )
@@ -198,8 +193,6 @@ def test_after_a_first_layer_that_is_missing_nothing_more_is_looked_at(monkeypat
             found = layers.examine()
             assert found[-1].name == before[name] and [layer.good for layer in found].count(False) == 1
 
-
-# --- what an instructor reads -----------------------------------------------------------------------------------------
 
 GOOD = Layer("network", True, "interfaces: lo")
 LACKING = Layer("limits", False, "not so: memory", "Report it.")
@@ -284,9 +277,6 @@ def test_a_refusal_names_the_error_and_the_way_on(capsys):
     isolation_report.refuse(IsolationError("No sandbox.", "sandbox", "Install one."))
     said = " ".join(capsys.readouterr().err.split())
     assert "No sandbox. Install one." in said and "rotflex doctor" in said and "--unsafe-no-isolation" in said
-
-
-# --- what the attacks are said to have done ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("contained", [True, False])

@@ -13,11 +13,8 @@ from made_courses import OURS
 
 from rotflex.courseware import answers
 from rotflex.courseware.parts import recording
-from rotflex.errors import GradebookError
-from rotflex.instructor.gradebook import MarkRecord, storable
 from rotflex.instructor.marking import checks, decoding, marking, marking_processes, time_limit
 from rotflex.instructor.marking.checks import ChoiceIs, Number, RecordingOf, misfit
-from rotflex.instructor.settings import entries
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.recording import Channel, Recording
 from rotflex.workbook.questions import CATALOGUE
@@ -29,9 +26,6 @@ RIGHT, FOLLOW, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
 def case(own=None, virtual=True):
     answers = own or {}
     return Case(None, lambda question, part: answers[question, part], 1, virtual)
-
-
-# --- a number ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("target", [20.0, -20.0, 1e-9, 3e7])
@@ -78,9 +72,6 @@ def test_a_slip_is_named_up_to_the_tolerance_of_what_it_leads_to(share, named):
     check = Number("it", lambda bench: 1.0, 0.05, slips=lambda bench: {"no slip": 9.0, "in degrees": 57.3})
     verdict = check.verdict(None, 57.3 * (1 + share * 0.05), case())
     assert verdict.status is WRONG and (verdict.reason == "Not it: in degrees.") == named
-
-
-# --- a choice, a recording --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("given", "follows", "status"), [("a", "b", RIGHT), ("b", "b", FOLLOW), ("c", "b", WRONG)])
@@ -168,9 +159,6 @@ def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
         assert misfit(WANTED, np.ones(300)) == misfit(np.ones(300), np.ones(300)) == math.inf
 
 
-# --- what is decoded --------------------------------------------------------------------------------------------------
-
-
 def file(answers, **changes):
     book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 7}
     return json.dumps({**book, "answers": answers} | changes).encode()
@@ -238,49 +226,3 @@ def test_the_alarm_is_set_to_the_time_that_is_allowed_and_none_is_left():
     with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.within(0.2):
         signal.pause()
     assert signal.getitimer(signal.ITIMER_REAL) == (0, 0)
-
-
-# --- what is kept, and settings ---------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["points", "out_of"])
-def test_nought_is_nought_without_a_sign(name):
-    record = MarkRecord("1", "x", "right", **({"points": 1.0, "out_of": 1.0} | {name: -0.0}), reason="")
-    assert math.copysign(1, getattr(storable._mark(record), name)) == 1
-
-
-@pytest.mark.parametrize("name", ["points", "out_of"])
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_mark_is_a_finite_number_of_finitely_many(name, value):
-    record = MarkRecord("1", "x", "right", **({"points": 1.0, "out_of": 1.0} | {name: value}), reason="")
-    with pytest.raises(GradebookError, match="mark"):
-        storable._mark(record)
-
-
-@FITS
-def test_characters_of_what_is_kept_of_a_run(monkeypatch, fits):
-    kept = {"a": "x" * 50}
-    monkeypatch.setattr(storable, "MOST_CHARACTERS", len(json.dumps(kept)) - (not fits))
-    if fits:
-        assert storable._bounded("words", kept) == kept
-    else:
-        with pytest.raises(GradebookError, match=r"59 characters.* 58"):
-            storable._bounded("words", kept)
-
-
-@FITS
-@pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
-def test_levels_of_what_is_kept_of_a_run(fits, wrap):
-    data = 1
-    for _level in range(storable._DEEPEST + (not fits)):
-        data = wrap(data)
-    if fits:
-        assert storable._bounded("cells", data) == data
-    else:
-        with pytest.raises(GradebookError, match="too deep"):
-            storable._bounded("cells", data)
-
-
-@FITS
-def test_characters_of_a_title(fits):
-    assert entries.SECTIONS["course"]["title"].fits("x" * (120 + (not fits))) == fits

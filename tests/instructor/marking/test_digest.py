@@ -68,15 +68,6 @@ def test_a_new_module_counts_though_nobody_has_named_it(tree):
     assert of(tree) != before
 
 
-@pytest.mark.parametrize("name", ["expected.csv", "expected.json", "expected.toml"])
-def test_a_table_that_the_key_reads_counts(tree, name):
-    before = of(tree)
-    (tree / "solutions" / name).write_text("1.4\n")
-    with_table = of(tree)
-    (tree / "solutions" / name).write_text("1.5\n")
-    assert len({before, with_table, of(tree)}) == 3
-
-
 @pytest.mark.parametrize(
     "name",
     [
@@ -179,7 +170,7 @@ def test_the_settings_that_are_tried_are_all_there_are():
     assert set(OTHERWISE) == set(entries.SECTIONS)
 
 
-@pytest.mark.parametrize("name", ["tables/limits.csv", "roster.txt"])
+@pytest.mark.parametrize("name", ["tables/limits.csv", "roster.txt", "expected.json", "expected.toml"])
 def test_what_lies_in_the_courses_folder_counts_by_its_content(tree, name):
     path = tree / "solutions" / name
     path.parent.mkdir(exist_ok=True)

@@ -127,9 +127,7 @@ def test_rounded_decimals_agree_and_roughly_rounded_ones_do_not():
 
 def test_what_agrees_with_own_answers_follows_and_a_known_slip_is_named():
     check = ExpressionIs(
-        rule(ENERGY),
-        follow=lambda own, p: at(own("2.1", "V"), p),
-        slips={"twice too much": rule(2 * ENERGY)},
+        rule(ENERGY), follow=lambda own, p: at(own("2.1", "V"), p), slips={"twice too much": rule(2 * ENERGY)}
     )
     assert status(check, V, K_s * theta, q2_1_V=theta * K_s) is Status.FOLLOW_THROUGH
     assert status(check, V, K_s * theta) is Status.WRONG
@@ -166,8 +164,6 @@ def test_an_equation_that_agrees_with_own_answers_follows():
     assert verdict.status is Status.FOLLOW_THROUGH and "agrees with your own energy" in verdict.reason
     assert status(check, MOTION, sympy.Eq(SERVO + tau, 0, evaluate=False), q2_4_own=SERVO) is Status.WRONG
 
-
-# --- differences, against sympy's own derivatives ---------------------------------------------------------------------
 
 POINT = dict(
     zip(

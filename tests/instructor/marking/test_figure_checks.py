@@ -51,8 +51,6 @@ def plotted(x, y, xlabel="time (s)", ylabel="alpha (deg)", draw="plot", **limits
     return figure
 
 
-# --- a recording ------------------------------------------------------------------------------------------------------
-
 SWEEP = BENCH.sweep()
 T, DEGREES, RADIANS = SWEEP.time, SWEEP.degrees("alpha"), SWEEP["alpha"]
 SHUFFLED = np.random.default_rng(1).permutation(T.size)
@@ -196,9 +194,6 @@ def test_a_recording_plotted_wrongly_earns_what_it_shows_and_the_reason_is_told(
     assert reason in verdict.reason
 
 
-# --- a spectrum -------------------------------------------------------------------------------------------------------
-
-
 def spectrum(y, padded=8192, window=1.0):
     f = np.fft.rfftfreq(padded, 0.002)
     return f, 2 * np.abs(np.fft.rfft(window * (y - y.mean()), padded)) / y.size
@@ -261,8 +256,6 @@ def test_a_spectrum_plotted_wrongly_earns_what_it_shows_and_the_reason_is_told(h
     assert reason in verdict.reason
 
 
-# --- tolerances -------------------------------------------------------------------------------------------------------
-
 EVEN = np.arange(7501) * 0.002  # 15 s
 WAVE = np.sin(2 * np.pi * EVEN) + 0.3 * np.sin(2 * np.pi * 0.31 * EVEN)
 
@@ -276,8 +269,7 @@ def follows(figure, recording):
 
 
 @pytest.mark.parametrize(
-    ("off", "status"),
-    [(0.098, Status.RIGHT), (-0.098, Status.RIGHT), (0.102, Status.WRONG), (-0.102, Status.WRONG)],
+    ("off", "status"), [(0.098, Status.RIGHT), (-0.098, Status.RIGHT), (0.102, Status.WRONG), (-0.102, Status.WRONG)]
 )
 def test_a_curve_follows_within_ten_per_cent(off, status):
     assert follows(plotted(EVEN, (1 + off) * WAVE, ylabel="(rad)"), made()).status is status
@@ -316,8 +308,7 @@ def shows_spectrum(figure, recording):
 
 
 @pytest.mark.parametrize(
-    ("off", "status"),
-    [(0.049, Status.RIGHT), (-0.049, Status.RIGHT), (0.051, Status.WRONG), (-0.051, Status.WRONG)],
+    ("off", "status"), [(0.049, Status.RIGHT), (-0.049, Status.RIGHT), (0.051, Status.WRONG), (-0.051, Status.WRONG)]
 )
 def test_a_peak_is_in_its_place_within_five_per_cent(off, status):
     sine = made(np.sin(2 * np.pi * 3 * EVEN))
@@ -325,8 +316,7 @@ def test_a_peak_is_in_its_place_within_five_per_cent(off, status):
 
 
 @pytest.mark.parametrize(
-    ("off", "status"),
-    [(0.98, Status.RIGHT), (-0.98, Status.RIGHT), (1.02, Status.WRONG), (-1.02, Status.WRONG)],
+    ("off", "status"), [(0.98, Status.RIGHT), (-0.98, Status.RIGHT), (1.02, Status.WRONG), (-1.02, Status.WRONG)]
 )
 def test_a_peak_may_be_in_the_next_bin_of_a_short_recording(off, status):
     short = EVEN[:1501]  # 3 s: a third of a hertz
@@ -350,9 +340,6 @@ def test_the_shape_of_a_coarse_spectrum_is_right_within_fifteen_per_cent(off, st
     height = brentq(lambda height: difference(height) - 0.15 * off, 0, 10)
     figure = plotted(f, amplitude + height * rough, "f (Hz)", "amplitude (rad)")
     assert shows_spectrum(figure, made(wave)).status is status
-
-
-# --- figures made to break the check ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("check", [KEY["2.9"]["figure"], KEY["2.10"]["figure"]], ids=["recording", "spectrum"])

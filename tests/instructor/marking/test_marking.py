@@ -80,8 +80,6 @@ def marks(key, bench):
     return mark
 
 
-# --- decoding ---------------------------------------------------------------------------------------------------------
-
 NUMBER = {"kind": "number", "value": 19.9}
 OMEGA = ("2.11", "omega_n")
 
@@ -111,23 +109,7 @@ def test_an_answer_is_read():
         file({OMEGA: NUMBER}, extra=1),
         file({OMEGA: NUMBER}) + b" " * 1_000_001,
     ],
-    ids=[
-        "nothing",
-        "text",
-        "bytes",
-        "list",
-        "NaN",
-        "infinity",
-        "a name twice",
-        "large integer",
-        "huge integer",
-        "deep",
-        "very deep",
-        "format",
-        "no answers",
-        "extra",
-        "too long",
-    ],
+    ids=range(15),
 )
 def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
     read = decoding.decode(data, SEED, CATALOGUE)
@@ -204,51 +186,6 @@ def test_whatever_is_claimed_marking_comes_to_marks_within_the_points(contents):
         assert 0 <= mark.points <= mark.out_of and mark.reason
 
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
-
-
-def vectors(size):
-    """Lists of so many numbers: a few at will, the others alike."""
-    few = st.lists(finite, max_size=10)
-    return st.builds(lambda some, rest: [*some, *([rest] * size)][:size], few, finite)
-
-
-@st.composite
-def well_formed(draw):
-    """A figure, a recording or a function's outputs of the right form, with any numbers at all."""
-    where = draw(st.sampled_from([PLOT, SPECTRUM_PLOT, SWEEP, ("2.10", "spectrum")]))
-    size = draw(st.integers(0, 200))
-    if where == SWEEP:
-        alpha = {"unit": "rad", "values": draw(vectors(400))}
-        metadata = {"experiment": "sweep"}
-        content = {"metadata": metadata, "n": 7501, "sample_time": 0.002, "channels": {"alpha": alpha}}
-        return where, {"kind": "recording", **content}
-    if where == ("2.10", "spectrum"):
-        size = max(size, 2)
-        outputs = [[draw(vectors(size)), draw(vectors(size))] for _ in range(4)]
-        return where, {"kind": "function", "outputs": outputs}
-    x = draw(st.sampled_from([np.linspace(0, 15, size).tolist(), np.linspace(0, 10, size).tolist()]) | vectors(size))
-    line = {"label": "", "n": size, "x": x, "y": draw(vectors(size))}
-    return where, {"kind": "figure", "axes": [{"title": "", "xlabel": "f (Hz)", "ylabel": "deg", "lines": [line] * 3}]}
-
-
-@pytest.mark.slow
-@settings(max_examples=60, deadline=None)
-@given(st.dictionaries(st.just(SWEEP), well_formed().filter(lambda pair: pair[0] == SWEEP)), well_formed())
-def test_numbers_made_up_in_the_right_form_earn_nothing_and_break_nothing(first, second):
-    answers = {where: content for where, content in [*first.values(), second]}
-    read = decoding.decode(file(answers), SEED, CATALOGUE)
-    assert not read.malformed and not read.problems
-    for mark in marking.mark(load(), read, ADA, SEED):
-        # A figure may be that of the student's own recording, be it made up, and lack its unit.
-        follows = mark.status is FOLLOWS or (SWEEP in answers and mark.status is PARTLY)
-        assert mark.points == 0 or follows
-        assert mark.status is not Status.FOR_A_PERSON, mark.reason
-
-
-# --- numbers ----------------------------------------------------------------------------------------------------------
-
-
 def test_the_true_bench_is_the_students_own(bench):
     drawn = student_bench(student_seed("ADA "))
     assert bench.omega_n == pytest.approx(math.sqrt(drawn.parameters.K_s / drawn.parameters.J_l))
@@ -311,9 +248,6 @@ def test_what_is_not_there_is_missing_and_earns_nothing(marks):
     assert sum(mark.out_of for mark in found) == 11
 
 
-# --- recordings and figures -------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def own_sweep():
     with hil.open("virtual", seed=student_seed("ada")) as opened:
@@ -361,15 +295,6 @@ def test_a_recording_of_another_run_is_right(marks, second_run):
     assert marks({SWEEP: second_run})[SWEEP].status is RIGHT
 
 
-@pytest.mark.parametrize("run", [0, -1, 1001, 10**20, 2.0, True, "2", None, [2], "x" * 500])
-def test_a_recording_of_a_run_that_there_is_not_is_refused_in_words(marks, second_run, run):
-    metadata = {**second_run.metadata, "bench": {**second_run.metadata["bench"], "run": run}}
-    mark = marks({SWEEP: replace(second_run, metadata=metadata)})[SWEEP]
-    assert mark.status is WRONG
-    assert "run " in mark.reason and len(mark.reason) < 200
-    assert "1 to 1000" in mark.reason
-
-
 def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
     assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
 
@@ -385,44 +310,6 @@ def test_a_bench_that_answers_claim_to_come_from_changes_no_mark(marks, others_s
     assert marks({SWEEP: others_sweep}, bench={"uri": "quanser:q2_usb/0"})[SWEEP].status is WRONG
 
 
-@pytest.mark.parametrize(
-    ("unit", "xlabel", "ylabel", "status"),
-    [
-        ("deg", "time (s)", r"$\alpha$ (deg)", RIGHT),
-        ("deg", "Time, s", r"$\alpha$ [$^\circ$]", RIGHT),
-        ("deg", "$t$ / s", "deflection in degrees", RIGHT),
-        ("deg", r"$t\ [\mathrm{s}]$", r"$\alpha\ (\mathrm{deg})$", RIGHT),
-        ("rad", "time (s)", "alpha (rad)", RIGHT),
-        ("rad", "time (s)", "alpha (deg)", PARTLY),
-        ("deg", "time", "alpha (deg)", PARTLY),
-        ("deg", "", "", PARTLY),
-        ("deg", "the sweep's time", "alpha (deg)", PARTLY),
-    ],
-)
-def test_a_figure_needs_the_curve_and_its_units(marks, own_sweep, unit, xlabel, ylabel, status):
-    y = own_sweep.degrees("alpha") if unit == "deg" else own_sweep["alpha"]
-    mark = marks({PLOT: drawn(own_sweep.time, y, xlabel, ylabel)})[PLOT]
-    assert mark.status is status
-    assert mark.points == (1 if status is RIGHT else 0.5)
-
-
-def test_a_figure_of_something_else_is_wrong(marks, own_sweep):
-    half = own_sweep.time < 7
-    for figure in (
-        drawn(own_sweep.time, own_sweep.degrees("theta")),
-        drawn(own_sweep.time, np.zeros(len(own_sweep))),
-        drawn(own_sweep.time[half], own_sweep.degrees("alpha")[half]),
-        drawn(np.linspace(0, 15, 50), np.linspace(-1e307, 1e307, 50)),
-    ):
-        assert marks({PLOT: figure})[PLOT].status is WRONG
-
-
-def test_a_figure_of_ones_own_recording_follows_from_it_whatever_it_is_of(marks, others_sweep):
-    figure = drawn(others_sweep.time, others_sweep.degrees("alpha"))
-    assert marks({PLOT: figure})[PLOT].status is WRONG
-    assert marks({PLOT: figure, SWEEP: others_sweep})[PLOT].status is FOLLOWS
-
-
 @pytest.mark.parametrize("most", [10, 250], ids=["to 10 Hz", "all of it"])
 @pytest.mark.parametrize("padded", [7501, 8192, 65536])
 def test_a_figure_of_the_spectrum_is_right_with_any_padding(marks, own_sweep, padded, most):
@@ -430,15 +317,6 @@ def test_a_figure_of_the_spectrum_is_right_with_any_padding(marks, own_sweep, pa
     amplitude = np.abs(np.fft.rfft(own_sweep.degrees("alpha"), padded)) / len(own_sweep) * 2
     figure = drawn(f[f <= most], amplitude[f <= most], "f (Hz)", "amplitude (deg)")
     assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is RIGHT
-
-
-def test_a_figure_of_the_spectrum_needs_hertz(marks, own_sweep):
-    f, amplitude = amplitude_spectrum(own_sweep.degrees("alpha"), 0.002)
-    shown = f < 10
-    figure = drawn(f[shown], amplitude[shown], "frequency", "amplitude (deg)")
-    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is PARTLY
-    figure = drawn(2 * np.pi * f[shown], amplitude[shown], "frequency (Hz)", "amplitude (deg)")
-    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is WRONG
 
 
 @pytest.mark.parametrize("inside", [2, 4])
@@ -449,14 +327,6 @@ def test_points_at_the_peaks_frequency_alone_are_no_spectrum(marks, own_sweep, i
     for x in (np.full(50, peak), np.r_[0.0, np.linspace(peak, peak * (1 + 0.01 * inside), 50)]):
         for y in (np.zeros(x.size), np.ones(x.size), np.r_[0.0, np.ones(x.size - 1)]):
             assert marks({SPECTRUM_PLOT: drawn(x, y, "f (Hz)", "amplitude (deg)")})[SPECTRUM_PLOT].status is WRONG
-
-
-def test_the_recording_itself_is_no_spectrum(marks, own_sweep):
-    figure = drawn(own_sweep.time, own_sweep.degrees("alpha"), "f (Hz)", "amplitude (deg)")
-    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is WRONG
-
-
-# --- the spectrum function --------------------------------------------------------------------------------------------
 
 
 def amplitude_spectrum(x, dt, padded=None, factor=2.0):
@@ -532,9 +402,6 @@ def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others
     assert "ValueError" in found[0].reason
 
 
-# --- the key ----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("body", "words"),
     [
@@ -562,14 +429,8 @@ def test_answers_that_the_key_does_not_mark_are_noted():
     assert "2.12" in note
 
 
-# --- what is shown of an answer --------------------------------------------------------------------------------------
-
-
 def test_feedback_shows_the_students_own_expression_and_equation():
     import sympy
-
-    from rotflex.instructor.marking import marking
-    from rotflex.workbook.questions import CATALOGUE
 
     K_s, alpha = sympy.symbols("K_s alpha")
     expression = CATALOGUE.find("2.1").part("V")

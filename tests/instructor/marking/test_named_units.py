@@ -59,14 +59,7 @@ def test_a_label_names_a_unit_of_angle(label, size):
     assert sizes(label, ANGLE) == [pytest.approx(size)]
 
 
-@pytest.mark.parametrize(
-    ("label", "size"),
-    [
-        ("V_m (V)", 1),
-        ("voltage in mV", 1e-3),
-        ("theta (deg), voltage (V)", 1),
-    ],
-)
+@pytest.mark.parametrize(("label", "size"), [("V_m (V)", 1), ("voltage in mV", 1e-3), ("theta (deg), voltage (V)", 1)])
 def test_a_label_names_a_unit_of_voltage(label, size):
     assert sizes(label, VOLTAGE) == [pytest.approx(size)]
 

@@ -11,9 +11,6 @@ from gradebooks import graded, record
 from made_courses import OURS
 
 from rotflex.courseware.words import Words
-from rotflex.errors import GradingError
-from rotflex.instructor import regrade
-from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.graded_run import mark_records
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.decoding import Claims
@@ -100,15 +97,6 @@ def test_each_report_comes_just_before_itself_as_a_whole_in_the_key():
     assert numbers == [REPORT, WHOLE, "Control report", "Control report, as a whole"]
 
 
-# --- a person's mark --------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "book.sqlite") as opened:
-        yield opened
-
-
 def run(texts, submission="first"):
     return graded("ada", *mark_records(tuple(marks(texts).values())), submission=submission)
 
@@ -143,10 +131,3 @@ def test_feedback_has_the_mark_and_the_texts_once():
     texts = {AIM: "We shook it for a quarter of a minute."}
     plain = html.unescape(feedback.page(Result("ada", tuple(marks(texts).values())), OURS.catalogue))
     assert plain.count(texts[AIM]) == 1 and plain.count(f"Question {WHOLE}:") == 1
-
-
-def test_regrade_takes_it_by_its_number_and_no_other(book):
-    with pytest.raises(GradingError, match="nothing"):
-        list(regrade.regrade(book, OURS, [WHOLE]))
-    with pytest.raises(GradingError, match="in part"):
-        list(regrade.regrade(book, OURS, ["Modeling report, in part"]))

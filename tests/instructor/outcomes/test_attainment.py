@@ -90,9 +90,6 @@ def test_the_mean_of_each_question_is_of_its_own_parts_with_the_code():
         assert found.questions[number] == (pytest.approx(sum(shares) / len(shares)), len(shares))
 
 
-# --- small groups -----------------------------------------------------------------------------------------------------
-
-
 @given(
     sizes=some.dictionaries(some.text("abcdefg", min_size=1, max_size=3), some.integers(0, 12)),
     fewest=some.integers(1, 8),
@@ -130,16 +127,6 @@ def test_a_single_small_section_takes_the_next_smallest_with_it():
     assert found.groups["C"].why == "not shown: it would tell of a group of fewer than 5"
 
 
-def test_two_small_sections_with_enough_between_them_take_none_with_them():
-    assert {name for name, cell in cells({"A": 9, "B": 4, "C": 3}).groups.items() if cell.figures is None} == {"B", "C"}
-
-
-def test_two_tiny_sections_take_another_with_them():
-    assert {name for name, cell in cells({"A": 9, "B": 2, "C": 1, "D": 5}).groups.items() if cell.figures is None} == {
-        *"BCD"
-    }
-
-
 def test_a_section_of_just_enough_is_shown_with_its_questions():
     found = cells({"A": 5, "B": 5})
     assert all(cell.figures.students == 5 for cell in found.groups.values())
@@ -150,9 +137,6 @@ def test_a_class_that_is_too_small_is_not_shown_at_all():
     found = cells({"A": 4})
     assert found.everybody.figures is None and found.groups["A"].figures is None
     assert all(mean is None for mean in found.questions.values())
-
-
-# --- the files --------------------------------------------------------------------------------------------------------
 
 
 def course(**outcomes):

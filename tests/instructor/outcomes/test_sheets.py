@@ -39,9 +39,6 @@ def cell(name, row, code, *marks):
     return line.cells.get(code)
 
 
-# --- layout, by the printed sheets ------------------------------------------------------------------------------------
-
-
 def test_rows_and_columns_are_those_of_the_printed_sheets():
     report = ["K-1", "K-2", "K-3", "B-5", "B-6", "B-7", "B-8", "B-9", "GS-1", "GS-2"]  # K-1, K-3: the erratum
     control = ["K-1", "K-3", "B-5", "B-6", "B-7", "B-9", "GS-1", "GS-2"]
@@ -123,8 +120,6 @@ def test_a_course_without_sheets_or_with_a_file_that_cannot_be_read_says_so(tmp_
         sheet_layout.read(tmp_path, OURS.catalogue)
 
 
-# --- cells, by hand ---------------------------------------------------------------------------------------------------
-
 MACHINE = MarkRecord("3.6", "controllable", "right", 1, 1, "")
 PERSON = MarkRecord("3.6", "explanation", "given by a person", 0.5, 1, "")
 WAITING = MarkRecord("3.6", "explanation", "for a person", 0, 1, "")
@@ -174,9 +169,6 @@ def test_a_sheet_of_a_made_up_student_is_what_it_is_by_hand():
         ["2.8", "Inertia of the link", *none, *none, *none],
         ["total", "3.75 of 6 points; 1 of 7 wait", "3 …", "0.75", "2", "p", "2", "3", "5", "m", *none],
     ]
-
-
-# --- files ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -238,8 +230,6 @@ def test_what_is_dropped_is_on_no_sheet_and_told(book, tmp_path):
         found["modeling_report", "III.1", "B-7"]["out of"] == "4"
     )  # 2.12 with 3 points, and the report's text with 1; 2.11 has 3
 
-
-# --- text is text -----------------------------------------------------------------------------------------------------
 
 HOSTILE = [
     "<script>alert(1)</script>",

@@ -13,17 +13,11 @@ from day_class import HANDED_IN, deliver, fill, notebook, score
 from gradebooks import enrol, graded, mark, prose, record, report_text
 from made_courses import OURS
 
-from rotflex.instructor.gradebook import Gradebook, StudentRecord
+from rotflex.instructor.gradebook import StudentRecord
 from rotflex.instructor.graded_run import Facts
 from rotflex.instructor.overview import glance, shown, slips, students
 from rotflex.instructor.running import intake
 from rotflex.instructor.settings import Deadline, Extension, LateSettings, MarkSettings
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "gradebook.sqlite") as opened:
-        yield opened
 
 
 @pytest.fixture
@@ -39,9 +33,6 @@ def told(book, course=OURS):
 
 def rows(section, table=-1):
     return [row for row in section.tables[table].rows]
-
-
-# --- who handed in ----------------------------------------------------------------------------------------------------
 
 
 def test_who_handed_in_which_notebooks_and_who_nothing(seen):
@@ -147,9 +138,6 @@ def test_what_cannot_be_read_was_handed_in_all_the_same(book, tmp_path):
     assert rows(told(book)["Handed in"], 1)[0][:3] == ("ada", "02, 03", "")
 
 
-# --- what does not count ----------------------------------------------------------------------------------------------
-
-
 def dropping(*names, course=OURS):
     return replace(course, settings=replace(course.settings, marks=MarkSettings(drop=names)))
 
@@ -204,9 +192,6 @@ def test_a_notebook_in_which_nothing_counts_is_missed_by_nobody(book):
     assert some[2] == "03"
 
 
-# --- who is in trouble ------------------------------------------------------------------------------------------------
-
-
 def test_each_reason_is_told_and_the_keys_faults_are_not_the_students(seen):
     section = seen["In trouble"]
     assert section.first.startswith("2 students to look at")
@@ -239,10 +224,7 @@ def test_nobody_is_far_below_a_few(size, is_told):
 
 @pytest.mark.parametrize(("missing", "is_told"), [(2.0, False), (3.0, True)])
 def test_much_is_missing_from_a_third_on(missing, is_told):
-    marks = [
-        replace(mark("missing", 0.0), out_of=missing),
-        replace(mark(), part="other", points=5.0, out_of=5.0),
-    ]
+    marks = [replace(mark("missing", 0.0), out_of=missing), replace(mark(), part="other", points=5.0, out_of=5.0)]
     found = students.reasons(graded("ada", *marks))
     assert bool(found) is is_told
 
@@ -251,9 +233,6 @@ def test_of_many_problems_some_are_told_and_how_many_more(book):
     one = graded("ada", mark(), problems=tuple(f"Problem {n}." for n in range(5)))
     *first, rest = students.reasons(one)
     assert first == ["Problem 0.", "Problem 1.", "Problem 2."] and rest.startswith("2 problems")
-
-
-# --- what waits for whom ----------------------------------------------------------------------------------------------
 
 
 def test_what_waits_is_counted_by_part_with_its_points(seen):
@@ -278,9 +257,6 @@ def test_faults_of_the_key_are_told_with_the_line(seen):
     section = seen["Faults of the key"]
     assert rows(section) == [("2.12 K_s", "1")]
     assert section.more == ("2.12, K_s is not marked: the key failed. KeyError, key.py, line 5.",)
-
-
-# --- what went wrong for many -----------------------------------------------------------------------------------------
 
 
 def test_slips_are_counted_by_what_the_key_said_without_its_numbers(seen):
@@ -313,9 +289,6 @@ def test_many_are_a_fifth_of_those_who_answered_and_two_at_least(wrong, right, i
     assert bool(slips.slips(those)) is is_told
 
 
-# --- the same work ----------------------------------------------------------------------------------------------------
-
-
 def test_the_same_work_is_told_with_its_evidence_as_a_hint(book):
     for student in ("ada", "bob"):
         deliver(book, student, {"own.py": b"x = 1"})
@@ -324,9 +297,6 @@ def test_the_same_work_is_told_with_its_evidence_as_a_hint(book):
     ((who, evidence),) = rows(section)
     assert (who, evidence) == ("ada, bob", "ada, bob handed in the same 1 file: own.py.")
     assert "A hint, never a verdict." in section.first and not section.urgent
-
-
-# --- shown ------------------------------------------------------------------------------------------------------------
 
 
 def test_the_terminal_gets_all_of_it_and_nothing_that_steers_it(book, seen):

@@ -5,18 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
-import pytest
 from gradebooks import graded, mark, prose, record, report_text
 
-from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.overview import published
 from rotflex.instructor.settings import CourseSettings, FeedbackSettings, MarkSettings
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "book.sqlite") as opened:
-        yield opened
 
 
 def changes(book):

@@ -130,9 +130,6 @@ def test_decimals_have_a_comma_where_the_files_have_one(book):
     assert row[6] == "83,33"
 
 
-# --- what a student has -----------------------------------------------------------------------------------------------
-
-
 def test_the_final_grade_counts_and_until_there_is_one_what_is_decided():
     account = SimpleNamespace(earned=Fraction(9), out_of=Fraction(12), final=7.1, final_out_of=10.0, undecided=())
     assert of_account(account) == Earned(Fraction(71, 100))  # and not 7.1 / 10.0 as the machine has it

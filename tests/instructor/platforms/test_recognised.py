@@ -112,9 +112,6 @@ def test_canvas_with_first_and_last_names_apart_and_without_sis_columns():
     assert found.column().maximum == 5 and [found.shown(row) for row in found.students] == ["al (Ada Lovelace, line 3)"]
 
 
-# --- the maximum ------------------------------------------------------------------------------------------------------
-
-
 def maximum(content, out_of=None, column="Lab 3"):
     found = export(content)
     return recognised.maximum(found.column(column), found.platform, None if out_of is None else Decimal(out_of))

@@ -54,9 +54,6 @@ def opened(text):
     return {number: bool(is_open) for is_open, number in found}
 
 
-# --- what it says -----------------------------------------------------------------------------------------------------
-
-
 def test_a_whole_page(snapshot):
     """One mark of each sort, a name, comments, a mark that lapsed, problems and notes; read as text."""
     when = datetime(2026, 3, 2, tzinfo=UTC)
@@ -116,9 +113,6 @@ def test_a_question_that_the_catalogue_does_not_have_is_shown_all_the_same():
     assert "Question 2.11: " in page(OMEGA, catalogue=Catalogue([]))
 
 
-# --- what is folded away ----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("marks", "is_open"),
     [
@@ -140,8 +134,6 @@ def test_what_a_person_had_to_say_is_not_folded_away():
     comment = CommentRecord("ada", "2.11", "Nice.", "prof", datetime.now(UTC))
     assert opened(page(OMEGA, STIFFNESS, comments=(comment,))) == {"2.11": True, "2.12": True}
 
-
-# --- figures and words ------------------------------------------------------------------------------------------------
 
 DRAWN = Mark("2.9", "figure", Status.RIGHT, 1.0, 1.0, "Well.", "1 diagram, 1 curve")
 
@@ -189,8 +181,6 @@ def test_words_from_text_cells_are_rendered_in_place_of_their_source():
     assert "&lt;b&gt;says" in text and "<mfrac>" in text
     assert re.findall(r'<img[^>]*src="([^"]{22})', text) == ["data:image/png;base64,"]
 
-
-# --- what cannot get onto it ------------------------------------------------------------------------------------------
 
 EVIL = "<script>alert(1)</script><img src=x onerror=y>\"'--><style>*{display:none}</style>"
 

@@ -9,10 +9,11 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from gradebooks import graded, record
 from made_courses import OURS
 
 from rotflex.instructor.accounts import account_of
-from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord, StudentRecord
+from rotflex.instructor.gradebook import MarkRecord, StudentRecord
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import feedback
 from rotflex.instructor.reports.grades import Reports
@@ -58,25 +59,13 @@ def test_without_reasons_the_keys_go_and_those_of_a_person_and_what_stopped_stay
 
 
 @pytest.fixture
-def book(tmp_path):
-    run = RunRecord(
-        key="k",
-        student="ada",
-        submission="s",
-        master="m",
-        software="rotflex",
-        probe_seed=1,
-        isolation="",
-        answers=None,
-        problems=("02_finding_stiffness.ipynb could not be read.",),
-    )
+def book(book):
     marks = tuple(
         MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
         for one in (MARKS[0], replace(MARKS[1], status=Status.PARTLY), MARKS[2])
     )
-    with Gradebook(str(tmp_path / "gradebook.sqlite")) as book:
-        book.record(Graded(run, marks, "digest"), actor="test", reason="test")
-        yield book
+    record(book, graded("ada", *marks, problems=("02_finding_stiffness.ipynb could not be read.",)))
+    return book
 
 
 def course(opens):
@@ -104,8 +93,6 @@ def test_from_then_on_they_are_whole(tmp_path, book, opens):
     assert "1.5 of 5 points" in text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))
     assert reports.closed == ""
 
-
-# --- what the marks come to -------------------------------------------------------------------------------------------
 
 MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
 

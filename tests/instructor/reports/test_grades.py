@@ -12,15 +12,9 @@ from made_courses import OURS
 
 from rotflex.courseware import files
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook import Delivery, Gradebook
+from rotflex.instructor.gradebook import Delivery
 from rotflex.instructor.reports.grades import Reports
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "book.sqlite") as opened:
-        yield opened
 
 
 @pytest.fixture
@@ -88,9 +82,6 @@ def test_a_question_that_the_course_does_not_have_any_more_stops_nothing(book, o
     Reports(out, OURS, book).write_all()
     assert rows(out)["ada"]["9.9"] == "1"
     assert "Question 9.9" in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
-
-
-# --- what stands in the way -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("in_the_way", ["folder", "file", "read-only"])

@@ -19,7 +19,7 @@ from rotflex import experiments, hil
 from rotflex.courseware.benches import SAME, THEIR_OWN, BenchPolicy
 from rotflex.courseware.kinds.recordings import encode_recording
 from rotflex.hil.student_benches import student_seed
-from rotflex.instructor.gradebook import Delivery, Gradebook, MarkRecord
+from rotflex.instructor.gradebook import Delivery, MarkRecord
 from rotflex.instructor.graded_run import Facts
 from rotflex.instructor.marking.checks import ForAPerson, Number
 from rotflex.instructor.reports import hints
@@ -27,8 +27,6 @@ from rotflex.instructor.reports.grades import Reports
 from rotflex.instructor.reports.hints import About, Hint, Measured
 from rotflex.instructor.verdicts import OwnBench, Status
 from rotflex.workbook.questions import CATALOGUE
-
-# --- numbers that fit a class-mate's bench ----------------------------------------------------------------------------
 
 X, Y, Z = ("1.1", "x"), ("1.2", "y"), ("1.2", "z")
 PARTS = {
@@ -143,8 +141,6 @@ def test_in_this_course_what_is_measured_on_the_own_bench_is_compared():
     assert [parts[where].expected(bench) for where in parts] == [bench.omega_n, bench.J_l, bench.K_s]
 
 
-# --- recordings -------------------------------------------------------------------------------------------------------
-
 (SWEEP,) = (part for part in CATALOGUE.find("2.9").parts if part.kind == "recording")
 
 
@@ -231,9 +227,6 @@ def test_what_has_not_the_form_of_a_recording_is_passed_over(sweeps, change):
     assert pairs(recorded("ada", odd), recorded("bob", odd), recorded("eve", None)) == []
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
-
-
 def of_bench(student, bench_of="", **files):
     """A student who handed in these recordings of a real bench."""
     kept = {f"recordings/{name}.mat": content for name, content in files.items()}
@@ -292,16 +285,8 @@ def test_a_file_of_many_says_nothing():
     assert lines(*(having(f"s{number}", a_py=b"x = 1") for number in range(6))) == []
 
 
-# --- from the gradebook -----------------------------------------------------------------------------------------------
-
 BENCHES = {"ada": 1.0, "bob": 2.0, "cleo": 3.0, "dan": 4.0}
 WHEN = datetime(2026, 3, 2, 12, tzinfo=UTC)
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "book.sqlite") as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 
 import pytest
 import two_releases
@@ -189,14 +190,9 @@ def test_a_release_from_before_there_were_names_is_known_by_its_notebooks(sandbo
 
 
 def test_modules_that_an_older_release_does_not_have_are_not_imported_for_it(two, course):
-    from dataclasses import replace
-
     later = replace(course, imports=("springlab.lab", "springlab.later", "math", "rotflex.no.such"))
     older = Releases(course).find(two.about(two.first)["release"])
     assert bundle.of_release(older, later).imports == ("springlab.lab", "math")
-
-
-# --- what is kept -----------------------------------------------------------------------------------------------------
 
 
 def test_the_same_content_has_the_same_name_and_is_kept_once(two, course, tmp_path):
@@ -262,8 +258,6 @@ def test_what_is_no_release_is_passed_over_and_told(two, course, content, told):
 
 
 def test_a_release_that_cannot_be_kept_is_told_with_what_to_do(two, course, tmp_path):
-    from dataclasses import replace
-
     from rotflex.instructor.release import student_course
 
     (tmp_path / "kept").write_text("a file")

@@ -43,8 +43,6 @@ class Clock:
         return round(self.now - self.begun, 3)
 
 
-# --- from the command ... ---------------------------------------------------------------------------------------------
-
 USUAL = runner.Limits()
 
 
@@ -106,8 +104,6 @@ def test_options_have_a_least_value(settings_of, tmp_path, option, least):
     said = " ".join(CliRunner().invoke(app, command).output.replace("│", " ").split())
     assert f"should be greater than or equal to {least} " in said and option in said
 
-
-# --- ... to a run ... -------------------------------------------------------------------------------------------------
 
 LIMITS = runner.Limits(cell=7, submission=77.5, memory=300 * 2**20, processes=9, folder=12345)
 
@@ -204,9 +200,6 @@ def test_a_command_is_ended_at_its_deadline(which, monkeypatch, tmp_path):
     assert left == [pytest.approx(77.5, abs=5)]
 
 
-# --- ... where the clock is ------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("passed", "ending"), [(9.9, None), (10.0, Ending.DEADLINE), (10.1, Ending.DEADLINE)])
 def test_what_is_exchanged_ends_at_the_deadline(monkeypatch, passed, ending):
     clock, waits = Clock(), []
@@ -297,9 +290,6 @@ def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_
     assert asked == [("a", 4, 7), ("b", 1, 7), ("c", 2, 7), ("d", 3, 7)]
 
 
-# --- at home ----------------------------------------------------------------------------------------------------------
-
-
 def kernel(replies, alive=True):
     """A kernel that replies so, and the times that it was given."""
     made = execute._Kernel.__new__(execute._Kernel)
@@ -374,9 +364,6 @@ def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(hears):
     waits = [one for one in done if isinstance(one, int | float)]
     assert waits[0] == 5 and (hears == 0 or waits[1] == 15)
     assert ("terminate" in done, "kill" in done) == (hears > 0, hears > 1)
-
-
-# --- on a cluster -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("workers", [True, False])

@@ -22,7 +22,6 @@ def note(**what):
         file.write(json.dumps(what) + chr(10))
 """
 
-# --- what does no harm ------------------------------------------------------------------------------------------------
 
 QUIET = {
     "first": [
@@ -132,8 +131,6 @@ def test_where_the_package_cannot_be_imported_nothing_is_run(tmp_path, monkeypat
     assert "half a package" in done.stderr
     assert not (tmp_path / NOTES).exists()
 
-
-# --- what does, in a sandbox ------------------------------------------------------------------------------------------
 
 #: The first line of each attack. Should there be no sandbox, nothing happens.
 SANDBOXED = f"""

@@ -136,8 +136,6 @@ def test_what_is_done_within_an_output_widget_is_done(tmp_path):
     assert all(fact["success"] for fact in noted.values())  # a widget shows an error and takes it for done
 
 
-# --- the solution notebooks -------------------------------------------------------------------------------------------
-
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
 
 

@@ -80,8 +80,6 @@ def test_the_distribution_installs_only_versions_that_were_tested(library):
     assert metadata.version(library) in wanted[canonicalize_name(library)]
 
 
-# --- where it is run --------------------------------------------------------------------------------------------------
-
 GONE = "from IPython.core.interactiveshell import InteractiveShell\ndel InteractiveShell._tee\n"
 #: Nothing of it is an interface that is looked at, and no cell would run.
 FAILS = """

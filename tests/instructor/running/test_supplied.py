@@ -34,12 +34,7 @@ CATALOGUE = Catalogue(
         ("ada:1.2.way=up", "way", "up", "'up'"),
         ("ada:1.2.way='down'", "way", "down", "'down'"),
         ("ada:1.2.A=[[1, 2], [3, 4]]", "A", [[1, 2], [3, 4]], "__import__('numpy').array([[1, 2], [3, 4]])"),
-        (
-            'ada:1.2.p=["-1 + 2j", "-1-2j"]',
-            "p",
-            ["-1 + 2j", "-1-2j"],
-            "__import__('numpy').array([(-1+2j), (-1-2j)])",
-        ),
+        ('ada:1.2.p=["-1 + 2j", "-1-2j"]', "p", ["-1 + 2j", "-1-2j"], "__import__('numpy').array([(-1+2j), (-1-2j)])"),
         ("ada:1.2.speed=", "speed", None, ""),
     ],
 )

@@ -6,12 +6,11 @@ import base64
 import io
 import json
 
-import pytest
 from gradebooks import graded, mark, prose, record
 from PIL import Image
 from scoring_class import COMPARED, RUBRIC, WORDS, desk
 
-from rotflex.instructor.gradebook import Gradebook, MarkRecord
+from rotflex.instructor.gradebook import MarkRecord
 from rotflex.instructor.scoring.cards import card
 from rotflex.workbook.questions import CATALOGUE
 
@@ -41,12 +40,6 @@ FIGURE = {
     "ylabel": "|A|",
     "lines": [{"label": "measured", "n": 3, "x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 0.0]}],
 }
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "gradebook.sqlite") as made:
-        yield made
 
 
 def shown(book, where, *marks, **run):

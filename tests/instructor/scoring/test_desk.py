@@ -17,12 +17,6 @@ from rotflex.instructor.settings import LevelSettings
 ALIKE = ["It bends, for there is friction in the joint.", "It bends for there is friction in the joint"]
 
 
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "gradebook.sqlite") as made:
-        yield made
-
-
 def picks(answers):
     return [Pick(key_of(one.student, one.where), seen(one)) for one in answers]
 
@@ -34,9 +28,6 @@ def scored(made, actor, count=1000, level=3):
         made.give(actor, WORDS, picks(answers), level=level)
         read += [one.student for one in answers]
     return read
-
-
-# --- what comes next --------------------------------------------------------------------------------------------------
 
 
 def test_each_answer_comes_once_and_in_another_order_for_each_part(book):
@@ -122,9 +113,6 @@ def test_an_answer_has_a_number_in_place_of_a_name(book):
         [made.label(student, where) for student in students] for made, where in ((hidden, WORDS), (hidden, COMPARED))
     ]
     assert numbers[0] != numbers[1]  # a student is not known again by their number
-
-
-# --- deciding ---------------------------------------------------------------------------------------------------------
 
 
 def test_a_level_is_worth_its_share_of_the_points(book):
@@ -292,9 +280,6 @@ def test_an_answer_that_another_holds_is_told_when_it_is_renewed(book):
     assert made.next("Ann", WORDS)
     assert made.renew("Ann", WORDS, key) == ""
     assert "Ann is reading this one" in made.renew("Bea", WORDS, key)
-
-
-# --- how it is going --------------------------------------------------------------------------------------------------
 
 
 def test_tallies_count_levels_points_without_one_and_what_waits(book):

@@ -70,9 +70,6 @@ def both(book):
     return clients(desk(book), "Ann", "Bea")
 
 
-# --- who is let in ----------------------------------------------------------------------------------------------------
-
-
 def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(both):
     ann, _bea = both
     reply = ann.get(f"/enter/{ann.scorer.token}")
@@ -222,9 +219,6 @@ def test_what_is_no_json_and_points_that_there_are_not_are_told(both, book):
         reply = ann.request("POST", "/act/give", headers, content=body.encode())
         assert "give 0 to 1 points" in reply.json()["message"]
     assert book.scores.acts() == []
-
-
-# --- what is shown ----------------------------------------------------------------------------------------------------
 
 
 def test_what_changes_is_the_servers_and_a_students_text_is_text(tmp_path):

@@ -15,7 +15,6 @@ from openpyxl import Workbook, load_workbook
 from scoring_class import COMPARED, LEVELS, WORDS, desk, fill, texts
 
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.scoring import table_files, tables
 from rotflex.instructor.scoring.desk import Pick, key_of, seen
 from rotflex.instructor.settings import LevelSettings
@@ -28,12 +27,6 @@ FORMULAS = [
     "\t=1+1",
     "'=1",
 ]
-
-
-@pytest.fixture
-def book(tmp_path):
-    with Gradebook(tmp_path / "gradebook.sqlite") as made:
-        yield made
 
 
 class Table:

@@ -57,9 +57,6 @@ def test_taking_back_is_no_reading_and_what_follows_begins_with_it():
     assert found == 10
 
 
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(None, ""), (20, "a minute"), (200, "3 min"), (9000, "2.5 h")],
-)
+@pytest.mark.parametrize(("seconds", "words"), [(None, ""), (20, "a minute"), (200, "3 min"), (9000, "2.5 h")])
 def test_in_words(seconds, words):
     assert words in in_words(seconds) and bool(words) == bool(in_words(seconds))

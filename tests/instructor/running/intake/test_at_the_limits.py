@@ -37,9 +37,6 @@ def zip_in(folder, files, name="ada.zip"):
     return packed
 
 
-# --- of one hand-in ---------------------------------------------------------------------------------------------------
-
-
 @FITS
 @pytest.mark.parametrize("packed", [True, False], ids=["zip", "folder"])
 def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
@@ -151,9 +148,6 @@ def test_notebooks_of_unknown_names(tmp_path, monkeypatch, fits):
     assert len(delivered.notebooks) == (3 if fits else 2)
 
 
-# --- of one notebook --------------------------------------------------------------------------------------------------
-
-
 def made(source="x = 1", outputs=(), kind="code", **more):
     cell = {"cell_type": kind, "id": "a", "source": source, "outputs": outputs} | more
     return json.dumps({"cells": [cell]}, separators=(",", ":")).encode()
@@ -219,9 +213,6 @@ def _can_be_read(monkeypatch, data, most):
         return bool(notebooks.read(data))
     except notebooks.NotebookError:
         return False
-
-
-# --- of a whole class -------------------------------------------------------------------------------------------------
 
 
 def class_zip(folder):

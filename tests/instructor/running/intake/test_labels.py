@@ -17,14 +17,8 @@ WHEN = datetime(2026, 11, 21, 13, 5, 59)
 @pytest.mark.parametrize(
     ("name", "label"),
     [
-        (
-            "Ada Lovelace_1234567_assignsubmission_file_",
-            Label("Moodle", ("Ada Lovelace",), "1234567"),
-        ),
-        (
-            "Ada Lovelace_1234567_assignsubmission_file",
-            Label("Moodle", ("Ada Lovelace",), "1234567"),
-        ),
+        ("Ada Lovelace_1234567_assignsubmission_file_", Label("Moodle", ("Ada Lovelace",), "1234567")),
+        ("Ada Lovelace_1234567_assignsubmission_file", Label("Moodle", ("Ada Lovelace",), "1234567")),
         (
             "Group 3-Mary-Ann Smith_7_assignsubmission_file_my_work-1.ipynb",
             Label("Moodle", ("Group 3-Mary-Ann Smith", "Mary-Ann Smith", "Ann Smith"), "7", rest="my_work-1.ipynb"),
@@ -45,10 +39,7 @@ WHEN = datetime(2026, 11, 21, 13, 5, 59)
             "Lab_1_a_lovelace_attempt_2026-11-21-13-05-59_ada work.zip",
             Label("Blackboard", ("1_a_lovelace", "a_lovelace", "lovelace"), time=WHEN, rest="ada work.zip"),
         ),
-        (
-            "Lab_ada_attempt_2026-11-21-13-05-59.txt",
-            Label("Blackboard", ("ada",), time=WHEN, own=True),
-        ),
+        ("Lab_ada_attempt_2026-11-21-13-05-59.txt", Label("Blackboard", ("ada",), time=WHEN, own=True)),
         (
             "12345-678910 - Mary-Ann Smith - Nov 21, 2026 105 PM",
             Label("Brightspace", ("Mary-Ann Smith",), time=WHEN.replace(second=0)),

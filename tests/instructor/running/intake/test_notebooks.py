@@ -15,13 +15,7 @@ from rotflex.courseware.run.handed_in import Cell, HandIn, NotebookError, cells_
 from rotflex.instructor.running.intake import Item, limits, newest, notebooks
 
 texts = st.text(st.characters(codec="utf-8"), max_size=20)
-cells = st.builds(
-    Cell,
-    id=texts,
-    grade_id=texts,
-    kind=st.sampled_from(["code", "markdown", "raw", ""]),
-    source=texts,
-)
+cells = st.builds(Cell, id=texts, grade_id=texts, kind=st.sampled_from(["code", "markdown", "raw", ""]), source=texts)
 pictures = st.dictionaries(texts, st.dictionaries(texts, texts, max_size=2), max_size=2)
 all_cells = st.lists(
     cells | st.builds(Cell, id=texts, grade_id=texts, kind=st.just("markdown"), source=texts, attachments=pictures),
@@ -132,8 +126,6 @@ def test_pictures_are_taken_as_far_as_they_fit_and_the_text_always_is(monkeypatc
     assert [bool(cell.attachments) for cell in found[:3]] == [True, False, True]
     assert len(problems) == 1 and "in its cell 2" in problems[0] and "too large" in problems[0]
 
-
-# --- the newest of each -----------------------------------------------------------------------------------------------
 
 names = st.sampled_from([*WANTED, "answers.json", "course.json", "h.py", "data/x.csv"])
 items = st.builds(

@@ -85,9 +85,7 @@ def downloaded(request):
     return CLASSES[request.param]
 
 
-@pytest.fixture(
-    params=["unpacked", "in a folder", "zip", "zip with a folder", "zip alone"],
-)
+@pytest.fixture(params=["unpacked", "in a folder", "zip", "zip with a folder", "zip alone"])
 def laid(request, tmp_path):
     """A class's files, in each way in which an instructor may leave a download."""
 
@@ -168,9 +166,6 @@ def test_what_the_platform_wrote_itself_is_told_and_not_read(tmp_path):
     assert index.startswith("'index.html'")
 
 
-# --- when -------------------------------------------------------------------------------------------------------------
-
-
 def only_piece(found, student="ada"):
     (submission,) = [one for one in found.submissions if one.student == student]
     (piece,) = submission.pieces
@@ -242,9 +237,6 @@ def test_a_clock_that_was_never_set_or_runs_ahead_is_not_believed(tmp_path, year
     saved = datetime(2026, 3, 4, tzinfo=UTC)
     lay(tmp_path, {"ada.zip": zipped(work(), datetime(year, 1, 1))}, saved)
     assert only_piece(intake.find(tmp_path)).received == saved
-
-
-# --- again, and in stages ---------------------------------------------------------------------------------------------
 
 
 def test_the_newest_of_each_notebook_counts_and_what_came_when_is_told(tmp_path):
@@ -381,10 +373,3 @@ def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
     old, new = (zipped(work(answer=f"{word} = 1"), datetime(2026, 11, day)) for word, day in (("old", 3), ("new", 7)))
     lay(tmp_path, packings.moodle("Ada King Lovelace", 1, {"z.zip": old, "a.zip": new}))
     assert first_answer(intake.find(tmp_path, ROSTER), "ada") == "new = 1"
-
-
-def test_a_folder_and_a_zip_of_one_student_are_both_read(tmp_path):
-    lay(tmp_path / "Ada", work(answer="new = 1", names=WANTED[:1]), datetime(2026, 12, 1, tzinfo=UTC))
-    lay(tmp_path, {"ada.zip": zipped(work(answer="old = 1"))})
-    found = intake.find(tmp_path)
-    assert [first_answer(found, "Ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]

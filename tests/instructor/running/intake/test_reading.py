@@ -66,9 +66,6 @@ def taken(request, tmp_path):
     return take
 
 
-# --- what is taken ----------------------------------------------------------------------------------------------------
-
-
 def test_notebooks_own_files_the_claim_and_the_course_file_are_taken(taken):
     own = {"helpers.py": b"G = 2\n", "data/run 1.csv": b"1,2\n", "scratch.ipynb": b"{}"}
     result = taken(work(release="r7") | {"answers.json": b'{"a": 1}'} | own)
@@ -192,9 +189,6 @@ def test_what_cannot_be_compressed_is_read_from_a_zip_whatever_its_size(tmp_path
     assert result.hand_in.files == {"noise.bin": noise}
 
 
-# --- what is refused, and told ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("content", ["{", "[]", "null", '{"cells": 3}', "", "[" * 100_000, '{"worksheets": 3}'])
 def test_what_is_no_notebook_is_a_problem_and_the_others_are_taken(taken, content):
     result = taken({A: content.encode(), B: notebook(B)})
@@ -266,9 +260,6 @@ def test_own_files_may_be_shorter_than_the_zip_says_but_never_longer(tmp_path, m
     assert "a.csv" not in result.hand_in.files or len(result.hand_in.files["a.csv"]) <= 100
 
 
-# --- folders ----------------------------------------------------------------------------------------------------------
-
-
 def test_links_and_pipes_in_a_folder_are_not_followed(tmp_path):
     secret = lay(tmp_path / "secret", work(None))
     folder = lay(tmp_path / "in" / "ada", work(names=[B]))
@@ -290,9 +281,6 @@ def test_a_link_put_in_a_files_place_between_finding_and_reading_is_not_followed
     (folder / A).symlink_to(secret / A)
     (delivered,) = intake.read(found.submissions[0], WANTED)
     assert A not in delivered.notebooks and A in delivered.unread
-
-
-# --- zips -------------------------------------------------------------------------------------------------------------
 
 
 def test_names_in_a_zip_that_point_elsewhere_write_nothing_anywhere(tmp_path):

@@ -28,9 +28,6 @@ def found_in(folder, roster=()):
     return {one.student: one for one in found.submissions}, found.ignored
 
 
-# --- names that are IDs -----------------------------------------------------------------------------------------------
-
-
 def test_submissions_are_folders_and_zips_by_the_students_names(tmp_path):
     for folder in ("grace", "Ada L", ".git"):
         (tmp_path / folder).mkdir()
@@ -129,9 +126,6 @@ def test_loose_notebooks_may_begin_with_an_id_of_the_roster(tmp_path):
     assert len(ignored) == 1 and "'eve_01_first_look.ipynb'" in ignored[0]
 
 
-# --- a folder's name, and course.json ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
 def test_where_name_and_course_file_contradict_each_other_the_name_counts_and_it_is_trouble(tmp_path, roster):
     lay(tmp_path / "ada", work("bob"))
@@ -181,9 +175,6 @@ def test_a_students_own_folder_can_be_given_as_it_is(tmp_path):
     found, ignored = found_in(tmp_path)
     assert list(found) == ["ada"] and ignored == []
     assert "data/x.csv" in intake.read(found["ada"], WANTED)[0].files
-
-
-# --- pairs ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
@@ -278,8 +269,6 @@ def test_a_class_download_without_a_roster_is_believed_alone_only(tmp_path):
     assert list(found) == ["bob"] and "it holds the hand-ins of several" in ignored[0]
     assert list(found_in(tmp_path, ROSTER)[0]) == ["ada", "bob"]
 
-
-# --- any names --------------------------------------------------------------------------------------------------------
 
 entry_names = st.sampled_from(
     [
