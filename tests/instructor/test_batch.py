@@ -65,14 +65,6 @@ def test_a_bench_that_answers_claim_to_come_from_is_reported_and_changes_no_mark
         assert statuses["omega_n"] == "wrong"
 
 
-def test_only_who_hands_in_something_else_is_run_again(fake_class):
-    fake_class.hand_in("ada", "bob")
-    fake_class.grade()
-    fake_class.hand_in("bob", source="omega_n = 2")
-    fake_class.grade()
-    assert sorted(fake_class.runs) == ["ada", "bob", "bob"]
-
-
 def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_marks(fake_class):
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
@@ -82,16 +74,6 @@ def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_mark
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     assert fake_class.runs == ["ada", "ada"]
-
-
-def test_a_changed_key_marks_again_without_a_run(fake_class):
-    fake_class.hand_in("ada")
-    assert fake_class.grade() == {"ada": 2}
-    fake_class.key(2.0)
-    assert fake_class.grade() == {"ada": 0}
-    assert fake_class.runs == ["ada"]
-    with fake_class.book() as book:
-        assert {entry.reason for entry in book.audit("ada")} == {"run", "marked again"}
 
 
 def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):
@@ -117,7 +99,6 @@ def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake
 
 
 def test_what_students_work_with_is_the_same_whatever_marks_come_to(tmp_path):
-    """So that no hand-in is run again, nor a release gets another name."""
     folder = small_class.course(tmp_path)
     before = Bundles(courses.load(folder)).current
     text = "[marks]\nout_of = 100\n[[deadline]]\ndue = 2026-11-21\n[late]\nper_day = 10\n[levels]\nshares = {3 = 80}\n"

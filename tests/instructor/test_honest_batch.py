@@ -116,7 +116,6 @@ def test_an_added_cell_is_run_where_it_stands(fake_class):
 
 
 def test_what_is_handed_in_later_is_put_together_with_what_came_before(fake_class):
-    """The first delivery has the notebook, the second a file alone; and the folder is empty in between."""
     fake_class.hand_in("ada")
     fake_class.grade()
     path = fake_class.folder / "in" / "ada" / "a.ipynb"

@@ -207,7 +207,6 @@ def test_a_gain_that_passed_a_limit_at_the_bench_leaves_the_spare_one_with_full_
 
 
 def test_at_home_recordings_stand_in_for_the_bench_and_what_was_not_recorded_says_so(school, tmp_path):
-    """Also where the notebooks still name the bench's address."""
     made, ada, _base = school
     folder = tmp_path / "ada"
     shutil.copytree(ada, folder)

@@ -83,12 +83,10 @@ REFUSED = [
     "bench = 3\n",
     "[feedback]\npoint = true\n",
     '[course]\nlanguage = "de"\n',
-    "[course]\ntitle = 3\n",
     '[course]\ntitle = ""\n',
     '[course]\nterm = "a\\nb"\n',
     '[bench]\nwhich = "mine"\n',
     '[bench]\nwhich = "same"\nseed = "x"\n',
-    '[bench]\nwhich = "same"\nseed = -1\n',
     '[bench]\nwhich = "same"\nseed = true\n',
     '[bench]\nwhich = "real"\n',
     '[bench]\nwhich = "real"\nbenches = []\n',
@@ -99,7 +97,6 @@ REFUSED = [
     "[bench]\nseed = 7\n",
     '[bench]\nwhich = "preset"\npreset = "mars"\n',
     '[feedback]\nfrom = "tomorrow"\n',
-    "[feedback]\nfrom = 12:00:00\n",
     "[reflect]\nasks = 1\n",
     "[reflect]\nfrom = 1\n",
     "[report]\npage_limit = 0\n",
@@ -107,12 +104,8 @@ REFUSED = [
     '[marks]\ndrop = "1.2"\n',
     "[marks]\nweights = {1.2 = 2}\n",
     '[marks]\nweights = {"1.2" = 0}\n',
-    '[marks]\nweights = {"1.2" = inf}\n',
     "[marks]\nout_of = nan\n",
-    "[marks]\nout_of = 0\n",
     "[marks]\ndecimals = 5\n",
-    "[marks]\ndecimals = 2.0\n",
-    "[marks]\npredictions = -1\n",
     "[marks]\npractice = 1\n",
     '[marks]\ndrop = ["1.2"]\nweights = {"1.2" = 2}\n',
     "[levels]\nshares = {5 = 100}\n",
@@ -127,19 +120,14 @@ REFUSED = [
     "[[deadline]]\ndue = 2026-11-21\nfor = 1\n",
     "[[deadline]]\ndue = 2026-11-21\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n",
     "[late]\nper_day = 10\n",
-    f"{DUE}[late]\nper_day = 101\n",
-    f"{DUE}[late]\ngrace_hours = true\n",
     "[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n",
     f"{DUE}[[extension]]\nuntil = 2026-11-22\n",
     f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n",
     f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
-    "[outcomes]\nlevel = 0\n",
-    '[feedback]\npoints = "no"\n',
 ]
 
 
 def test_what_is_not_understood_is_told_with_file_entry_what_is_expected_and_an_example(tmp_path, snapshot):
-    """One at a time; each message names the file first."""
     said = refused(GradingError, lambda text: read(tmp_path, text), REFUSED, tmp_path)
     assert all(line.startswith("…/course.toml cannot be used: ") for line in said.splitlines())
     assert said == snapshot
@@ -228,7 +216,6 @@ def test_the_examples_in_our_file_are_understood(tmp_path):
 
 
 def test_the_examples_in_messages_are_understood(tmp_path):
-    """Each by itself."""
     for section, known in entries.SECTIONS.items():
         for name, entry in known.items():
             (found,) = tomllib.loads(entry.example).items()
@@ -286,7 +273,6 @@ def test_whether_reflect_asks_is_released_as_students_read_it(tmp_path, text, re
 
 @pytest.mark.parametrize(("text", "limit"), [("", {}), ("[report]\npage_limit = 12\n", {"page_limit": 12})])
 def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
-    """Else releases of a course without one would all have other names than before."""
     decided = read(tmp_path, text)
     (tmp_path / "notebooks").mkdir()
     about = student_course._about(replace(OURS, settings=decided), tmp_path / "notebooks")
@@ -301,7 +287,6 @@ def test_a_file_that_is_no_text_or_no_toml_is_told(tmp_path, content):
 
 
 def test_our_file_says_what_counts_without_it_but_for_the_title():
-    """Its comments promise so."""
     assert OURS.settings.title == OURS.title == "The rotary flexible joint laboratory"
     assert OURS.settings == CourseSettings(title=OURS.title, bench=BenchPolicy(draw=DRAW))
 

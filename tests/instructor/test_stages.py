@@ -53,7 +53,6 @@ def test_what_somebody_handed_in_before_is_not_replaced_in_their_name(stage):
 
 
 def test_what_somebody_hands_in_later_comes_before_what_was_said_in_their_name(stage):
-    """With whatever time that says of itself."""
     assert stage(mallory=("spoilt = 1", ["ada"], "mallory")) == {"ada": "spoilt = 1", "mallory": "spoilt = 1"}
     assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
     assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}

@@ -200,7 +200,6 @@ PARTS_OF_IT = {"organisation": 0.5, "appearance": 1.0}
 
 
 def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
-    """The last second of the day is in time, the first of the next is not: all of it is taken."""
     end = datetime(2026, 11, 21).astimezone() + DAY
     with Gradebook(tmp_path / "book.sqlite") as book:
         for student, when in (("before", end - timedelta(seconds=1)), ("after", end)):

@@ -7,22 +7,13 @@ import os
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from command_line import rotflex, said
 from day_class import fill, score
 from gradebooks import rows
 from made_courses import OURS, copied
-from typer.testing import CliRunner
 
-from rotflex.cli import app
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.reports import grades
-
-
-def rotflex(*words):
-    return CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "200"})
-
-
-def said(done):
-    return " ".join(done.output.split())
 
 
 @pytest.fixture

@@ -10,16 +10,11 @@ import sys
 
 import pytest
 from checkout import ROOT
+from command_line import rotflex
 from gradebooks import graded, record
 from made_courses import copied
-from typer.testing import CliRunner
 
-from rotflex import cli
 from rotflex.instructor.gradebook import Gradebook
-
-
-def rotflex(*arguments):
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
 
 
 def one_line(done, *words):
@@ -58,18 +53,17 @@ def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated)
     assert not (tmp_path / "out").exists()
 
 
-def test_a_syntax_error_in_the_key(handed_in, tmp_path, isolated):
-    course = copied(tmp_path, key="KEY = {\n    '2.11': {]\n}\n")
-    one_line(
-        rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", course), "SyntaxError", "key.py, line 2"
-    )
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("KEY = {\n    '2.11': {]\n}\n", ("SyntaxError", "key.py, line 2")),
+        ("\n\nKEY = {'2.11': nonsense}\n", ("NameError: name 'nonsense'", "key.py, line 3")),
+    ],
+)
+def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isolated, key, said):
+    course = copied(tmp_path, key=key)
+    one_line(rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", course), *said)
     assert not (tmp_path / "out").exists()
-
-
-def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isolated):
-    course = copied(tmp_path, key="\n\nKEY = {'2.11': nonsense}\n")
-    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", course)
-    one_line(done, "NameError: name 'nonsense' is not defined (key.py, line 3)")
 
 
 @pytest.mark.parametrize("command", ["grade", "report"])
@@ -81,22 +75,17 @@ def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, i
     assert done.exit_code == 2 and "is a file." in said and "Traceback" not in said
 
 
-def test_a_gradebook_that_is_a_folder(tmp_path, handed_in, isolated):
-    one_line(rotflex("history", "--gradebook", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
-    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--gradebook", tmp_path, "--course", ROOT)
-    one_line(done, "cannot be opened")
-
-
-def test_a_gradebook_that_is_no_database(tmp_path, handed_in, isolated):
+def test_a_gradebook_that_is_a_folder_or_no_database(tmp_path, handed_in, isolated):
     (tmp_path / "other").write_text("student,total\n" * 100)
-    one_line(rotflex("history", "--gradebook", tmp_path / "other"), "this file is not a gradebook")
-    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--gradebook", tmp_path / "other", "--course", ROOT)
-    one_line(done, "this file is not a gradebook")
+    grade = ("grade", handed_in, "--out", tmp_path / "out", "--course", ROOT, "--gradebook")
+    one_line(rotflex("history", "--gradebook", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
+    one_line(rotflex(*grade, tmp_path), "cannot be opened")
+    for words in (("history", "--gradebook"), grade):
+        one_line(rotflex(*words, tmp_path / "other"), "this file is not a gradebook")
 
 
 @pytest.mark.slow
 def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monkeypatch, isolated):
-    """What was graded stays in the gradebook, and what could not be written is told at the end."""
     from rotflex.courseware import files
 
     honest = files.write

@@ -7,22 +7,13 @@ import re
 
 import pytest
 from checkout import ROOT
+from command_line import rotflex, said
 from gradebooks import enrol, graded, mark, prose, record, rows
 from made_courses import OURS
-from typer.testing import CliRunner
 
-from rotflex import cli
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Gradebook, MarkRecord
 from rotflex.instructor.regrade import Regraded
-
-
-def rotflex(*arguments):
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
-
-
-def said(done):
-    return " ".join(done.output.split())
 
 
 @pytest.fixture

@@ -10,19 +10,9 @@ import sys
 import marked_class
 import pytest
 from checkout import ROOT
-from typer.testing import CliRunner
-
-from rotflex import cli
+from command_line import rotflex, said
 
 SPRING = ROOT / "tests" / "courses" / "spring" / "solutions"
-
-
-def rotflex(*arguments):
-    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
-
-
-def said(done):
-    return " ".join(done.output.split())
 
 
 @pytest.fixture(scope="module")

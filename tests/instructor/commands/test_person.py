@@ -9,12 +9,11 @@ import zipfile
 from datetime import timedelta
 
 import pytest
+from command_line import rotflex, said
 from day_class import HANDED_IN, NAMES, deliver, fill, notebook, score
 from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS, copied
-from typer.testing import CliRunner
 
-from rotflex.cli import app
 from rotflex.instructor.batch import Batch
 from rotflex.instructor.erasure import remains
 from rotflex.instructor.gradebook import Gradebook, StudentRecord
@@ -23,14 +22,6 @@ from rotflex.instructor.regrade import regrade
 from rotflex.instructor.reports.result import received
 
 WORD = "quokkawise"  # stands in nobody else's work
-
-
-def rotflex(*words, **how):
-    return CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "200"}, **how)
-
-
-def said(done):
-    return " ".join(done.output.split())
 
 
 @pytest.fixture(scope="module")

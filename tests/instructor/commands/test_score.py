@@ -73,16 +73,20 @@ def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
     assert ann.rpartition("/")[2] != bea.rpartition("/")[2]
 
 
-def test_out_and_in_again(marks, tmp_path):
-    path = tmp_path / "scores.csv"
-    assert run(marks, "--write", path).output.startswith("6 answers:")
+def fill_in(path, change):
+    """Change the rows of a table, each by its place and what it holds."""
     with path.open(encoding="utf-8-sig", newline="") as file:
-        rows = list(csv.DictReader(file))
-    rows[0]["level"], rows[1]["level"] = "3", "7"
+        rows = [row | change(place, row) for place, row in enumerate(csv.DictReader(file))]
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.DictWriter(file, rows[0])
         table.writeheader()
         table.writerows(rows)
+
+
+def test_out_and_in_again(marks, tmp_path):
+    path = tmp_path / "scores.csv"
+    assert run(marks, "--write", path).output.startswith("6 answers:")
+    fill_in(path, lambda place, row: {"level": {0: "3", 1: "7"}.get(place, "")})
     done = run(marks, "--read", path, "--by", "Ann")
     assert done.exit_code == 1
     assert "1 scored, 4 as they were, 1 not taken." in done.output
@@ -113,15 +117,7 @@ def test_a_table_tells_of_questions_and_of_what_it_replaces(marks, tmp_path):
         book.scores.give("student-001", WORDS, 0.25, "Bea", level=1)
     said = run(marks, "--write", path).output
     assert "Of 1 answer the instructor is asked" in said
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        if row["state"]:
-            row["level"], row["points"] = "4", ""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, rows[0])
-        table.writeheader()
-        table.writerows(rows)
+    fill_in(path, lambda place, row: {"level": "4", "points": ""} if row["state"] else {})
     done = run(marks, "--read", path, "--by", "Cid")
     assert done.exit_code == 0
     assert "2 scored, 4 as they were, 0 not taken. Of 1 question to the instructor it decided 1." in done.output

@@ -171,7 +171,6 @@ def test_only_ones_own_acts_are_taken_back_and_once(class_of_three):
 @settings(max_examples=12, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["give", "ask", "undo"]), st.integers(0, 4), st.booleans()), max_size=12))
 def test_the_mark_is_always_what_the_acts_that_stand_say(tmp_path_factory, steps):
-    """A model of it: a stack of what was done, of which the top counts."""
     with Gradebook(tmp_path_factory.mktemp("scores") / "class.sqlite") as book:
         record(book, graded("ada"))
         stack: list[tuple[int, float | None]] = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import os
 import secrets
-import signal
 import sys
 import tempfile
 import threading
@@ -73,14 +72,6 @@ def test_a_file_comes_back(run):
     assert (outcome.ending, outcome.code, outcome.file, outcome.layers) == (Ending.FINISHED, 7, b"said" * 10, ())
     work, home = map(Path, outcome.output.decode().split())
     assert (work.name, home.name, work.parent) == ("work", "home", home.parent)
-
-
-def test_a_large_input_that_is_not_read_holds_nothing_up(run):
-    assert run("exit 3", stdin=bytes(5_000_000)).code == 3
-
-
-def test_a_signal_is_told(run):
-    assert run("kill -9 $$").code == -signal.SIGKILL
 
 
 def test_its_environment_is_its_own(run, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +13,10 @@ import sympy
 from made_courses import OURS
 
 from rotflex.courseware import answers
-from rotflex.courseware.parts import recording
+from rotflex.courseware.parts import Part, recording
 from rotflex.instructor.marking import checks, decoding, marking, marking_processes, time_limit
 from rotflex.instructor.marking.checks import ChoiceIs, Number, RecordingOf, misfit
+from rotflex.instructor.marking.wrong_answers import wrong_answer
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.recording import Channel, Recording
 from rotflex.workbook.questions import CATALOGUE
@@ -226,3 +228,38 @@ def test_the_alarm_is_set_to_the_time_that_is_allowed_and_none_is_left():
     with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.within(0.2):
         signal.pause()
     assert signal.getitimer(signal.ITIMER_REAL) == (0, 0)
+
+
+NUMBER = Part("x", "number", 1, "...", unit="m")
+
+
+def judged_to_digits(value: float, **more: int) -> Status:
+    check = Number("it", lambda bench: bench.size, 0.01, **more)
+    case = Case(SimpleNamespace(size=math.pi), lambda question, part: {}[question], 7)
+    return check.verdict(NUMBER, value, case).status
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "status"),
+    [
+        (3.1, 2, Status.RIGHT),
+        (3.1, 0, Status.WRONG),
+        (3.2, 2, Status.WRONG),  # rounded the wrong way
+        (3.105, 2, Status.WRONG),  # not rounded, and off
+        (3.0, 1, Status.RIGHT),
+        (3.0, 2, Status.WRONG),
+        (3.12, 2, Status.RIGHT),  # within 1 %
+    ],
+)
+def test_a_number_is_right_to_the_fewest_digits_that_are_allowed(value, digits, status):
+    assert judged_to_digits(value, fewest_digits=digits) is status
+
+
+@pytest.mark.parametrize("value", [0.0, 0.1, 2.0, 90.0])
+def test_a_number_made_wrong_is_off_by_a_twentieth_of_what_is_plausible_at_least(value):
+    part = Part("x", "number", 1, "...", unit="%", plausible=(0.0, 100.0))
+    assert wrong_answer(part, value) - value == pytest.approx(5.0 + 0.37 * value)
+
+
+def test_a_number_of_which_nothing_is_known_is_made_wrong_by_a_factor_and_a_little():
+    assert wrong_answer(Part("x", "number", 1, "...", unit="m"), 2.0) == pytest.approx(2.85)

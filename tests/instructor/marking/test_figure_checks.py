@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from rotflex.courseware import forms
+from rotflex.instructor.marking.curve_following import Trace
 from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpectrum
 from rotflex.instructor.verdicts import Case, Status
 from rotflex.recording import Recording
@@ -360,3 +361,19 @@ def test_a_figure_without_points_is_wrong():
     figure = {"axes": [{"title": "", "xlabel": "", "ylabel": "", "lines": [line]}]}
     for part in ("2.9", "2.10"):
         assert KEY[part]["figure"].verdict(PLOT, figure, case()).share == 0
+
+
+STEP = 0.1  # s
+TIME = STEP * np.arange(200)
+
+
+def channel(time):
+    return np.sin(1.7 * time) + 0.5 * np.cos(4.1 * time)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.49, 0.51])
+def test_a_time_at_a_sample_or_half_way_to_the_next_is_found(part):
+    start = (40 + part) * STEP
+    curve = STEP * np.arange(60)
+    found = Trace(TIME, channel(TIME)).best_shift(curve, channel(curve + start))
+    assert abs(found - start) <= 0.02 * STEP

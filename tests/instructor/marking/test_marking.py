@@ -9,8 +9,6 @@ from dataclasses import replace
 import matplotlib.figure
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from made_courses import OURS, loaded
 
 from rotflex import hil
@@ -159,31 +157,6 @@ def test_outputs_on_other_inputs_than_those_drawn_do_not_count():
 def test_no_file_is_no_answer():
     read = decoding.decode(None, SEED, CATALOGUE)
     assert (read.values, read.problems) == ({}, [])
-
-
-json_values = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**60), 2**60) | st.floats() | st.text(max_size=5),
-    lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.dictionaries(
-            st.sampled_from(["kind", "value", "axes", "lines", "x", "y", "n", "metadata", "channels", "outputs"]), inner
-        )
-    ),
-    max_leaves=15,
-)
-parts = st.sampled_from(
-    [(number, part.name) for number in ("2.9", "2.10", "2.11", "2.12") for part in CATALOGUE.find(number).parts]
-)
-
-
-@pytest.mark.slow
-@settings(max_examples=200)
-@given(st.dictionaries(parts, json_values, max_size=5))
-def test_whatever_is_claimed_marking_comes_to_marks_within_the_points(contents):
-    key = load()
-    read = decoding.decode(file(contents), SEED, CATALOGUE)
-    for mark in marking.mark(key, read, ADA, SEED):
-        assert 0 <= mark.points <= mark.out_of and mark.reason
 
 
 def test_the_true_bench_is_the_students_own(bench):

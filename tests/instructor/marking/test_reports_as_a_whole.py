@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import re
 from dataclasses import replace
 
@@ -15,8 +14,6 @@ from rotflex.instructor.graded_run import mark_records
 from rotflex.instructor.marking import decoding, marking
 from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.marking import About
-from rotflex.instructor.reports import feedback
-from rotflex.instructor.reports.result import Result
 from rotflex.instructor.verdicts import Status
 
 REPORT, WHOLE = "Modeling report", "Modeling report, as a whole"
@@ -92,11 +89,6 @@ def test_what_could_not_be_read_at_all_is_missing_as_a_whole_too():
     assert [one.part for one in found if one.question == WHOLE] == ["organisation", "appearance"]
 
 
-def test_each_report_comes_just_before_itself_as_a_whole_in_the_key():
-    numbers = [number for number in OURS.key if "report" in number]
-    assert numbers == [REPORT, WHOLE, "Control report", "Control report, as a whole"]
-
-
 def run(texts, submission="first"):
     return graded("ada", *mark_records(tuple(marks(texts).values())), submission=submission)
 
@@ -125,9 +117,3 @@ def test_a_persons_mark_holds_for_as_long_as_no_text_of_the_report_changes(book,
     assert (judged(book).points == 0.75) is stays
     lapsed = [one.mark.where for one in book.current("ada").lapsed]
     assert lapsed == ([] if stays else [(WHOLE, "organisation")])
-
-
-def test_feedback_has_the_mark_and_the_texts_once():
-    texts = {AIM: "We shook it for a quarter of a minute."}
-    plain = html.unescape(feedback.page(Result("ada", tuple(marks(texts).values())), OURS.catalogue))
-    assert plain.count(texts[AIM]) == 1 and plain.count(f"Question {WHOLE}:") == 1

@@ -73,19 +73,23 @@ def test_every_part_with_a_code_is_scored_once_under_its_own_code():
             assert all(asked[where] == code for code, parts in row.cells.items() for where in parts)
 
 
-def test_the_sheet_of_the_modeling_report_has_what_carries_k1_and_k3():
-    places = {(row.number, code): parts for row in LAYOUTS["modeling_report"].rows for code, parts in row.cells.items()}
-    assert places["II.3", "K-1"] == (("2.18", "poles"),)
-    assert set(places["II.1", "K-3"]) == {("2.10", "figure"), ("2.10", "spectrum")}
-    assert places["I.2", "K-3"] == (("2.13", "state_space"),)
-    assert places["Format.1", "GS-1"] == (("Modeling report, as a whole", "organisation"),)
-
-
-def test_a_rows_cell_has_its_own_text_and_what_it_discusses():
-    places = {(row.number, code): parts for row in LAYOUTS["control_report"].rows for code, parts in row.cells.items()}
-    assert set(places["III.1", "B-7"]) == {("3.6", "controllable"), ("3.6", "explanation")}
-    assert set(places["III.1", "K-1"]) == {("Control report", "controllability_analysis"), ("3.6", "rank")}
-    assert set(places["I.1", "B-5"]) == {("Control report", "design_procedure"), ("3.7", "T"), ("3.7", "T_c")}
+def test_a_rows_cell_has_what_carries_its_code_its_own_text_and_what_it_discusses():
+    places = {
+        (name, row.number, code): set(parts)
+        for name in ("modeling_report", "control_report")
+        for row in LAYOUTS[name].rows
+        for code, parts in row.cells.items()
+    }
+    assert places["modeling_report", "II.3", "K-1"] == {("2.18", "poles")}
+    assert places["modeling_report", "II.1", "K-3"] == {("2.10", "figure"), ("2.10", "spectrum")}
+    assert places["modeling_report", "Format.1", "GS-1"] == {("Modeling report, as a whole", "organisation")}
+    assert places["control_report", "III.1", "B-7"] == {("3.6", "controllable"), ("3.6", "explanation")}
+    assert places["control_report", "III.1", "K-1"] == {("Control report", "controllability_analysis"), ("3.6", "rank")}
+    assert places["control_report", "I.1", "B-5"] == {
+        ("Control report", "design_procedure"),
+        ("3.7", "T"),
+        ("3.7", "T_c"),
+    }
 
 
 FAULTS = [

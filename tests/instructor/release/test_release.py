@@ -240,7 +240,6 @@ def test_the_readme_says_whose_the_bench_is(tmp_path, policy, said):
 
 
 def test_a_release_has_none_of_the_instructors_modules(released):
-    """Whatever the instructor's folder holds, and whatever is put into it tomorrow, stays out."""
     package = ROOT / "rotflex"
     here = {path.relative_to(package) for path in package.rglob("*.py")}
     there = {path.relative_to(released.folder / "rotflex") for path in (released.folder / "rotflex").rglob("*.py")}

@@ -134,7 +134,6 @@ def test_characters_of_words(fits):
 
 @FITS
 def test_bars_in_a_line(fits):
-    """With more, none of the text's tables is made one."""
     columns = rendered_words._WIDEST - 1 + (not fits)
     wide = "\n".join("|" + cell * columns for cell in ("a|", "-|", "b|"))
     assert ("<table" in as_html(wide)) == fits

@@ -102,13 +102,6 @@ def test_each_is_run_with_its_own_notebooks_and_packages_and_marked_on_its_own_b
         assert machine == expected | ({("1.5", "period"): 1} if edition == 2 else {})
 
 
-def test_under_the_other_release_the_same_work_would_lose_points(sandbox, two, course, bundles):
-    """Or the test above would say nothing."""
-    hand_in = two.hand_in(two.second, solved(1))
-    earned = marks(course, bundles.current, hand_in)
-    assert earned[("1.2", "k")] == 0
-
-
 def test_packages_that_cannot_note_what_stopped_a_cell_are_run_with_what_can(bundles, tmp_path):
     """As an early release's, which were made before it."""
     with zipfile.ZipFile(io.BytesIO(bundles.current.packed)) as archive:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import queue
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from made_courses import OURS
 from typer.testing import CliRunner
 
 from rotflex.cli import app
-from rotflex.courseware.run import execute, from_notebook
+from rotflex.courseware.run import from_notebook
 from rotflex.errors import GradingError
 from rotflex.instructor import batch
 from rotflex.instructor.isolation import pipes, sandbox, unisolated
@@ -288,57 +287,6 @@ def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_
     specification = {"parameters": {}, "imports": [], "files": {}, "cell_timeout": 7, "notebooks": notebooks}
     assert inside_main.run(specification) == 11
     assert asked == [("a", 4, 7), ("b", 1, 7), ("c", 2, 7), ("d", 3, 7)]
-
-
-def kernel(replies, alive=True):
-    """A kernel that replies so, and the times that it was given."""
-    made = execute._Kernel.__new__(execute._Kernel)
-    given, coming = [], iter(replies)
-
-    def reply(request, timeout):
-        given.append(timeout)
-        return next(coming)
-
-    made._reply, made._send = reply, lambda *words, **more: "request"
-    made._alive, made._pending = (lambda: alive), "pending"
-    interrupts = []
-    made._manager = SimpleNamespace(interrupt_kernel=lambda: interrupts.append(1))
-    return made, given, interrupts
-
-
-@pytest.mark.parametrize(
-    ("replies", "alive", "outcome", "times"),
-    [
-        ([{}], True, ("", False), [7]),
-        ([None, {}], True, (execute.TIMED_OUT, False), [7, 5.0]),
-        ([None, None], True, (execute.TIMED_OUT, True), [7, 5.0]),
-        ([None], False, (execute.DIED, True), [7]),
-        ([{"payload": [{"source": "ask_exit"}]}], True, (execute.EXITED, True), [7]),
-        ([{"payload": [{"source": "page"}]}], True, ("", False), [7]),
-    ],
-)
-def test_a_cell_at_home_has_its_time_and_five_seconds_after_the_interrupt(replies, alive, outcome, times):
-    made, given, interrupts = kernel(replies, alive)
-    assert made.run_cell("x", "a", 7) == outcome
-    assert given == times and len(interrupts) == len(times) - 1
-
-
-@pytest.mark.parametrize("alive", [True, False])
-def test_a_reply_is_waited_for_until_its_time_is_over_or_the_kernel_is_gone(monkeypatch, alive):
-    clock = Clock()
-    monkeypatch.setattr(execute, "time", clock)
-    made = execute._Kernel.__new__(execute._Kernel)
-    waits = []
-
-    def get_msg(timeout):
-        waits.append(timeout)
-        clock.pass_by(max(timeout, 0.001))
-        raise queue.Empty
-
-    made._client = SimpleNamespace(shell_channel=SimpleNamespace(get_msg=get_msg))
-    made._alive = lambda: alive
-    assert made._reply("request", 3.0) is None
-    assert max(waits) <= 0.2 + 1e-9 and clock.passed == pytest.approx(3.0 if alive else 0.4, abs=0.01)
 
 
 @pytest.mark.parametrize("hears", [0, 1, 2])

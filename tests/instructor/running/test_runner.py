@@ -105,28 +105,14 @@ def seen(course):
     return {**answers, "problems": problems}
 
 
-def test_student_and_bench_are_given_whatever_the_name(seen):
+def test_a_submission_is_given_student_and_bench_and_each_notebook_a_kernel_and_no_error_stops_it(seen):
     assert (seen["student"], seen["bench"]) == (STUDENT, "virtual")
+    assert seen["problems"] == () and seen["kept"] is False
 
 
-def test_an_error_in_a_cell_stops_nothing(seen):
-    assert "kept" in seen and seen["problems"] == ()
-
-
-def test_each_notebook_has_a_kernel_of_its_own(seen):
-    assert seen["kept"] is False
-
-
-def test_the_notebooks_are_those_without_solutions(seen):
+def test_there_are_no_solutions_no_instructors_modules_and_nothing_of_the_graders_environment(seen):
     assert seen["solved"] is False
-
-
-def test_the_package_is_the_students_without_the_instructors_modules(seen):
-    assert "rotflex-course-" in seen["package"]
-    assert seen["modules"] == ["experiments"]
-
-
-def test_nothing_of_the_graders_environment_is_handed_on_but_the_probe_seed_is(seen):
+    assert "rotflex-course-" in seen["package"] and seen["modules"] == ["experiments"]
     assert "SECRET_TOKEN" not in seen["environment"]
     assert seen["environment"]["HOME"] != os.environ.get("HOME")
     assert seen["environment"]["ROTFLEX_PROBE_SEED"] == "123"
@@ -146,7 +132,6 @@ def test_the_same_course_is_the_same_bytes(course):
 
 
 def test_what_runs_in_the_sandbox_is_known_by_its_content(course, tmp_path, monkeypatch):
-    """Another digest is another run, of every submission."""
     made = replace(COURSE, folder=tmp_path)
     nbformat.write(nbformat.v4.new_notebook(cells=[]), tmp_path / "00.ipynb")
     package = tmp_path / "packages" / "bench_of_ours"
@@ -238,7 +223,6 @@ def evidence(packed, reader, files, cells="answers = {}", course=None, limits=QU
 
 
 def test_a_students_file_is_read_in_the_sandbox_and_nowhere_else(course, tmp_path):
-    """What reads it looks around, and finds itself in a sandbox."""
     marker = tmp_path / "marker"
     marker.touch()
     packed = io.BytesIO(course.packed)

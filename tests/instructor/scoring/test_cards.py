@@ -100,7 +100,6 @@ def test_formulas_are_shown_as_formulas(book):
 
 
 def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
-    """Beside a report as a whole, which shows it; not beside a text of the report that is about another question."""
     content = {"format": 1, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
     found = shown(book, WHOLE, text(WHOLE), text(ANALYSIS), answers=answers)

@@ -307,7 +307,6 @@ SHADOW = """() => {
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_more_numbers_than_fit_are_seen_to_be_more(tmp_path, chromium, scheme):
-    """The panel ends between two lines, a shadow lies where it goes on, and its heading says how many there are."""
     names = ("alpha_max_deg", "PO", "V_max", "satisfied", "t_s")
     numbers = [MarkRecord("3.16", name, "partly right", 1.0, 2.0, REASON, "1.25 rad") for name in names]
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
@@ -339,7 +338,6 @@ def test_more_numbers_than_fit_are_seen_to_be_more(tmp_path, chromium, scheme):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_pages_can_be_used_by_everybody(tmp_path, chromium, scheme):
-    """By axe-core: nothing serious or critical, in contrast, names, roles and order."""
     alike = ["It bends, for there is friction in the joint.", "It bends for there was friction in the joint"]
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
         fill(book, [*alike, *texts(3)])

@@ -124,7 +124,6 @@ def test_what_one_corrects_in_a_table_that_was_read_is_taken(table, book):
 
 @pytest.mark.parametrize("meanwhile", ["another", "elsewhere", "itself", "mark", "text"])
 def test_what_was_decided_since_a_table_was_read_stays(table, book, meanwhile):
-    """By somebody else, by the same person in the browser or by rotflex mark; or the answer is a new one."""
     table.row("student-000").update(level=3)
     table.read()
     if meanwhile == "mark":

@@ -39,7 +39,6 @@ def test_time_left(seconds, left, expected):
 
 
 def test_unlike_acts_at_once_are_no_reading():
-    """One key gives the same to all; two levels within a second came from a table."""
     both = [*acts(20), *acts(20.1, level=1)]
     calm = acts(100, 120, 140, 160, 180)
     assert time_left([*acts(0), *both, *calm], WHERE, 1) is None

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
+from checkout import ROOT
 from packings import WANTED, lay, notebook, under, work, zipped
 
-from rotflex.courseware import answers
+from rotflex.courseware import answers, report_files
+from rotflex.courseware.run import own_files
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
 from rotflex.instructor.running import intake
@@ -100,7 +103,6 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
 
 @FITS
 def test_zips_within_zips(tmp_path, fits):
-    """The student's own zip is none within another."""
     packed = zipped(work("ada"))
     for _level in range(limits.MAX_NESTING + (not fits)):
         packed = zipped({"inner.zip": packed})
@@ -167,7 +169,6 @@ def test_bytes_of_a_notebook_with_its_outputs(monkeypatch, fits):
 @FITS
 @pytest.mark.parametrize(("kind", "name"), [("code", "MAX_NOTEBOOK"), ("markdown", "MAX_PICTURES")])
 def test_bytes_of_a_notebooks_cells(monkeypatch, fits, kind, name):
-    """Text may hold pictures, as some editors write them."""
     monkeypatch.setattr(limits, "MAX_NOTEBOOK", 10_000)
     monkeypatch.setattr(limits, "MAX_PICTURES", 20_000)
     most = getattr(limits, name)
@@ -331,3 +332,33 @@ def test_a_folder_or_a_file_that_is_gone_or_another_thing_is_told(tmp_path):
             gone.listing(10)
     with pytest.raises(Unreadable, match="No such file"), stores.opened(Where(tmp_path / "nowhere.zip")):
         pass
+
+
+TEXT = (ROOT / "docs" / "handing_in.md").read_text(encoding="utf-8")
+MB = 1_000_000
+DOCUMENTED = {
+    "a student's zip": [limits.MAX_ARCHIVE / MB],
+    "a zip within a zip": [limits.MAX_INNER_ARCHIVE / MB],
+    "zips within one hand-in": [limits.MAX_INNER_ARCHIVES, limits.MAX_NESTING],
+    "files and folders of a hand-in": [limits.MAX_ENTRIES, limits.MAX_DEPTH],
+    "a zip of the whole class": [limits.MAX_CLASS_ARCHIVE / MB, limits.MAX_CLASS_ENTRIES],
+    "a notebook with its outputs, which are dropped": [limits.MAX_NOTEBOOK_FILE / MB],
+    "a notebook without its outputs and pictures": [limits.MAX_NOTEBOOK / MB],
+    "pictures pasted into one notebook's text cells": [limits.MAX_PICTURES / MB],
+    "a report as PDF": [report_files.MAX_BYTES / MB],
+    "own files": [own_files.MAX_FILES, own_files.MAX_FILE / MB, own_files.MAX_TOTAL / MB],
+    "`answers.json`": [answers.MAX_BYTES / MB],
+}
+ROWS = dict(re.findall(r"^\| (.+?) \| (.+?) \|$", TEXT.partition("## How much")[2], re.MULTILINE))
+
+
+def test_each_limit_is_the_one_that_holds_and_no_other_is_stated():
+    assert {what: [float(number) for number in re.findall(r"\d+", said)] for what, said in ROWS.items()} == DOCUMENTED
+
+
+@pytest.mark.parametrize("platform", [labels.MOODLE, labels.CANVAS, labels.BLACKBOARD, labels.BRIGHTSPACE])
+def test_the_examples_of_names_are_understood(platform):
+    (examples,) = re.findall(rf"^\| {platform}'s .+? \| (.+) \|$", TEXT, re.MULTILINE)
+    names = [example.removesuffix("/…") for example in re.findall(r"`(.+?)`", examples)]
+    found = [labels.read(name) for name in names]
+    assert found and all(label is not None and label.platform == platform for label in found)

@@ -196,11 +196,6 @@ def test_what_is_no_notebook_is_a_problem_and_the_others_are_taken(taken, conten
     assert len(result.problems) == 1 and result.problems[0].startswith(f"{A} cannot be read: it is")
 
 
-def test_a_notebook_that_is_not_there_is_noted(taken):
-    missing = taken(work(names=[B])).missing
-    assert len(missing) == 2 and missing[0].startswith(A) and missing[1].startswith(C)
-
-
 def test_a_submission_without_any_notebook_is_a_problem(taken):
     (said,) = taken({"essay.txt": b"I think that"}).problems
     assert ".ipynb" in said and ("essay.txt" in said or "x.zip" in said)
@@ -250,7 +245,6 @@ def test_a_claim_or_an_own_file_that_is_too_large_is_told(taken, monkeypatch):
 
 
 def test_own_files_may_be_shorter_than_the_zip_says_but_never_longer(tmp_path, monkeypatch):
-    """What a zip says of sizes is a claim."""
     monkeypatch.setattr(own_files, "MAX_FILE", 100)
     packed = zipped(work() | {"a.csv": b" " * 200})
     said = struct.pack("<L", 200)

@@ -77,7 +77,6 @@ def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(t
 @pytest.mark.parametrize("as_read", ["cp437", "cp1252", "latin-1"])
 @pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
 def test_a_name_in_utf_8_that_was_taken_for_something_else_is_put_right(tmp_path, as_read, roster):
-    """By the roster; else by what the student's files say."""
     lay(tmp_path / COMPOSED.encode().decode(as_read), work(None if roster else APART))
     found, _ignored = found_in(tmp_path, roster)
     assert list(found) == [COMPOSED] and found[COMPOSED].problems == ()
@@ -253,7 +252,6 @@ def test_nobodys_work_is_run_on_the_bench_of_one_who_did_not_say_so(tmp_path):
 
 
 def test_a_students_zip_with_folders_of_others_is_nothing_of_theirs(tmp_path):
-    """Neither with a roster nor without."""
     for roster in (ROSTER, ()):
         folder = tmp_path / str(len(roster))
         lay(folder / "ada", work("ada"))
