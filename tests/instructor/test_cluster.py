@@ -1,7 +1,5 @@
 """The same class on a cluster: a real scheduler and two workers on loopback, one of them killed half way."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

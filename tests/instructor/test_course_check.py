@@ -27,7 +27,6 @@ def found(course, run=False):
 
 
 def with_key(question, **checks):
-    """This course with other checks of a question's parts."""
     return replace(OURS, key={**OURS.key, question: {**OURS.key[question], **checks}})
 
 
@@ -97,7 +96,6 @@ def listed(told):
 
 
 def edit(course, name, change):
-    """Change the cells of a notebook, by id."""
     path = course.folder / name
     notebook = json.loads(path.read_text(encoding="utf-8"))
     cells = {cell["id"]: cell for cell in notebook["cells"]}

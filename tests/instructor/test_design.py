@@ -127,7 +127,6 @@ def pole_sets(draw: st.DrawFn, n: int) -> list[complex]:
 
 @st.composite
 def placements(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, list[complex]]:
-    """A controllable pair and poles for it."""
     A, B = draw(controllable_pairs())
     return A, B, draw(pole_sets(len(A)))
 
@@ -238,16 +237,6 @@ def test_check_notices_five_per_cent_in_any_gain(index, factor):
     K = design.gain_by_place(PRINTED.A, PRINTED.B, WANTED)
     K[0, index] *= factor
     assert not design.check_placement(PRINTED.A, PRINTED.B, K, WANTED, rtol=1e-3)
-
-
-@ROUTES
-@settings(max_examples=40, deadline=None)
-@given(powers=st.lists(st.integers(-6, 6), min_size=4, max_size=4), repeated=st.booleans())
-def test_gain_changes_with_the_units_of_the_states(gain_by, powers, repeated):
-    wanted = [-20] * 4 if repeated else WANTED
-    units = 10.0 ** np.array(powers)
-    K = gain_by(PRINTED.A * units / units[:, np.newaxis], PRINTED.B[:, 0] / units, wanted)
-    assert_allclose(K, gain_by(PRINTED.A, PRINTED.B, wanted) * units, rtol=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(5))

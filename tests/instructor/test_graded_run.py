@@ -1,7 +1,5 @@
 """What the gradebook keeps of a run comes back as it was, each part of it by itself, and is what marking is given."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import pytest

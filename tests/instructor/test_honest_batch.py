@@ -1,19 +1,19 @@
 """What a batch owes to honest people: faults contained, marks kept, hand-ins put together, reasons told."""
 
-from __future__ import annotations
-
 import json
 import os
 
 import pytest
 from fake_class import perfect
 from made_courses import loaded
+from packings import WANTED, lay, work
 
 from rotflex.courseware.run import cell_reports
-from rotflex.instructor import batch
+from rotflex.instructor import batch, stages
+from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.graded_run import key_faults
 from rotflex.instructor.regrade import regrade
-from rotflex.instructor.running import runner, supplied
+from rotflex.instructor.running import intake, runner, supplied
 from rotflex.instructor.verdicts import Status
 
 FAULTY = """
@@ -239,3 +239,48 @@ def test_a_regrade_by_a_faulty_key_says_where_the_fault_is(fake_class):
         (fault,) = key_faults(done.after)
         assert fault.startswith("2.11, omega_n is not marked: the key failed. AttributeError") and "line 5" in fault
         assert key_faults(done.before) == []
+
+
+FUTURE = 4e9  # what a file says of itself, somebody may have written there
+
+
+@pytest.fixture
+def stage(tmp_path):
+    """Takes in folders: name → (answer, partners, student of the course.json); what counts for each student then."""
+    taken = []
+
+    def take(**folders):
+        folder = tmp_path / f"stage-{len(taken)}"
+        taken.append(folder)
+        for name, (answer, partners, student) in folders.items():
+            lay(folder / name, work(student, answer, **{"with": partners}))
+            for path in (folder / name).iterdir():
+                os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
+        with Gradebook(tmp_path / "book.sqlite") as book:
+            found = intake.find(folder, earlier=stages.named_in(book)).submissions
+            return {one.student: _answer(stages.kept(book, one, intake.read(one, WANTED))[1]) for one in found}
+
+    return take
+
+
+def _answer(delivered):
+    newest = max((one for one in delivered if one.name == WANTED[0]), key=lambda one: one.received)
+    return json.loads(newest.content)["cells"][0]["source"]
+
+
+def test_a_pair_hands_in_together_and_again(stage):
+    assert stage(bob=("x = 1", ["ada"], "bob")) == {"ada": "x = 1", "bob": "x = 1"}
+    assert stage(bob=("x = 2", ["ada"], "bob")) == {"ada": "x = 2", "bob": "x = 2"}
+    assert stage(ada=("x = 3", ["bob"], "ada"))["ada"] == "x = 3"
+
+
+def test_what_somebody_handed_in_before_is_not_replaced_in_their_name(stage):
+    assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
+    assert stage(mallory=("spoilt = 1", ["mallory"], "ada")) == {"mallory": "spoilt = 1"}
+    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}
+
+
+def test_what_somebody_hands_in_later_comes_before_what_was_said_in_their_name(stage):
+    assert stage(mallory=("spoilt = 1", ["ada"], "mallory")) == {"ada": "spoilt = 1", "mallory": "spoilt = 1"}
+    assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
+    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}

@@ -91,7 +91,6 @@ def test_a_students_own_file_is_part_of_what_is_run(fake_class, content):
 
 @pytest.fixture
 def taken(fake_class):
-    """A batch, and ada's work as it was taken in."""
     fake_class.hand_in("ada")
     (fake_class.folder / "in" / "ada" / "data.csv").write_bytes(b"1,2\n")
     with fake_class.book() as book:
@@ -101,7 +100,6 @@ def taken(fake_class):
 
 
 def other_cells(prepared: Prepared, change) -> Prepared:
-    """The same with another cell among those that are run."""
     notebooks = {
         name: {**notebook, "cells": [change(dict(cell)) for cell in notebook["cells"]]}
         for name, notebook in prepared.merged.notebooks.items()

@@ -28,7 +28,6 @@ stiffnesses = st.floats(0.1, 20)
 
 
 def rotation(seed: int, n: int = 4) -> np.ndarray:
-    """A random orthogonal matrix."""
     return np.linalg.qr(np.random.default_rng(seed).standard_normal((n, n)))[0]
 
 

@@ -4,8 +4,6 @@ The bench is a virtual one of nobody's behind an address of its own; the rest is
 recordings kept as they are made, the check at home, the zip, the command that grades, the pages.
 """
 
-from __future__ import annotations
-
 import html
 import json
 import pickle
@@ -39,7 +37,6 @@ RUNAWAY = "K = -np.array([[18.2356, -17.1547, 1.5893, 0.6327]])"  # pushes the s
 
 @pytest.fixture(scope="module")
 def school(tmp_path_factory):
-    """The course, its laboratory, and Ada's folder after her hours there."""
     base = tmp_path_factory.mktemp("real")
     made = real_class.made(base, NOTEBOOKS)
     ada = made.folder(base / "homes", "ada")
@@ -48,7 +45,6 @@ def school(tmp_path_factory):
 
 
 def lose_the_partial(folder):
-    """Take the recordings under partial feedback away."""
     for path in (folder / "recordings").glob("*.mat"):
         if Recording.load(path).metadata.get("feedback") == "partial":
             path.unlink()
@@ -64,7 +60,6 @@ def a_pairs(made, ada, homes):
 
 
 def edit(folder, which, factors=None, **metadata):
-    """Write recordings anew, with some channels multiplied and something else in their metadata."""
     paths = sorted((folder / "recordings").glob(which))
     assert paths
     for path in paths:
@@ -114,7 +109,6 @@ def lost(graded, student):
 
 
 def page(graded, student):
-    """What a student reads."""
     text = (graded[0] / student / "feedback.html").read_text(encoding="utf-8")
     return html.unescape(" ".join(re.sub(r"<style.*?</style>|<[^>]+>", " ", text, flags=re.DOTALL).split()))
 

@@ -1,7 +1,5 @@
 """A report's PDF from what comes in to who scores it: taken in, counted, marked by, shown; and what is refused."""
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile

@@ -34,7 +34,6 @@ DUE = "[[deadline]]\ndue = 2026-11-21\n"
 
 
 def read(folder: Path, text: str, presets: tuple[str, ...] = ("workbook",)) -> CourseSettings:
-    """The settings of a file with this content."""
     (folder / "course.toml").write_text(text, encoding="utf-8")
     return settings.read(folder, presets)
 
@@ -304,7 +303,6 @@ def test_a_course_has_its_settings_and_the_presets_are_its_own(tmp_path):
 
 
 def read_ours(folder: Path, text: str, benches: tuple[str, ...] = ()) -> CourseSettings:
-    """The settings of this course with this content."""
     (folder / "course.toml").write_text(text, encoding="utf-8")
     return settings.read(folder, OURS.presets, DRAW, dict.fromkeys(benches, ""), OURS.catalogue)
 

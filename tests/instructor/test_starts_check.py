@@ -1,7 +1,5 @@
 """What check-course finds where a class may begin in the middle."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -25,13 +25,11 @@ eta_g, eta_m, K_g, k_t, k_m, R_m = symbols("eta_g eta_m K_g k_t k_m R_m")
 
 
 def same(left: sympy.Expr, right: sympy.Expr) -> bool:
-    """Whether two expressions are equal, whatever their form."""
     return sympy.simplify(left - right) == 0
 
 
 @pytest.fixture(scope="module")
 def accelerations() -> tuple[sympy.Expr, sympy.Expr]:
-    """Both accelerations, in plain symbols."""
     first, second = (symbolic.without_time(a) for a in symbolic.accelerations())
     return first, second
 

@@ -1,7 +1,5 @@
 """What holds of every account: whatever was earned, dropped, weighted, late."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta

@@ -1,7 +1,5 @@
 """The commands of an instructor's day: class, publish, request, answer, requests."""
 
-from __future__ import annotations
-
 import json
 import os
 from datetime import UTC, datetime, timedelta

@@ -1,7 +1,5 @@
 """The command ``rotflex export``."""
 
-from __future__ import annotations
-
 import zipfile
 
 import pytest

@@ -1,7 +1,5 @@
 """What goes wrong around a command is one clear line, and exit code 2; nobody sees a traceback."""
 
-from __future__ import annotations
-
 import errno
 import importlib
 import os
@@ -28,7 +26,6 @@ def one_line(done, *words):
 
 @pytest.fixture
 def isolated(monkeypatch):
-    """As if the isolation had been examined."""
     monkeypatch.setattr("rotflex.instructor.running.isolation_report.check", lambda: None)
 
 

@@ -1,7 +1,5 @@
 """Commands on a gradebook: regrade, report, mark, comment, history."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Commands that follow outcomes: outcomes, sheets."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

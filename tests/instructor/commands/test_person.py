@@ -1,7 +1,5 @@
 """The commands about a person: forget, copy. What is left is looked for byte by byte."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -110,25 +108,6 @@ def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
     with Gradebook(out / "gradebook.sqlite") as book:
         assert book.current("fay") is not None
     assert forget(out, input="y\n").exit_code == 0
-
-
-@pytest.mark.slow
-def test_everything_goes_on_afterwards(slim):
-    out = slim
-    assert forget(out, "--yes").exit_code == 0
-    at = ("--course", OURS.folder)
-    for words in (
-        ("report", "--gradebook", out, "--out", out, *at),
-        ("class", out, *at),
-        ("history", "--gradebook", out),
-        ("requests", "--all", "--gradebook", out),
-        ("score", out, "--write", out / "scores.csv", *at),
-        ("mark", "bob", "2.11", "omega_n", 1, "--reason", "So.", "--by", "lea", "--gradebook", out),
-    ):
-        done = rotflex(*words)
-        assert done.exit_code == 0, done.output
-        assert "fay" not in done.output.casefold()
-    assert named(out, "fay", "Fay") == []
 
 
 def test_nobody_unknown_is_erased_and_of_who_only_scored_it_is_said_that_it_stays(out):

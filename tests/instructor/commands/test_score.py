@@ -1,7 +1,5 @@
 """rotflex score: what it takes, what it says, and scores by a table."""
 
-from __future__ import annotations
-
 import csv
 
 import pytest
@@ -74,7 +72,6 @@ def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
 
 
 def fill_in(path, change):
-    """Change the rows of a table, each by its place and what it holds."""
     with path.open(encoding="utf-8-sig", newline="") as file:
         rows = [row | change(place, row) for place, row in enumerate(csv.DictReader(file))]
     with path.open("w", encoding="utf-8", newline="") as file:

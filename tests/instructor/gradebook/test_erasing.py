@@ -56,7 +56,6 @@ def book(book, tmp_path):
 
 
 def everything(url: str) -> str:
-    """All that is in the tables, as text."""
     with closing(Database(url)) as database, database.reading() as connection:
         rows = [tuple(row) for table in metadata.sorted_tables for row in connection.execute(select(table))]
     return "\n".join(repr([bytes(x).decode("latin-1") if isinstance(x, bytes) else x for x in row]) for row in rows)

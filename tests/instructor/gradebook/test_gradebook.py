@@ -1,7 +1,5 @@
 """The gradebook: the same promises on a file and on a real PostgreSQL server, which is started here."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json
@@ -151,7 +149,6 @@ def test_a_key_belongs_to_one_student(book):
 
 
 def nested(inner, levels):
-    """Plain data in so many lists."""
     for _ in range(levels):
         inner = [inner]
     return inner
@@ -498,7 +495,6 @@ def any_runs(words):
 
 @pytest.fixture(scope="module", params=KINDS)
 def shared(request, tmp_path_factory):
-    """A gradebook for many examples."""
     if request.param == "sqlite":
         address = str(tmp_path_factory.mktemp("shared") / "class.sqlite")
     else:
@@ -526,7 +522,6 @@ def small_class():
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """What a class's gradebook holds if nothing happens while it is graded."""
     with Gradebook(tmp_path_factory.mktemp("undisturbed") / "class.sqlite") as opened:
         for one in small_class():
             record(opened, one)

@@ -1,7 +1,5 @@
 """A class's CSV, as spreadsheets and course systems write it, into the gradebook."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -14,8 +12,6 @@ ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True
 
 @pytest.fixture
 def imported(book, tmp_path):
-    """Import a file with this content: report and students."""
-
     def bring_in(content):
         file = tmp_path / "roster.csv"
         file.write_bytes(content if isinstance(content, bytes) else content.encode())

@@ -1,7 +1,5 @@
 """A student of whom there is nothing can be taken out, and nobody else: on a file and on a real PostgreSQL server."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

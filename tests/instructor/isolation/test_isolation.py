@@ -1,7 +1,5 @@
 """The sandbox: what a command sees and may use in it, what comes back, and that nothing of it stays."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -61,7 +59,6 @@ def wait_for_children(token, number):
 
 
 def processes_with(token):
-    """Processes of this machine that have a word among their arguments."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -268,7 +265,6 @@ json.dump(found, open("answer", "w"))
 
 @pytest.fixture(scope="module")
 def inside():
-    """What a program sees inside."""
     environment = {"GIVEN": "a b=c\n'\"$HOME"}
     limits = Limits(seconds=100.5, memory=900 * MIB, file_size=MIB, open_files=77, processes=33)
     return python(LOOK, environment=environment, limits=limits)

@@ -1,7 +1,5 @@
 """What the sandbox is made of: the filter of system calls, control groups, users, remedies, layers."""
 
-from __future__ import annotations
-
 import errno
 import os
 import platform

@@ -1,7 +1,5 @@
 """The self-test: its attacks are contained, as root and as an ordinary user, and a layer that is missing is noticed."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The run without isolation: the sandbox's call, for those who trust the code. Only harmless commands are run here."""
 
-from __future__ import annotations
-
 import inspect
 import os
 import secrets
@@ -34,7 +32,6 @@ def run(monkeypatch, tmp_path):
 
 
 def with_word(word):
-    """Processes that live and have a word among their arguments."""
     found = []
     for process in psutil.process_iter(["cmdline", "status"]):
         found += [process] * (word in (process.info["cmdline"] or []))

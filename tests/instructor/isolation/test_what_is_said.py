@@ -29,7 +29,6 @@ ETHERNET = "  eth0:       0       0    0    0    0     0          0         0   
 
 
 def seen(status=STATUS, memory=MEMORY, network=NETWORK, mounts=MOUNTS, processes=3, user=1000) -> str:
-    """What the program prints."""
     listed = "".join(f"/proc/{number}\n" for number in range(1, processes + 1))
     return f"{status}{memory}{network}{mounts}\n=\n{listed}{user}\n"
 

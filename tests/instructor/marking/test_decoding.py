@@ -1,7 +1,5 @@
 """An untrusted ``answers.json``, where it was made to cost something: time, or an honest student's answers."""
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -73,7 +71,6 @@ WHERE = ("2.11", "explanation")
 
 @pytest.fixture
 def claims():
-    """What a run recorded: a number, and words in quotes as in an older notebook."""
     content = {"kind": "prose", "value": "In quotes."}
     return Claims(
         values={("2.11", "omega_n"): 19.9, WHERE: "In quotes."},

@@ -1,7 +1,5 @@
 """What a mark is known by: another key, tolerance or check is another way of marking; another report is not."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Expressions and equations: what is equivalent agrees, what is perturbed does not."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np
@@ -51,7 +49,6 @@ perturbations = st.fractions(-2, 2, max_denominator=50).filter(lambda x: abs(x) 
 
 
 def rule(expression):
-    """An expression as a rule, evaluated by sympy itself."""
     return lambda p: float(expression.subs(dict(p)))
 
 

@@ -1,7 +1,5 @@
 """Figures of a recording and of its spectrum, plotted in the ways that students plot, rightly and wrongly."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -22,7 +20,6 @@ BENCH = TrueBench("ada")
 
 
 def another():
-    """A bench whose link swings at another frequency."""
     return next(
         bench
         for name in ("bob", "cy", "di", "eve", "fay")
@@ -31,7 +28,6 @@ def another():
 
 
 def stored(part, figure):
-    """A figure as grading reads it from what a student's notebook recorded."""
     return forms.decode(part, forms.encode(part, figure, 1).content)
 
 

@@ -1,7 +1,5 @@
 """Claims and marks: what is read, what it is worth, and why. Expected marks follow from solutions/key.py's policy."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
@@ -11,14 +9,19 @@ import numpy as np
 import pytest
 from made_courses import OURS, loaded
 
+import rotflex.lab
 from rotflex import hil
 from rotflex.courseware import forms
+from rotflex.courseware.benches import BenchPolicy
 from rotflex.errors import GradingError
 from rotflex.experiments import sweep
 from rotflex.hil.student_benches import student_bench, student_seed
 from rotflex.instructor import course as courses
+from rotflex.instructor import model
 from rotflex.instructor.marking import decoding, marking
+from rotflex.instructor.marking import marking_processes as marker
 from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
+from rotflex.instructor.marking.marking import About
 from rotflex.instructor.verdicts import Case, Status, right, wrong
 from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
@@ -35,7 +38,6 @@ def load():
 
 
 def only(key):
-    """The course with another key."""
     return replace(OURS, key=key)
 
 
@@ -59,7 +61,6 @@ def file(contents, **changes):
 
 
 def claims(values, **changes):
-    """Claims with values as a student gives them."""
     contents = {
         (question, part): forms.encode(CATALOGUE.find(question).part(part), value, SEED).content
         for (question, part), value in values.items()
@@ -69,8 +70,6 @@ def claims(values, **changes):
 
 @pytest.fixture
 def marks(key, bench):
-    """Marks for values, by (question, part)."""
-
     def mark(values, course=None, **changes):
         found = marking.mark(course or key, claims(values, **changes), bench, SEED)
         return {(mark.question, mark.part): mark for mark in found}
@@ -456,3 +455,39 @@ def test_a_fault_of_a_check_that_looks_at_a_missing_answer_is_a_fault_of_the_key
     marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
     assert {one.status for one in marks} == {Status.NOT_MARKED}
     assert "2.11, omega_n is not marked" in claims.problems[0]
+
+
+OWN_BENCH = BenchPolicy(draw=OURS.draw)
+MATRICES = [("2.14", name) for name in "ABCD"]
+
+
+@pytest.fixture
+def answers_with(tmp_path):
+    def of(K_s):
+        lab = rotflex.lab.start("ada", folder=tmp_path)
+        lab.answer("2.12", J_l=lab.joint.J_l, K_s=K_s)
+        made = model.state_space(lab.servo, lab.joint, K_s, input="torque", link_damping=0.0)
+        lab.answer("2.14", **{name: getattr(made, name) for name in "ABCD"})
+        return (tmp_path / "answers.json").read_bytes(), lab.book.probe_seed
+
+    return of
+
+
+def marks_given(answers_with, about):
+    data, seed = answers_with
+    marker._courses[:] = [OURS]
+    done = marker._mark(marker.Asked("ada", data, seed, about=about, policy=OWN_BENCH))
+    return {(one.question, one.part): one.status for one in done.marks}
+
+
+def test_what_a_student_claims_in_place_of_what_is_given_counts_for_nothing(answers_with):
+    claimed = answers_with(2.6)
+    assert marks_given(claimed, About())["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
+    given = marks_given(claimed, About(asked=MATRICES, start="stiffness"))
+    assert set(given) == set(MATRICES) and given["2.14", "A"] == Status.WRONG
+
+
+def test_what_follows_from_what_is_given_is_right(answers_with):
+    values = OURS.given("stiffness", "ada", OWN_BENCH)
+    found = marks_given(answers_with(values["2.12", "K_s"]), About(asked=MATRICES, start="stiffness"))
+    assert set(found.values()) == {Status.RIGHT}

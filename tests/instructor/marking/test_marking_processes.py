@@ -1,7 +1,5 @@
 """Marking in processes of its own: one answer's end is no other's."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Units read off labels, as students write them."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """A report as a whole waits for a person where anything of it was written; their mark lapses with any text of it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 
@@ -26,7 +24,6 @@ def claims(texts):
 
 
 def marks(texts, asked=None):
-    """Marks by question and part, for texts by question and part."""
     found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, about=About(asked=asked))
     return {(one.question, one.part): one for one in found}
 

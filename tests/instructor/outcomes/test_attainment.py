@@ -1,7 +1,5 @@
 """Attainment of a class, against the definition written down once more; and what must not be shown of small groups."""
 
-from __future__ import annotations
-
 import csv
 import random
 import re
@@ -26,7 +24,6 @@ CRITERIA = {"A-1": {"A-1"}, "B-8": {"B-8"}, "1": {"A-1", "A-2", "A-3", "K-1", "K
 
 
 def a_class(sizes, seed, waiting=0.3):
-    """Sections of such sizes: standing and marks of each student."""
     drawn = random.Random(seed)
     found = []
     for section, size in sizes.items():

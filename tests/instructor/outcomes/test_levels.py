@@ -1,7 +1,5 @@
 """Levels from marks, against the definition written down once more in plain Python, and by hand."""
 
-from __future__ import annotations
-
 import random
 import re
 from fractions import Fraction
@@ -117,7 +115,6 @@ def test_everybody_with_marks_is_there_and_bears_what_the_roster_says(tmp_path):
 
 
 def tables():
-    """The tables below "An example to do by hand", as rows of cells."""
     text = (ROOT / "docs" / "outcomes.md").read_text(encoding="utf-8")
     example = text.partition("### An example to do by hand")[2].partition("\n## ")[0]
     for block in re.findall(r"(?:^\|.*\n)+", example, flags=re.MULTILINE):

@@ -1,7 +1,5 @@
 """The map from codes to outcomes: what is wrong in it is told, each fault."""
 
-from __future__ import annotations
-
 import pytest
 from made_courses import OURS
 from refused import refused

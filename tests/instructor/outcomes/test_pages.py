@@ -1,7 +1,5 @@
 """The room's pages as they are seen: contrast, width, and what a reader of the screen is told."""
 
-from __future__ import annotations
-
 import random
 import re
 
@@ -17,7 +15,6 @@ from rotflex.instructor.outcomes.sheet import filled
 
 
 def palettes():
-    """Variables of the page: in the light, and in the dark."""
     style = pages.source("page.css").decode()
     light, dark = re.findall(r":root \{(.*?)\}", style, flags=re.DOTALL)[:2]
     return [dict(re.findall(r"--(\w+): (#\w{6})", one)) for one in (light, dark)]
@@ -36,7 +33,6 @@ def test_words_stand_out_from_what_is_behind_them(colours):
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """Pages of a made-up class: the report, and the widest sheet."""
     folder = tmp_path_factory.mktemp("pages")
     with Gradebook(marked_class.gradebook(folder, {"North": 8, "South": 7, "A long name of a section": 6})) as book:
         class_report.write(folder, OURS, book)

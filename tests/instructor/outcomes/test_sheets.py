@@ -1,7 +1,5 @@
 """The four scoring sheets: their layout, what stands in a cell, and that text in them is text."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """A class at a glance: who is where, what waits for whom, what went wrong for many; on the terminal and on a page."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -73,7 +71,6 @@ def test_one_answer_of_one_point_is_told_as_one(book):
 
 
 def due(*extensions, late=None, when=DUE):
-    """The course, with a deadline for two notebooks."""
     deadlines = (Deadline(when, ("02_finding_stiffness", "03_model_validation")),)
     settings = replace(OURS.settings, deadlines=deadlines, extensions=extensions, late=late or LateSettings())
     return replace(OURS, settings=settings)
@@ -311,8 +308,6 @@ def test_the_terminal_gets_all_of_it_and_nothing_that_steers_it(book, seen):
 
 
 class _Page(HTMLParser):
-    """What a page loads, runs and shows."""
-
     def __init__(self, text):
         super().__init__()
         self.tags, self.attributes, self.ids = [], [], []

@@ -1,7 +1,5 @@
 """The page of a class in a browser: the summary at one look at 1280 × 720, readable in light and dark."""
 
-from __future__ import annotations
-
 import pytest
 from accessible import findings
 from contrast import CONTRASTS

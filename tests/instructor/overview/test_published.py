@@ -1,7 +1,5 @@
 """What changed since feedback was given back, and what was not ready."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 

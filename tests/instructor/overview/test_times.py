@@ -1,7 +1,5 @@
 """How long grading and scoring took, by what the gradebook knows; nothing is made up where it knows too little."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

@@ -1,7 +1,5 @@
 """Feedback pages under each platform's names. Their importers' rules are written down here a second time, by hand."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 from dataclasses import replace

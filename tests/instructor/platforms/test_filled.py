@@ -1,7 +1,5 @@
 """Marks in one column of each platform's file: byte by byte what is else there, and what is told."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,7 +1,5 @@
 """Whose row is whose: by ID, login or e-mail; nobody is guessed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Cells of any file, and that nothing but what is changed changes. Python's csv is the other opinion."""
 
-from __future__ import annotations
-
 import codecs
 import csv
 import io

@@ -1,7 +1,5 @@
 """The date that a release's files bear."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

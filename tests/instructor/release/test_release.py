@@ -1,7 +1,5 @@
 """What students get, and what they must not get."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -348,7 +346,6 @@ def test_the_released_package_stands_alone(released):
 
 
 def _in_release(released, *arguments):
-    """Python with the released package in place of this one."""
     return subprocess.run(
         [sys.executable, *arguments], cwd=released.folder, capture_output=True, text=True, check=False
     )

@@ -1,7 +1,5 @@
 """What students get, run as they get it: every notebook, empty, on the released folder alone."""
 
-from __future__ import annotations
-
 import os
 
 import nbformat

@@ -1,7 +1,5 @@
 """How much is shown, at either side of each bound."""
 
-from __future__ import annotations
-
 import io
 
 import pytest
@@ -24,7 +22,6 @@ def names(number):
 
 
 def screen(capsys, monkeypatch, students, trouble=()):
-    """What the screen says of a class."""
     monkeypatch.setenv("COLUMNS", "200")
     with Screen(len(students), [], []) as report:
         for student in students:

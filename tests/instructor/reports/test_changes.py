@@ -1,7 +1,5 @@
 """What another marking changed, in words and as data."""
 
-from __future__ import annotations
-
 import json
 from datetime import UTC, datetime
 

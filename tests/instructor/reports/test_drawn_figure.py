@@ -1,7 +1,5 @@
 """A student's figure from its curves: where the points come to lie, and what is not drawn."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 
@@ -19,13 +17,11 @@ def diagram(*curves, title="", xlabel="time (s)", ylabel="angle (deg)"):
 
 
 def pictures(*axes):
-    """The SVG pictures of diagrams, without swatches."""
     root = ElementTree.fromstring(f"<div>{drawn(axes)}</div>")
     return [svg for svg in root.iter("svg") if svg.get("class") == "drawn"]
 
 
 def curves(svg):
-    """The points of each curve."""
     paths = [path.get("d") for path in svg.iter("path") if "curve" in path.get("class")]
     return [
         [tuple(int(number) / 10 for number in point.split()) for point in re.split("[ML]", path)[1:]] for path in paths

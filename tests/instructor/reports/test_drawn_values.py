@@ -1,7 +1,5 @@
 """Where things stand in a figure that is drawn anew: the numbers of its axes, margins, marks and words."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

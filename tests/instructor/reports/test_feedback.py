@@ -1,7 +1,5 @@
 """The page that a student gets back: what it says, what it folds away, and what cannot get onto it."""
 
-from __future__ import annotations
-
 import html
 import io
 import json
@@ -37,7 +35,6 @@ def page(*marks, run=None, catalogue=CATALOGUE, **more):
 
 
 def seen(text):
-    """What a reader sees of a page."""
     plain = re.sub(r"<style.*?</style>|<[^>]+>", " ", text, flags=re.DOTALL)
     return " ".join(html.unescape(plain).split())
 
@@ -49,7 +46,6 @@ def run(answers=None, **more):
 
 
 def opened(text):
-    """Question → whether it is shown unfolded."""
     found = re.findall(r'<details class="question" id="[^"]*"( open)?>\s*<summary><h3>Question ([^:]+):', text)
     return {number: bool(is_open) for is_open, number in found}
 

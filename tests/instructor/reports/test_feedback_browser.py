@@ -1,7 +1,5 @@
 """The feedback page in a browser: folded on the screen, unfolded on paper, readable in light and dark."""
 
-from __future__ import annotations
-
 import pytest
 from accessible import findings
 from contrast import CONTRASTS
@@ -20,7 +18,6 @@ MARKS = (
 
 @pytest.fixture(params=["light", "dark"])
 def page(request, chromium, tmp_path):
-    """The page in a browser that likes it light or dark; it may have nothing to complain about."""
     file = tmp_path / "feedback.html"
     file.write_text(feedback.page(Result("ada", MARKS), CATALOGUE, "A course"), encoding="utf-8")
     context = chromium.new_context(color_scheme=request.param, viewport={"width": 800, "height": 900})

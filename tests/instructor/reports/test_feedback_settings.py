@@ -1,7 +1,5 @@
 """What students see of their marks, and when, is as the course's settings say."""
 
-from __future__ import annotations
-
 import html
 import json
 import re
@@ -31,7 +29,6 @@ POINTS = re.compile(r"\d of \d|points|Earned")
 
 
 def text_of(page):
-    """What a reader sees of a page."""
     return " ".join(html.unescape(re.sub(r"<style.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
 
 
@@ -98,7 +95,6 @@ MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
 
 
 def accounted(given=MARKED, seen=None, **decided):
-    """The page of a student with an account by these settings."""
     course = replace(OURS, settings=CourseSettings(**decided))
     account = account_of(given, course, StudentRecord("ada"), {})
     return text_of(feedback.page(Result("ada", given, account=account), CATALOGUE, seen=seen))

@@ -1,7 +1,5 @@
 """The folder of results: everybody, every time, from the gradebook and its roster."""
 
-from __future__ import annotations
-
 import errno
 import json
 from datetime import UTC, datetime
@@ -109,7 +107,6 @@ def test_a_folder_of_a_student_that_cannot_be_made_costs_the_others_nothing(book
 
 
 def full(path, data):
-    """A disk without space."""
     raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
 

@@ -1,18 +1,19 @@
 """``grades.csv``: who has a row, and what can, and cannot, be taken for no points."""
 
-from __future__ import annotations
-
 import csv
 import io
 from datetime import UTC, datetime
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rotflex.instructor.gradebook import GivenMark, MarkRecord, StudentRecord
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import grades_table
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, Unmarked
 from rotflex.instructor.reports.result import Result
+from rotflex.instructor.reports.safe_text import no_escapes, spreadsheet_cell
 from rotflex.instructor.verdicts import Status
 
 NUMBER = Mark("2.11", "omega_n", Status.RIGHT, 1.5, 2.0, "Reason.", "19.9 rad/s")
@@ -89,3 +90,35 @@ def test_cells_that_a_spreadsheet_would_calculate_are_made_text():
 @pytest.mark.parametrize("student", ["a,b", 'a"b', "a;b", "Çelik 学"])
 def test_any_name_stays_in_its_cell(student):
     assert list(table(result(student))) == [student]
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("\x1b[31mred", "\\x1b[31mred"),
+        ("bell\a", "bell\\x07"),
+        ("\u202egnp.exe", "\\u202egnp.exe"),
+        ("\x9b2J", "\\x9b2J"),
+        ("half \ud800", "half \\ud800"),
+        ("two\nlines\té,你,👩\u200d🔬", "two\nlines\té,你,👩\u200d🔬"),
+    ],
+)
+def test_what_steers_a_terminal_is_shown_instead(text, shown):
+    assert no_escapes(text) == shown
+
+
+@given(st.text(st.characters()))
+def test_harmless_text_stays_harmless_and_can_be_written(text):
+    shown = no_escapes(text)
+    assert no_escapes(shown) == shown
+    assert "\x1b" not in shown
+    shown.encode("utf-8")
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", " =1", "\xa0=1", "\n=1"])
+def test_what_a_spreadsheet_would_calculate_is_made_text(text):
+    assert spreadsheet_cell(text) == f"'{text}"
+
+
+def test_other_text_is_left_as_it_is():
+    assert spreadsheet_cell("2 =1") == "2 =1"

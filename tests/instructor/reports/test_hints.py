@@ -1,7 +1,5 @@
 """What class-mates have in common: found where somebody copied, hardly ever by chance, never in a group."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -47,7 +45,6 @@ def right(name, random):
 
 
 def answering(one, wrong, **given):
-    """The same student with other answers, some of them wrong."""
     changed = {**one.given, **{where: given[where[1]] for where in PARTS if where[1] in given}}
     return replace(one, given=changed, right=one.right - set(wrong), wrong=frozenset(wrong))
 
@@ -228,7 +225,6 @@ def test_what_has_not_the_form_of_a_recording_is_passed_over(sweeps, change):
 
 
 def of_bench(student, bench_of="", **files):
-    """A student who handed in these recordings of a real bench."""
     kept = {f"recordings/{name}.mat": content for name, content in files.items()}
     one = graded(student)
     facts = Facts(missing={}, bench_of=bench_of)

@@ -1,7 +1,5 @@
 """What a student predicted, on their page: as their own word, never marked, and whatever it holds."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

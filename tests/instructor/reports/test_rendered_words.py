@@ -1,7 +1,5 @@
 """Students' words as people read them: formulas and pictures are there, and nothing that does anything."""
 
-from __future__ import annotations
-
 import io
 import re
 from html.parser import HTMLParser
@@ -22,8 +20,6 @@ ATTRIBUTES = {"src", "alt", "class", "start", "style"}
 
 
 class Elements(HTMLParser):
-    """Names of the elements of a page, and their attributes."""
-
     def __init__(self, page):
         super().__init__()
         self.names, self.attributes, self.words = set(), [], []

@@ -56,7 +56,6 @@ def bundles(course):
 
 
 def marks(course, chosen: bundle.Bundle, hand_in: HandIn, student: str = "ada") -> dict[tuple[str, str], float]:
-    """The points of what a release asked, from a run with what a release brought."""
     prepared = prepare(hand_in, chosen, course.catalogue, student)
     job = Job(student, prepared.merged.notebooks, PROBE_SEED, chosen.parameters, chosen.imports)
     run = runner.run(chosen.packed, job)

@@ -1,7 +1,5 @@
 """Each deadline is the one that was asked for, from the command to the clock that ends a run; the clocks are ours."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess
@@ -17,7 +15,7 @@ from rotflex.cli import app
 from rotflex.courseware.run import from_notebook
 from rotflex.errors import GradingError
 from rotflex.instructor import batch
-from rotflex.instructor.isolation import pipes, sandbox, unisolated
+from rotflex.instructor.isolation import sandbox, unisolated
 from rotflex.instructor.isolation.outcome import Ending, Outcome
 from rotflex.instructor.isolation.outcome import Limits as SandboxLimits
 from rotflex.instructor.running import executors, isolation_report, runner
@@ -47,7 +45,6 @@ USUAL = runner.Limits()
 
 @pytest.fixture
 def settings_of(tmp_path, monkeypatch):
-    """The settings that the command makes of its options."""
     (tmp_path / "in" / "ada").mkdir(parents=True)
     seen = []
 
@@ -175,47 +172,6 @@ def test_what_is_said_of_an_ending_has_its_own_limit_in_it(ending, code, said):
     assert len(told) == len(said)
     for line, expected in zip(told, said, strict=True):
         assert line == expected or (code == 10 and " 7 s" in line)
-
-
-@pytest.mark.parametrize("which", ["sandbox", "unisolated"])
-def test_a_command_is_ended_at_its_deadline(which, monkeypatch, tmp_path):
-    left = []
-
-    def exchange_until(self, deadline, cancelled, enough=None):
-        left.append(deadline - pipes.time.monotonic())
-        return Ending.DEADLINE
-
-    monkeypatch.setattr(pipes.ProcessPipes, "exchange_until", exchange_until)
-    limits = SandboxLimits(seconds=77.5)
-    if which == "unisolated":
-        monkeypatch.setattr(unisolated, "_refuse_root", lambda: None)
-        outcome = unisolated.run(["sleep", "60"], visible=[], wanted="a", largest=1, limits=limits)
-        assert outcome.ending is Ending.DEADLINE
-    else:
-        box = sandbox._Sandbox((), (), ())
-        box.pipes = SimpleNamespace(send=lambda *given, **more: None)
-        box.pipes.exchange_until = exchange_until.__get__(box.pipes)
-        assert box.run_command(b"", limits, threading.Event()) is Ending.DEADLINE
-    assert left == [pytest.approx(77.5, abs=5)]
-
-
-@pytest.mark.parametrize(("passed", "ending"), [(9.9, None), (10.0, Ending.DEADLINE), (10.1, Ending.DEADLINE)])
-def test_what_is_exchanged_ends_at_the_deadline(monkeypatch, passed, ending):
-    clock, waits = Clock(), []
-    monkeypatch.setattr(pipes, "time", clock)
-    exchanging = pipes.ProcessPipes.__new__(pipes.ProcessPipes)
-    exchanging.output, exchanging.max_output = bytearray(), 100
-    exchanging.process = SimpleNamespace(poll=lambda: None)
-
-    def exchange(wait):
-        waits.append(wait)
-        exchanging.output += b"enough"
-
-    exchanging.exchange = exchange
-    clock.pass_by(passed)
-    found = exchanging.exchange_until(1010.0, threading.Event(), bool)
-    assert found is ending
-    assert waits == ([pytest.approx(0.1)] if ending is None else [])
 
 
 @pytest.fixture

@@ -66,7 +66,6 @@ ALL = {**CELLS, **OWN_FILES, **WORDS, **OTHERS}
 
 @pytest.fixture(scope="module")
 def frame(tmp_path_factory):
-    """The course's folder, and what its submissions are run with."""
     source = hostile.course(tmp_path_factory.mktemp("hostile"), "canary")
     course = courses.load(source)
     pristine = {name: json.loads(text) for name, text in student_course.derived(course).items()}
@@ -75,7 +74,6 @@ def frame(tmp_path_factory):
 
 @pytest.fixture
 def taken(request, frame, tmp_path, handed_in):
-    """One of them, taken in and explained."""
     source, course, bundle = frame
     student = request.param
     handed_in(tmp_path / "in", source, student, ALL[student])

@@ -1,7 +1,5 @@
 """The program that runs notebooks inside: what it leaves, how it ends; and nothing in a notebook stops the rest."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path
@@ -69,7 +67,6 @@ QUIET = {
 
 @pytest.fixture(scope="module")
 def quiet(tmp_path_factory):
-    """What cells that do no harm have noted, and how their run ended."""
     folder = tmp_path_factory.mktemp("quiet")
     done = run(specification({name: notebook([NOTE, *cells]) for name, cells in QUIET.items()}), folder)
     assert (done.stdout, done.stderr) == ("", "")
@@ -175,7 +172,6 @@ InteractiveShell.run_cell = InteractiveShell.run_cell_async = print
 
 @pytest.fixture(scope="module")
 def hostile(sandbox):
-    """What notebooks have noted of which each does something dreadful, and how their run ended."""
     notebooks = {}
     for name, attack in {**HARMLESS, **HARMFUL}.items():
         cells = [NOTE, f"note(before={name!r})", f"{SANDBOXED}{attack}", f"note(after={name!r})"]

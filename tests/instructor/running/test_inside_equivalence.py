@@ -4,8 +4,6 @@ What they output is discarded inside. So both are asked for what is left in othe
 figures, files.
 """
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -22,7 +20,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """The same notebook run by a real kernel, and inside: folders."""
     made = {"n.ipynb": observed(notebook(CELLS))}
     real, ours = tmp_path_factory.mktemp("real"), tmp_path_factory.mktemp("ours")
     with_kernels(made, real)
@@ -31,7 +28,6 @@ def ran(tmp_path_factory):
 
 
 def by_source(folder):
-    """What was noted of each of the cells."""
     return {fact["source"]: fact for fact in facts(folder) if "source" in fact}
 
 

@@ -1,7 +1,5 @@
 """A library that is not as it was tested is named to whoever grades, and no notebook is run with it."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import json

@@ -1,7 +1,5 @@
 """A forked process is held to its time, and whatever it does, who forked it goes on."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import faulthandler

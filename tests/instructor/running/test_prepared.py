@@ -1,7 +1,5 @@
 """What is told of a hand-in that is made ready: what is untouched, what is there twice, what cannot be taken."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

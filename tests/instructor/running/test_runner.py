@@ -1,7 +1,5 @@
 """A submission's run: what it is run with, what comes back, and that it ends."""
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -98,7 +96,6 @@ raise ValueError("after the answers")
 
 @pytest.fixture(scope="module")
 def seen(course):
-    """What a submission sees of the world."""
     os.environ["SECRET_TOKEN"] = "abc"
     answers, problems = run(course, LOOK_AROUND, then="answers = {'kept': 'mine' in globals()}", student=STUDENT)
     del os.environ["SECRET_TOKEN"]
@@ -216,7 +213,6 @@ HELD = {"recordings/001-x.mat": b"hostile", "read_by.py": b"raise SystemExit('th
 
 
 def evidence(packed, reader, files, cells="answers = {}", course=None, limits=QUICK):
-    """What comes back of files that a function of the course's reads."""
     notebooks = {} if course is None else notebooks_of(course, {"0a.ipynb": {"q1": cells}})
     imports = () if course is None else course.imports
     return runner.run(packed, runner.Job("ada", notebooks, 5, {}, imports, files, limits, evidence=reader)).evidence

@@ -1,7 +1,5 @@
 """Values that an instructor supplies: what is understood, what counts of several, and where each is bound."""
 
-from __future__ import annotations
-
 import pytest
 from refused import refused
 

@@ -1,7 +1,5 @@
 """Answers that are nearly the same come together, and none whose numbers, signs or telling words differ."""
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 

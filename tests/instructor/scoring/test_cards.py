@@ -1,7 +1,5 @@
 """What stands beside an answer: its figures and pictures, the student's own numbers, what the machine found."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

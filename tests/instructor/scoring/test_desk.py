@@ -1,7 +1,5 @@
 """Who gets which answers next, what they give, and what they take back."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -17,12 +15,16 @@ from rotflex.instructor.settings import LevelSettings
 ALIKE = ["It bends, for there is friction in the joint.", "It bends for there is friction in the joint"]
 
 
+def desk_of(book, answers):
+    fill(book, answers)
+    return desk(book)
+
+
 def picks(answers):
     return [Pick(key_of(one.student, one.where), seen(one)) for one in answers]
 
 
 def scored(made, actor, count=1000, level=3):
-    """Whom a scorer reads, one card after the other."""
     read = []
     while len(read) < count and (answers := made.next(actor, WORDS)):
         made.give(actor, WORDS, picks(answers), level=level)
@@ -57,8 +59,7 @@ def test_two_who_read_at_once_never_have_the_same(book):
 
 
 def test_what_is_nearly_the_same_comes_together_and_is_scored_one_by_one(book):
-    fill(book, [*texts(4), *ALIKE])
-    made = desk(book)
+    made = desk_of(book, [*texts(4), *ALIKE])
     cards = []
     while answers := made.next("Ann", WORDS):
         cards.append(answers)
@@ -72,8 +73,7 @@ def test_what_is_nearly_the_same_comes_together_and_is_scored_one_by_one(book):
 
 
 def test_more_than_fit_on_a_page_come_on_the_next(book):
-    fill(book, [ALIKE[0]] * (MOST_TOGETHER + 3))
-    made = desk(book)
+    made = desk_of(book, [ALIKE[0]] * (MOST_TOGETHER + 3))
     first = made.next("Ann", WORDS)
     assert len(first) == MOST_TOGETHER
     made.give("Ann", WORDS, picks(first), level=4)
@@ -86,16 +86,14 @@ def test_an_answer_with_a_picture_is_read_alone(book):
 
 
 def test_what_was_unticked_comes_again(book):
-    fill(book, ALIKE)
-    made = desk(book)
+    made = desk_of(book, ALIKE)
     both = made.next("Ann", WORDS)
     made.give("Ann", WORDS, picks(both[:1]), level=4)
     assert [one.student for one in made.next("Ann", WORDS)] == [both[1].student]
 
 
 def test_what_was_skipped_comes_at_the_end(book):
-    fill(book, texts(5))
-    made = desk(book)
+    made = desk_of(book, texts(5))
     (first,) = made.next("Ann", WORDS)
     made.put_off("Ann", WORDS, key_of(first.student, WORDS))
     read = scored(made, "Ann")
@@ -116,8 +114,7 @@ def test_an_answer_has_a_number_in_place_of_a_name(book):
 
 
 def test_a_level_is_worth_its_share_of_the_points(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     for where, worth in ((WORDS, 0.75), (COMPARED, 1.5)):
         answers = made.next("Ann", where)
         (act,) = made.give("Ann", where, picks(answers), level=3, remark="Well.").acts
@@ -141,8 +138,7 @@ def test_a_level_is_the_same_level_where_its_points_are_judged(tmp_path, share, 
 
 
 def test_a_mark_by_hand_is_the_mark_and_not_the_level_before_it(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     shown = picks(made.next("Ann", WORDS))
     made.give("Ann", WORDS, shown, level=3)
     (answer,) = book.scores.answers([WORDS])
@@ -157,8 +153,7 @@ def test_a_mark_by_hand_is_the_mark_and_not_the_level_before_it(book):
 
 
 def test_a_mark_by_hand_decides_what_was_asked(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     made.ask("Ann", WORDS, picks(made.next("Ann", WORDS)), "Is it?")
     assert state(book.scores.answers([WORDS])[0]).startswith("Ann asked")
     book.set_mark("student-000", *WORDS, 0.2, "It is not.", "Prof")
@@ -166,8 +161,7 @@ def test_a_mark_by_hand_decides_what_was_asked(book):
 
 
 def test_who_gives_the_same_by_hand_has_given_it(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=3, remark="Well.")
     book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
     book.set_mark("student-000", *WORDS, 0.75, "Well.", "Prof")
@@ -175,8 +169,7 @@ def test_who_gives_the_same_by_hand_has_given_it(book):
 
 
 def test_what_another_decided_since_is_not_replaced_and_told(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     answers = made.next("Ann", WORDS)
     shown = picks(answers)
     made.give("Bea", WORDS, shown, level=1)
@@ -191,8 +184,7 @@ def test_what_another_decided_since_is_not_replaced_and_told(book):
 
 def test_who_is_a_moment_too_late_replaces_nothing_either(book, monkeypatch):
     """Between what is looked at and what is written somebody else decides: only the gradebook sees that."""
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     shown = picks(made.next("Ann", WORDS))
     give = book.scores.give
 
@@ -208,8 +200,7 @@ def test_who_is_a_moment_too_late_replaces_nothing_either(book, monkeypatch):
 
 
 def test_another_answer_than_was_read_is_not_scored(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     shown = picks(made.next("Ann", WORDS))
     record(book, graded("student-000", mark(), prose(given="Quite another."), report_text(), submission="second"))
     assert made.give("Ann", WORDS, shown, level=4).acts == []
@@ -219,8 +210,7 @@ def test_another_answer_than_was_read_is_not_scored(book):
 
 
 def test_who_asks_the_instructor_leaves_the_answer_waiting_and_out_of_the_queue(book):
-    fill(book, texts(2))
-    made = desk(book)
+    made = desk_of(book, texts(2))
     answers = made.next("Ann", WORDS)
     made.ask("Ann", WORDS, picks(answers), "Is this a cause?")
     assert len(scored(made, "Bea")) == 1
@@ -232,8 +222,7 @@ def test_who_asks_the_instructor_leaves_the_answer_waiting_and_out_of_the_queue(
 
 
 def test_undo_takes_back_what_was_done_in_one_go_and_before_it_one_by_one(book):
-    fill(book, [*texts(2), *ALIKE])
-    made = desk(book)
+    made = desk_of(book, [*texts(2), *ALIKE])
     cards = []
     while answers := made.next("Ann", WORDS):
         cards.append([one.student for one in answers])
@@ -245,8 +234,7 @@ def test_undo_takes_back_what_was_done_in_one_go_and_before_it_one_by_one(book):
 
 
 def test_undo_takes_back_nothing_that_another_decided_since(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=4)
     (now,) = book.scores.answers([WORDS])
     made.give("Bea", WORDS, picks([now]), level=1)
@@ -257,8 +245,7 @@ def test_undo_takes_back_nothing_that_another_decided_since(book):
 
 
 def test_undo_goes_on_behind_what_another_decided_since(book):
-    fill(book, texts(2))
-    made = desk(book)
+    made = desk_of(book, texts(2))
     (first,) = made.next("Ann", WORDS)
     made.give("Ann", WORDS, picks([first]), level=4)
     (other,) = made.next("Ann", WORDS)
@@ -274,8 +261,7 @@ def test_undo_goes_on_behind_what_another_decided_since(book):
 
 
 def test_an_answer_that_another_holds_is_told_when_it_is_renewed(book):
-    fill(book, texts(1))
-    made = desk(book)
+    made = desk_of(book, texts(1))
     key = key_of("student-000", WORDS)
     assert made.next("Ann", WORDS)
     assert made.renew("Ann", WORDS, key) == ""
@@ -283,8 +269,7 @@ def test_an_answer_that_another_holds_is_told_when_it_is_renewed(book):
 
 
 def test_tallies_count_levels_points_without_one_and_what_waits(book):
-    fill(book, texts(6))
-    made = desk(book)
+    made = desk_of(book, texts(6))
     for more in ({"level": 4}, {"level": 4}, {"level": 0}, {"points": 0.3}):
         made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), **more)
     made.ask("Ann", WORDS, picks(made.next("Ann", WORDS)))
@@ -294,8 +279,7 @@ def test_tallies_count_levels_points_without_one_and_what_waits(book):
 
 
 def test_remarks_are_the_rubrics_first_and_then_those_that_are_written_most(book):
-    fill(book, texts(6))
-    made = desk(book)
+    made = desk_of(book, texts(6))
     for remark in ("Rare.", "Often.\nShow it.", "Often.", "Often.", "Rare too."):
         made.give("Ann", WORDS, picks(made.next("Ann", WORDS)), level=2, remark=remark)
     found = remarks.used(("Of the rubric.", "Show it."), book.scores.acts(), WORDS)

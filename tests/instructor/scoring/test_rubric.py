@@ -46,8 +46,6 @@ WHOLE = "\n".join(map(entry, PLACES))
 
 @pytest.fixture
 def read(tmp_path):
-    """The rubric of a text."""
-
     def items(text):
         (tmp_path / "rubric.toml").write_text(text, encoding="utf-8")
         return rubric.read(tmp_path, CATALOGUE)

@@ -1,7 +1,5 @@
 """The scoring page without a browser: who is let in, what an act may say, and that a student's text is only text."""
 
-from __future__ import annotations
-
 import re
 from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
@@ -65,8 +63,12 @@ def both(book):
     return clients(desk(book), "Ann", "Bea")
 
 
-def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(both):
-    ann, _bea = both
+@pytest.fixture
+def ann(both):
+    return both[0]
+
+
+def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(ann):
     reply = ann.get(f"/enter/{ann.scorer.token}")
     assert (reply.status_code, reply.headers["location"]) == (303, "/")
     assert re.fullmatch(r"rotflex-score-8765=[\w-]{43}; HttpOnly; SameSite=Strict; Path=/", reply.headers["set-cookie"])
@@ -93,9 +95,8 @@ def test_nobody_is_let_in_without_their_own(both):
     "other",
     ['x={"a": 1}', "foo", "a b=c", "prefs=[1,2]", "name=Zoë", '_xsrf="2|1:0"', "=", "rotflex-score-8766=" + "x" * 43],
 )
-def test_cookies_of_other_programs_lock_nobody_out(both, other):
+def test_cookies_of_other_programs_lock_nobody_out(ann, other):
     """A browser sends them along, for it does not tell ports apart; in any order."""
-    ann, _bea = both
     own = f"rotflex-score-8765={ann.scorer.session}"
     for cookie in (f"{other}; {own}", f"{own}; {other}"):
         assert "You are <strong>Ann</strong>" in ann.request("GET", "/", {"cookie": cookie.encode()}).text
@@ -104,15 +105,13 @@ def test_cookies_of_other_programs_lock_nobody_out(both, other):
 
 
 @pytest.mark.parametrize("host", ["example.com", "example.com:8765", "127.0.0.1", "127.0.0.1:80", "[::1]:8765", ""])
-def test_another_host_name_is_refused_also_with_the_right_cookie(both, host):
-    ann, _bea = both
+def test_another_host_name_is_refused_also_with_the_right_cookie(ann, host):
     assert ann.get("/", host=host).status_code == 421
     assert ann.get(f"/enter/{ann.scorer.token}", host=host).status_code == 421
     assert ann.act("next", SENT, host=host, origin=f"http://{host}").status_code == 421
 
 
-def test_localhost_is_this_host_too(both):
-    ann, _bea = both
+def test_localhost_is_this_host_too(ann):
     assert ann.get("/", host="localhost:8765").status_code == 200
     assert ann.act("next", SENT, host="localhost:8765", origin="http://localhost:8765").status_code == 200
 
@@ -121,8 +120,7 @@ def test_localhost_is_this_host_too(both):
     "origin",
     [None, "null", "http://example.com", "https://127.0.0.1:8765", "http://localhost:8765", "http://127.0.0.1:80"],
 )
-def test_an_act_from_another_site_is_refused(both, book, origin):
-    ann, _bea = both
+def test_an_act_from_another_site_is_refused(ann, book, origin):
     card = shown(ann.act("next", SENT))
     reply = ann.act("give", {**SENT, "answers": card, "level": 4}, origin=origin)
     assert (reply.status_code, "another site" in reply.json()["problem"]) == (403, True)
@@ -138,8 +136,7 @@ def test_an_act_without_the_pages_word_or_with_anothers_is_refused(both, book):
     assert book.scores.acts() == []
 
 
-def test_a_form_cannot_act(both, book):
-    ann, _bea = both
+def test_a_form_cannot_act(ann, book):
     headers = {"origin": "http://127.0.0.1:8765"}
     assert ann.request("POST", "/act/give", headers, data={"level": "4"}).status_code == 403
     headers[HEADER] = ann.scorer.page
@@ -149,8 +146,7 @@ def test_a_form_cannot_act(both, book):
     assert book.scores.acts() == []
 
 
-def test_each_answer_of_the_server_has_the_headers(both):
-    ann, _bea = both
+def test_each_answer_of_the_server_has_the_headers(ann):
     replies = [
         ann.get("/"),
         ann.get("/nothing"),
@@ -202,8 +198,7 @@ def test_fifty_answers_and_a_remark_of_2000_characters_are_taken():
     assert (len(read.picks), len(read.shown), len(read.remark)) == (50, 50, 2000)
 
 
-def test_what_is_no_json_and_points_that_there_are_not_are_told(both, book):
-    ann, _bea = both
+def test_what_is_no_json_and_points_that_there_are_not_are_told(ann, book):
     headers = {"origin": "http://127.0.0.1:8765", HEADER: ann.scorer.page, "content-type": "application/json"}
     for body in (b"{", b"\xff", b"[" * 20_000, b'{"points": NaN, "question": "2.11", "part": "explanation"}'):
         assert ann.request("POST", "/act/give", headers, content=body).status_code == 400
@@ -232,8 +227,7 @@ def test_what_changes_is_the_servers_and_a_students_text_is_text(tmp_path):
         assert harm(own) == []
 
 
-def test_names_are_nowhere_unless_they_are_asked_for(both):
-    ann, _bea = both
+def test_names_are_nowhere_unless_they_are_asked_for(ann):
     reply = ann.act("next", SENT)
     assert "student-" not in reply.text
     assert re.search(r"Answer \d", reply.text)
@@ -279,8 +273,7 @@ def test_what_is_asked_stands_on_the_first_page_until_it_is_decided(both):
     assert "For the instructor" not in bea.get("/").text
 
 
-def test_undo_shows_what_it_took_back(both, book):
-    ann, _bea = both
+def test_undo_shows_what_it_took_back(ann, book):
     card = shown(ann.act("next", SENT))
     ann.act("give", {**SENT, "answers": card, "level": 4})
     reply = ann.act("undo", SENT)
@@ -288,16 +281,14 @@ def test_undo_shows_what_it_took_back(both, book):
     assert shown(reply) == card
 
 
-def test_after_a_part_is_done_the_next_is_offered(both):
-    ann, _bea = both
+def test_after_a_part_is_done_the_next_is_offered(ann):
     while card := shown(reply := ann.act("next", SENT)):
         ann.act("give", {**SENT, "answers": card, "level": 4})
     assert "All of this part is scored" in reply.json()["html"]
     assert "question=2.16&amp;part=comparison" in reply.json()["html"]
 
 
-def test_a_slip_in_the_points_leaves_the_answer_there_with_what_was_typed(both, book):
-    ann, _bea = both
+def test_a_slip_in_the_points_leaves_the_answer_there_with_what_was_typed(ann, book):
     (card,) = shown(ann.act("next", SENT))
     ann.act("next", {**SENT, "skip": card["key"]})
     ann.act("next", {**SENT, "key": card["key"]})  # by its link: in turn it is another's
@@ -348,7 +339,6 @@ ALIKE = [f"It bends{comma} for there is friction in the joint{end}" for comma, e
 
 
 def ticks(reply):
-    """Key → whether it is ticked."""
     cards = re.findall(
         r'data-key="(\w+)".*?<input type="checkbox"( checked)? class="tick">', reply.json()["html"], re.S
     )
@@ -360,7 +350,6 @@ def remark(reply):
 
 
 def points(reply):
-    """What stands in the box for points."""
     return re.search(r'<input id="points"[^>]* value="([^"]*)">', reply.json()["html"])[1]
 
 
@@ -386,8 +375,7 @@ def test_undo_brings_back_what_was_ticked_and_the_remark(tmp_path):
         assert [act.level for act in book.scores.acts() if act.undoes is None] == [4, 4, 3, 3]
 
 
-def test_a_question_that_is_taken_back_comes_back_too(both):
-    ann, _bea = both
+def test_a_question_that_is_taken_back_comes_back_too(ann):
     ann.act("ask", {**SENT, "answers": shown(ann.act("next", SENT)), "remark": "Is it?"})
     assert remark(ann.act("undo", SENT)) == "Is it?"
 

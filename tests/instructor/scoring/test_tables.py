@@ -1,7 +1,5 @@
 """Scores out and in as a table: only what was changed is taken, and what is not is told with its row."""
 
-from __future__ import annotations
-
 import csv
 import io
 import random

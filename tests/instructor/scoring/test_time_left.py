@@ -1,7 +1,5 @@
 """How long the rest takes: by the median of one's own times, several at one key counted as one, tables left out."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

@@ -1,7 +1,5 @@
 """Each limit on what is taken in, at either side of its value: what just fits is taken, and one more is not."""
 
-from __future__ import annotations
-
 import json
 import re
 
@@ -22,12 +20,10 @@ FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
 
 
 def limited(monkeypatch, name, size, fits):
-    """A limit at a size, or just below it."""
     monkeypatch.setattr(limits, name, size if fits else size - 1)
 
 
 def read(folder, roster=ROSTER):
-    """What was read of ada's: notebooks, and all that is told."""
     submission = next(one for one in intake.find(folder, roster).submissions if one.student == "ada")
     delivered = intake.read(submission, WANTED)
     told = [*intake.problems(delivered), *intake.notes(delivered)]

@@ -1,7 +1,5 @@
 """Names that platforms give, read: also those that are not theirs."""
 
-from __future__ import annotations
-
 from datetime import datetime
 
 import pytest

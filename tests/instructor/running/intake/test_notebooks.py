@@ -1,7 +1,5 @@
 """A notebook without its outputs, and as plain bytes and back."""
 
-from __future__ import annotations
-
 import json
 import tracemalloc
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """Where one thing is looked at, two may be there: two hand-ins of a student, two zips, two that cannot be read."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -16,7 +14,6 @@ LATE = EARLY + timedelta(days=1)
 
 
 def put(folder, name, answer, when, names=WANTED):
-    """One of ada's hand-ins: a zip, or a folder."""
     files = work("ada", answer, names=list(names))
     if name.casefold().endswith(".zip"):
         lay(folder, {name: zipped(files, when)}, when)
@@ -25,7 +22,6 @@ def put(folder, name, answer, when, names=WANTED):
 
 
 def taken(folder, roster):
-    """All that came of the only student, and what counts of it."""
     (submission,) = intake.find(folder, roster).submissions
     delivered = intake.read(submission, WANTED)
     assert intake.problems(delivered) == []

@@ -1,7 +1,5 @@
 """What learning platforms hand over is understood: their packings, their names, and what they say of time."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta, timezone
 
 import packings
@@ -27,7 +25,6 @@ LATER = "y = 2"
 
 
 def first_answer(found, student, name=WANTED[0]):
-    """What counts of a student's first cell in a notebook."""
     submission = next(one for one in found.submissions if one.student == student)
     delivered = intake.read(submission, WANTED)
     hand_in, _notes = intake.newest((item for one in delivered for item in one.items()), WANTED)
@@ -41,7 +38,6 @@ def students(found):
 
 
 def class_of(*packed):
-    """What an instructor downloads of several students."""
     return {path: content for one in packed for path, content in one.items()}
 
 

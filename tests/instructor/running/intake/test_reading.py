@@ -1,7 +1,5 @@
 """Submissions are read as untrusted input: what is taken, what is noted, what is refused."""
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -25,8 +23,6 @@ A, B, C = WANTED
 
 
 class Read:
-    """What was read of one student's hand-in."""
-
     def __init__(self, root, masters=None, packages=("rotflex",)):
         self.found = intake.find(root)
         (submission,) = self.found.submissions
@@ -57,8 +53,6 @@ def as_zip_in_a_folder(root, files):
 
 @pytest.fixture(params=[as_folder, as_zip, as_zip_in_a_folder])
 def taken(request, tmp_path):
-    """Take in files, from a folder, from a zip, and from a zip in a folder."""
-
     def take(files, **more):
         request.param(tmp_path, files)
         return Read(tmp_path, **more)

@@ -1,7 +1,5 @@
 """Whose a hand-in is: by its name, by its course.json, and where these contradict each other."""
 
-from __future__ import annotations
-
 import unicodedata
 
 import pytest
@@ -23,7 +21,6 @@ ROSTER = [
 
 
 def found_in(folder, roster=()):
-    """Student → submission, and what is told of the rest."""
     found = intake.find(folder, roster)
     return {one.student: one for one in found.submissions}, found.ignored
 
