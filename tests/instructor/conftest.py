@@ -1,7 +1,5 @@
 """What tests of several rooms begin with."""
 
-from __future__ import annotations
-
 import pytest
 from fake_class import FakeClass
 

@@ -1,7 +1,5 @@
 """``rotflex check-course``: what is forgotten or contradicts itself is told, with its place."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """What a run is known by: each thing that it depends on, changed alone, is another run; anything else is none."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta, timezone
 
@@ -99,31 +97,37 @@ def taken(fake_class):
         yield batch, batch._taken_in(submission)
 
 
-def other_cells(prepared: Prepared, change) -> Prepared:
+def other_cells(one, changes):
+    """The same with other cells among those that are run."""
     notebooks = {
-        name: {**notebook, "cells": [change(dict(cell)) for cell in notebook["cells"]]}
-        for name, notebook in prepared.merged.notebooks.items()
+        name: {**notebook, "cells": [cell | changes for cell in notebook["cells"]]}
+        for name, notebook in one.prepared.merged.notebooks.items()
     }
-    return replace(prepared, merged=replace(prepared.merged, notebooks=notebooks))
+    return prepared(one, merged=replace(one.prepared.merged, notebooks=notebooks))
+
+
+def prepared(one, **changes):
+    return replace(one, prepared=replace(one.prepared, **changes))
+
+
+def submitted(one, **changes):
+    return replace(one, submission=replace(one.submission, **changes))
+
+
+def elsewhere(one):
+    (notebook,) = one.prepared.merged.notebooks.values()
+    return prepared(one, merged=replace(one.prepared.merged, notebooks={"b.ipynb": notebook}))
 
 
 #: What is run, changed in one thing.
 RUN = {
-    "the bench": lambda one: replace(one, submission=replace(one.submission, bench_of="bob")),
-    "the student": lambda one: replace(one, submission=replace(one.submission, student="bob", bench_of="ada")),
-    "a cell's source": lambda one: replace(
-        one, prepared=other_cells(one.prepared, lambda cell: cell | {"source": "1"})
-    ),
-    "a cell's id": lambda one: replace(one, prepared=other_cells(one.prepared, lambda cell: cell | {"id": "x"})),
-    "a notebook's name": lambda one: replace(
-        one,
-        prepared=replace(
-            one.prepared,
-            merged=replace(one.prepared.merged, notebooks={"b.ipynb": one.prepared.merged.notebooks["a.ipynb"]}),
-        ),
-    ),
-    "a file's name": lambda one: replace(one, prepared=replace(one.prepared, files={"data.txt": b"1,2\n"})),
-    "a file's content": lambda one: replace(one, prepared=replace(one.prepared, files={"data.csv": b"1,3\n"})),
+    "the bench": lambda one: submitted(one, bench_of="bob"),
+    "the student": lambda one: submitted(one, student="bob", bench_of="ada"),
+    "a cell's source": lambda one: other_cells(one, {"source": "1"}),
+    "a cell's id": lambda one: other_cells(one, {"id": "x"}),
+    "a notebook's name": elsewhere,
+    "a file's name": lambda one: prepared(one, files={"data.txt": b"1,2\n"}),
+    "a file's content": lambda one: prepared(one, files={"data.csv": b"1,3\n"}),
     "the bundle": lambda one: replace(one, bundle=replace(one.bundle, digest="1" * 64)),
 }
 
@@ -156,7 +160,7 @@ def test_every_part_of_what_was_prepared_is_looked_at():
 def test_what_is_only_marked_or_told_is_the_same_run_and_another_submission(taken, name, value):
     batch, one = taken
     before = batch._identity(one)
-    after = batch._identity(replace(one, prepared=replace(one.prepared, **{name: value})))
+    after = batch._identity(prepared(one, **{name: value}))
     assert after.key == before.key and after.probe_seed == before.probe_seed
     assert after.submission != before.submission
 
@@ -173,24 +177,21 @@ def test_words_differ_by_their_text_and_their_pictures(taken):
     pictured = [replace(WORDS, pictures={name: data}) for name, data in (("a", b"1"), ("a", b"2"), ("b", b"1"))]
     written = [WORDS, replace(WORDS, text="A pole lies left of the axis."), *pictured]
     submissions = {
-        batch._identity(replace(one, prepared=replace(one.prepared, words={("2.11", "explanation"): words}))).submission
-        for words in written
+        batch._identity(prepared(one, words={("2.11", "explanation"): words})).submission for words in written
     }
     claims = [
         Claim({"2.11": {"omega_n": "q1"}}, True),
         Claim({"2.11": {"omega_n": "q2"}}, True),
         Claim({"2.11": {"omega_n": "q1"}}, False),
     ]
-    claimed = {
-        batch._identity(replace(one, prepared=replace(one.prepared, claim=claim))).submission for claim in claims
-    }
+    claimed = {batch._identity(prepared(one, claim=claim)).submission for claim in claims}
     assert (len(submissions), len(claimed)) == (5, 3)
 
 
 def test_whose_bench_it_is_run_on_is_ones_own_unless_another_is_named(taken):
     batch, one = taken
-    own = replace(one, submission=replace(one.submission, bench_of="ada"))
-    none = replace(one, submission=replace(one.submission, bench_of=""))
+    own = submitted(one, bench_of="ada")
+    none = submitted(one, bench_of="")
     assert isinstance(one.submission, Submission)
     assert batch._identity(own).key == batch._identity(none).key
 

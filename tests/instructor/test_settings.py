@@ -1,7 +1,5 @@
 """The settings of a course: what is read, and what is told of what cannot be."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from dataclasses import replace
@@ -245,11 +243,8 @@ def test_numbers_are_taken_from_the_least_to_the_most(entry, least, most):
 def test_all_faults_are_told_at_once(tmp_path):
     with pytest.raises(GradingError) as raised:
         read(tmp_path, '[course]\ntitel = "x"\n[bench]\nwhich = 1\n[feedback]\nfrom = 1\n')
-    assert [line.split(":")[0].strip() for line in str(raised.value).splitlines()[1:]] == [
-        "course.titel",
-        "bench.which",
-        "feedback.from",
-    ]
+    told = [line.split(":")[0].strip() for line in str(raised.value).splitlines()[1:]]
+    assert told == ["course.titel", "bench.which", "feedback.from"]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """The derivation against Kane's method, against the laws of energy, and against the numeric model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -81,12 +79,6 @@ def test_accelerations_are_those_of_kanes_method(accelerations):
     assert same(accelerations[1], expected[1])
 
 
-def test_without_time_leaves_plain_symbols_only():
-    plain = symbolic.without_time(symbolic.equations_of_motion()[0].lhs)
-    assert plain.free_symbols == {J_eq, J_l, B_eq, theta_dot, theta_ddot, alpha_ddot}
-    assert not plain.atoms(sympy.Derivative, sympy.core.function.AppliedUndef)
-
-
 def test_motor_torque_is_equation_2_8():
     expected = eta_g * K_g * eta_m * k_t * (V_m - K_g * k_m * theta_dot) / R_m
     assert same(symbolic.without_time(symbolic.motor_torque()), expected)
@@ -125,13 +117,6 @@ def test_voltage_matrices_are_the_torque_matrices_with_the_motor_in_front():
     change = A - A_tau + B_tau * motor * K_g * k_m * Matrix([[0, 0, 1, 0]])
     assert change.applyfunc(sympy.simplify) == sympy.zeros(4)
     assert (B - motor * B_tau).applyfunc(sympy.simplify) == sympy.zeros(4, 1)
-
-
-def test_characteristic_polynomial_has_the_natural_frequency_of_a_held_servo_in_its_limit():
-    A, _ = symbolic.state_space("torque", link_damping=0)
-    s = Symbol("s")
-    held = sympy.limit(A.charpoly(s).as_expr() / (s * (s + B_eq / J_eq)), J_eq, sympy.oo)
-    assert same(held, s**2 + K_s / J_l)
 
 
 # No friction, or enough of it: numbers near 1e-310 have lost their digits.

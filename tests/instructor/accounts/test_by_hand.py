@@ -3,8 +3,6 @@
 Beside each student stands the arithmetic, done on paper; the command gets the marks, the times and the settings.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib
@@ -196,9 +194,6 @@ def test_other_settings_by_hand(book, tmp_path, settings):
     assert (found["some"]["final"], found["some"]["final out of"]) == OTHER[settings]
 
 
-PARTS_OF_IT = {"organisation": 0.5, "appearance": 1.0}
-
-
 def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
     end = datetime(2026, 11, 21).astimezone() + DAY
     with Gradebook(tmp_path / "book.sqlite") as book:
@@ -213,7 +208,8 @@ def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
 def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_dropped(tmp_path):
     whole = "Modeling report, as a whole"
     with Gradebook(tmp_path / "book.sqlite") as book:
-        both = [MarkRecord(whole, part, "partly right", points, 1.0, "") for part, points in PARTS_OF_IT.items()]
+        parts = (("organisation", 0.5), ("appearance", 1.0))
+        both = [MarkRecord(whole, part, "partly right", points, 1.0, "") for part, points in parts]
         record(book, graded("ada", *both))
         when = datetime(2026, 11, 22, tzinfo=UTC)
         book.deliver("ada", [Delivery("04_modeling_results.ipynb", "d", b"{}", when)])

@@ -137,10 +137,3 @@ def test_a_request_on_what_is_not_there_and_a_second_answer_are_told_as_mistakes
     again = rotflex("answer", "2", "Again.", "--by", "udo", *book)
     assert again.exit_code == 2 and "Request 2 was answered by tia" in said(again)
     assert "There is no request 77." in said(rotflex("answer", "77", "What?", "--by", "udo", *book))
-
-
-def test_without_requests_it_says_so(tmp_path):
-    Gradebook(tmp_path / "book.sqlite").close()
-    book = ("--gradebook", tmp_path / "book.sqlite")
-    assert "No request" in said(rotflex("requests", *book))
-    assert "no requests" in said(rotflex("requests", "--all", *book))

@@ -212,14 +212,6 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]
 
 
-@pytest.mark.parametrize(("length", "shown"), [(60, "x" * 60), (61, "x" * 60 + "…")])
-def test_of_the_answer_that_was_marked_a_line_is_shown(tmp_path, length, shown):
-    path = tmp_path / "book.sqlite"
-    with Gradebook(path) as opened:
-        record(opened, graded("ada", mark(), prose(given="x" * length)))
-    assert f"'{shown}'" in said(give(path, "0.5", "tutor"))
-
-
 def measured(student, of, status):
     """A run whose stiffness is that of a student's bench."""
     content = {"kind": "number", "value": OURS.true_bench(of).K_s}

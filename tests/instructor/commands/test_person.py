@@ -13,8 +13,7 @@ from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS, copied
 
 from rotflex.instructor.batch import Batch
-from rotflex.instructor.erasure import remains
-from rotflex.instructor.gradebook import Gradebook, StudentRecord
+from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.regrade import regrade
 from rotflex.instructor.reports.result import received
@@ -211,18 +210,3 @@ def test_who_worked_with_them_keeps_marks_bench_and_times(fake_class, tmp_path):
             assert received(book, one, now) == when
         for one in regrade(book, fake_class.course):
             assert (one.problem, one.after.marks) == ("", before[one.after.run.student].marks)
-
-
-@pytest.mark.parametrize("name", ["notes.txt", "notes.zip"])
-@pytest.mark.parametrize("fits", [True, False])
-def test_bytes_of_a_file_that_is_looked_into_for_a_name(tmp_path, monkeypatch, name, fits):
-    text = b"Of Anna Berg."
-    monkeypatch.setattr(remains, "MOST_BYTES", len(text) - (not fits))
-    path = tmp_path / name
-    if path.suffix == ".zip":
-        with zipfile.ZipFile(path, "w") as packed:
-            packed.writestr("a.txt", text)
-    else:
-        path.write_bytes(text)
-    (told,) = remains.in_folder(tmp_path, StudentRecord("s17", "Anna Berg"))
-    assert (told == str(path)) == fits and told.startswith(str(path))

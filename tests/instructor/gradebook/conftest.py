@@ -4,8 +4,6 @@ On both run the gradebook's contract (``test_gradebook.py``), and other tests th
 database itself. What else has a ``book`` has it in a file.
 """
 
-from __future__ import annotations
-
 import inspect
 import os
 import secrets

@@ -1,7 +1,5 @@
 """A person is erased, whole, and nobody else: on a file and on a real PostgreSQL server."""
 
-from __future__ import annotations
-
 import json
 from contextlib import closing
 from datetime import UTC, datetime

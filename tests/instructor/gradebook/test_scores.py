@@ -1,7 +1,5 @@
 """Scoring in a gradebook: levels, claims, questions to the instructor, taking back; requests; on both databases."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta

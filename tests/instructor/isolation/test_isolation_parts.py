@@ -84,14 +84,11 @@ def call(request):
     return lambda name, *arguments: judged(program, AUDIT[machine], CALLS[name][column], *arguments)
 
 
-@pytest.mark.parametrize("name", ["read", "openat", "execve", "prctl", "futex", "setresuid"])
-def test_usual_calls_are_let_through(call, name):
-    assert call(name, 0x7E020000, 0x5412) is None
-
-
-@pytest.mark.parametrize("name", ["unshare", "keyctl", "ptrace", "io_uring_setup", "memfd_create"])
-def test_calls_around_the_sandbox_are_refused(call, name):
-    assert call(name) == errno.EPERM
+def test_usual_calls_are_let_through_and_those_around_the_sandbox_refused(call):
+    for name in ("read", "openat", "execve", "prctl", "futex", "setresuid"):
+        assert call(name, 0x7E020000, 0x5412) is None, name
+    for name in ("unshare", "keyctl", "ptrace", "io_uring_setup", "memfd_create"):
+        assert call(name) == errno.EPERM, name
 
 
 def test_processes_and_threads_can_be_made_but_no_namespaces(call):

@@ -1,7 +1,5 @@
 """What is said of isolation is so: of each layer by itself, of the system calls' filter, and of all together."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """Tolerances of checks, and bounds of what is marked, at either side of their values."""
 
-from __future__ import annotations
-
 import json
 import math
 import signal

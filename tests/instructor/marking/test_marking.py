@@ -263,10 +263,6 @@ def test_a_recording_is_held_against_the_run_that_it_says_it_is(bench, second_ru
     assert strict.verdict(part, value, case).status is WRONG
 
 
-def test_a_recording_of_another_run_is_right(marks, second_run):
-    assert marks({SWEEP: second_run})[SWEEP].status is RIGHT
-
-
 def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
     assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
 

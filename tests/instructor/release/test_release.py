@@ -200,15 +200,6 @@ def test_student_notebooks_are_in_step_with_the_solutions():
     assert [name for name in derived if stored[name] != derived[name]] == []
 
 
-def test_answer_cells_have_the_id_that_they_are_graded_by():
-    for path in OURS.notebooks:
-        notebook = student_notebooks.read(path)
-        assert student_notebooks.answer_cells(notebook)
-        for cell in notebook.cells:
-            if student_notebooks.is_answer(cell):
-                assert cell.id == cell.metadata.nbgrader.grade_id
-
-
 @pytest.fixture(scope="module")
 def released(tmp_path_factory):
     return student_course.release(OURS, tmp_path_factory.mktemp("release") / "out")

@@ -12,32 +12,25 @@ from rotflex.instructor.reports.drawn_figure import _Axis, _axis, _path, _round_
 PLOT = {"left": 76, "right": 708, "top": 10, "bottom": 224}  # of a page of 720 by 270
 
 
-def words_of(low, high, logarithmic=False):
-    return [word for _at, word in _Axis(low, high, 0, 100, logarithmic).ticks()]
-
-
 @pytest.mark.parametrize(
-    ("low", "high", "numbers"),
+    ("low", "high", "logarithmic", "numbers"),
     [
-        (0.0, 6.0, range(7)),
-        (0.0, 15.0, [0, 2.5, 5, 7.5, 10, 12.5, 15]),
-        (-1.0, 1.0, [-1, -0.5, 0, 0.5, 1]),
-        (0.3, 5.9, range(1, 6)),
-        (0.0, 0.006, [0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006]),
-        (1000.0, 7000.0, range(1000, 8000, 1000)),
-        (-7.0, -1.0, range(-7, 0)),
+        (0.0, 6.0, False, range(7)),
+        (0.0, 15.0, False, [0, 2.5, 5, 7.5, 10, 12.5, 15]),
+        (-1.0, 1.0, False, [-1, -0.5, 0, 0.5, 1]),
+        (0.3, 5.9, False, range(1, 6)),
+        (0.0, 0.006, False, [0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006]),
+        (1000.0, 7000.0, False, range(1000, 8000, 1000)),
+        (-7.0, -1.0, False, range(-7, 0)),
+        (1.0, 1000.0, True, [1, 10, 100, 1000]),
+        (0.5, 50.0, True, [1, 10]),
+        (0.1, 1.0, True, [0.1, 1]),
+        (2, 9, True, []),
     ],
 )
-def test_the_numbers_on_an_axis_are_round_and_within_it(low, high, numbers):
-    assert words_of(low, high) == [f"{number:g}" for number in numbers]
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "numbers"),
-    [(1.0, 1000.0, [1, 10, 100, 1000]), (0.5, 50.0, [1, 10]), (0.1, 1.0, [0.1, 1]), (2, 9, [])],
-)
-def test_the_numbers_on_a_logarithmic_axis_are_powers_of_ten_within_it(low, high, numbers):
-    assert words_of(low, high, True) == [f"{number:g}" for number in numbers]
+def test_the_numbers_on_an_axis_are_round_or_powers_of_ten_and_within_it(low, high, logarithmic, numbers):
+    words = [word for _at, word in _Axis(low, high, 0, 100, logarithmic).ticks()]
+    assert words == [f"{number:g}" for number in numbers]
 
 
 def test_values_stand_by_their_share_between_the_ends():

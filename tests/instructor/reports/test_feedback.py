@@ -141,22 +141,19 @@ def test_the_students_own_figure_is_drawn_with_its_description():
     assert "1 diagram, 1 curve" not in text
 
 
+def with_axes(axes, number="2.9"):
+    return {number: {"figure": {"kind": "figure", "axes": axes}}}
+
+
 @pytest.mark.parametrize(
     "answers",
     [
         None,
         {},
-        {"2.9": {"figure": {"kind": "figure", "axes": "none"}}},
-        {
-            "2.9": {
-                "figure": {
-                    "kind": "figure",
-                    "axes": [{**FIGURE, "lines": [{"label": "", "n": 1, "x": ["<b>"], "y": [1]}]}],
-                }
-            }
-        },
+        with_axes("none"),
+        with_axes([{**FIGURE, "lines": [{"label": "", "n": 1, "x": ["<b>"], "y": [1]}]}]),
         {"2.9": {"figure": {"kind": "number", "value": 1.0}}},
-        {"9.9": {"figure": {"kind": "figure", "axes": [FIGURE]}}},
+        with_axes([FIGURE], "9.9"),
     ],
     ids=["nothing left", "none", "no axes", "no numbers", "of another kind", "of no question"],
 )

@@ -1,7 +1,5 @@
 """Work is run and marked under the release that it was begun with, though the course has changed since."""
 
-from __future__ import annotations
-
 import io
 import json
 import subprocess
@@ -209,6 +207,9 @@ def test_a_trial_is_not_kept(two, course, tmp_path):
     assert sorted(path.name for path in course.releases.iterdir()) == before
 
 
+WHOLE = {"x/pyproject.toml": "", "x/notebooks/a.ipynb": '{"cells": []}'}
+
+
 @pytest.mark.parametrize(
     ("content", "told"),
     [
@@ -216,18 +217,8 @@ def test_a_trial_is_not_kept(two, course, tmp_path):
         ({"x/readme.txt": "x"}, "it holds no pyproject.toml"),
         ({"x/pyproject.toml": "", "x/springlab/__init__.py": ""}, "it holds no notebooks"),
         ({"x/pyproject.toml": "", "x/notebooks/a.ipynb": "{"}, "a.ipynb: it is not JSON"),
-        (
-            {"x/pyproject.toml": "", "x/notebooks/a.ipynb": '{"cells": []}', "x/notebooks/course.json": "["},
-            "course.json: ",
-        ),
-        (
-            {
-                "x/pyproject.toml": "",
-                "x/notebooks/a.ipynb": '{"cells": []}',
-                "x/notebooks/course.json": '{"bench": {"which": "x"}}',
-            },
-            'course.json: "bench" should be',
-        ),
+        ({**WHOLE, "x/notebooks/course.json": "["}, "course.json: "),
+        ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, 'course.json: "bench" should be'),
     ],
     ids=["no zip", "no project", "no notebooks", "no notebook", "no JSON", "no policy"],
 )

@@ -5,8 +5,6 @@ time, and with nothing in it that a run, a page or a terminal would have to fear
 class shows (tests/whole/test_hostile_class.py).
 """
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """A course's rubric: what is read of it, and every fault told with its place."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -300,10 +300,3 @@ def test_every_entry_is_taken_or_told(tmp_path_factory, given_names, course, ros
         told = str(error)
     for name in given_names:
         assert name.startswith(".") or name in told or name.split("_")[-1] in told, name
-
-
-@pytest.mark.parametrize(
-    ("count", "told"), [(1, "'0'"), (5, "'0', '1', '2', '3', '4'"), (6, "'0', '1', '2', '3', '4' and 1 more")]
-)
-def test_of_many_names_the_first_five_are_listed(count, told):
-    assert names.listed([str(number) for number in range(count)]) == told
