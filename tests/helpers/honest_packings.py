@@ -42,9 +42,6 @@ def notebooks_only(work: Work) -> Files:
     return {name: written(notebook) for name, notebook in work.notebooks.items()}
 
 
-# --- zips ---
-
-
 @WAYS.packed()
 def zip_of_the_folder(folder: Path, work: Work) -> None:
     """A zip named by the ID, with the folder notebooks in it."""
@@ -108,9 +105,6 @@ def zip_with_folders_of_its_own(folder: Path, work: Work) -> None:
     (folder / f"{work.student}.zip").write_bytes(buffer.getvalue())
 
 
-# --- names of notebooks and folders ---
-
-
 @WAYS.packed()
 def names_by_browsers(folder: Path, work: Work) -> None:
     """Notebooks went through browsers and mail: (1), -1, Copy of, _1, .ipynb.txt, .ipynb.json, %20, capitals."""
@@ -154,9 +148,6 @@ def folder_in_folder(folder: Path, work: Work) -> None:
     """A folder in a folder in a folder, with long names, blanks and a dot at its end."""
     within = "My Documents/University of Somewhere/Laboratory of Control Engineering, Group 7/final (really)/notebooks."
     as_folder(folder / work.student / within, work.contents())
-
-
-# --- IDs ---
 
 
 @WAYS.packed(student="id-typed-in-other-capitals")

@@ -102,8 +102,6 @@ class Attack:
     runs: bool = True
 
 
-# --- the course -------------------------------------------------------------------------------------------------------
-
 SPECTRUM = """
 import numpy as np
 def spectrum(x, dt):
@@ -163,9 +161,6 @@ def _words_cell(canary: str) -> nbformat.NotebookNode:
 def _grading(cell_id: str, answer: bool) -> dict[str, Any]:
     about = {"grade": answer, "grade_id": cell_id, "locked": not answer, "schema_version": 3, "solution": answer}
     return about | {"task": False} | ({"points": 1} if answer else {})
-
-
-# --- what they write --------------------------------------------------------------------------------------------------
 
 
 def honest(student: str, canary: str = "") -> dict[str, str]:
@@ -228,9 +223,6 @@ def save(folder: Path, files: Mapping[str, str]) -> None:
     folder.mkdir(parents=True)
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-
-
-# --- what is outside --------------------------------------------------------------------------------------------------
 
 
 def namespaces() -> dict[str, str]:

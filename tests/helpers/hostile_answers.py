@@ -118,7 +118,6 @@ open('answers.json', 'w').write(forged)
     ),
 }
 
-# --- text that is more than text --------------------------------------------------------------------------------------
 
 MARKUP = (
     "</td></tr></table><script>alert(1)</script><img src=x onerror=alert(1)><style>*{display:none}</style>"

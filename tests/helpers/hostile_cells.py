@@ -10,8 +10,6 @@ from hostile import PRELAB, STIFFNESS, Attack
 from hostile_answers import ESCAPES, MARKUP
 from hostile_code import TOO_LONG
 
-# --- what the notebook is run by --------------------------------------------------------------------------------------
-
 # All that a notebook begins with is somebody else's, and says that every answer is right.
 BEFORE_ALL = """
 import types
@@ -59,7 +57,6 @@ bench = "virtual:?seed=1"
 for name in ("ROTFLEX_PROBE_SEED", "ROTFLEX_RUN", "ROTFLEX_BENCH"): os.environ[name] = "7"
 """
 
-# --- reports of what became of each cell ------------------------------------------------------------------------------
 
 NO_HOOKS = """
 from rotflex.courseware.run import cell_reports
@@ -118,9 +115,6 @@ def _in_its_place(code: str) -> str:
     return f"os.unlink('cell_reports.jsonl')\n{code}\n"
 
 
-# --- errors -----------------------------------------------------------------------------------------------------------
-
-
 def _error(body: str, name: str = "'Error'") -> str:
     """An exception's class is made with these methods, and raised."""
     return f"def made():\n{body}\n    return locals()\nraise type({name}, (Exception,), made())"
@@ -153,7 +147,6 @@ ERRORS = {
     ),
 }
 
-# --- cells by number, by name, by what they hold ----------------------------------------------------------------------
 
 Notebooks = dict[str, dict[str, Any]]
 

@@ -11,7 +11,6 @@ from hostile import Attack
 MIB = 2**20
 TOO_LONG, DIED, ENDED_EARLY = "longer than", "died", "ended before all notebooks were run"
 
-# --- what does not end ------------------------------------------------------------------------------------------------
 
 ENDLESS = "while time.monotonic() < END: pass"
 UNINTERRUPTIBLE = """
@@ -59,7 +58,6 @@ if not os.fork():
     os._exit(0)
 """
 
-# --- what is too much -------------------------------------------------------------------------------------------------
 
 MEMORY = """
 try: report["bytes"] = len(bytearray(64 << 30))
@@ -160,7 +158,6 @@ os.chdir(here)
 report["depth"] = depth + 1
 """
 
-# --- what dies --------------------------------------------------------------------------------------------------------
 
 EXIT = "os._exit(0)"
 SEGFAULT = "import ctypes\nctypes.string_at(0)"
@@ -168,7 +165,6 @@ KILLS_ITSELF = "os.kill(os.getpid(), signal.SIGKILL)"
 KILLS_ALL = "os.kill(-1, signal.SIGKILL)\nos.kill(os.getppid(), signal.SIGKILL)\nos._exit(0)"
 TURNS_INTO_ANOTHER = "os.execv('/bin/sh', ['sh', '-c', 'trap \"\" INT TERM HUP; sleep 60', OUTSIDE['token']])"
 
-# --- what patches and lies --------------------------------------------------------------------------------------------
 
 PATCHES_LIBRARIES = """
 import builtins, math, numpy

@@ -27,8 +27,6 @@ Outside = Mapping[str, Any]
 _RIGHT = 'lab.answer("2.12", J_l=lab.joint.J_l, K_s=1.3)'
 _PLANTED = "open('/tmp/planted', 'w')\nraise SystemExit('planted')\n"
 
-# --- notebooks --------------------------------------------------------------------------------------------------------
-
 
 def _each(change: Callable[[dict[str, Any]], None]) -> Callable[[Notebooks], None]:
     def spoil(notebooks: Notebooks) -> None:
@@ -80,9 +78,6 @@ def _other_types(notebooks: Notebooks) -> None:
     for cell, source in zip(notebooks[STIFFNESS]["cells"], (7, None, ["a", 1], {"a": 1}, "\ud800"), strict=False):
         cell["source"] = source
     notebooks[PRELAB]["cells"] += [7, None, [], {"id": ["q2-1"]}, {"id": "q2-1", "cell_type": "raw"}, "cell"]
-
-
-# --- folders ----------------------------------------------------------------------------------------------------------
 
 
 def _links(path: Path, outside: Outside) -> None:
@@ -157,9 +152,6 @@ def _closed(path: Path, outside: Outside) -> None:
     for notebook in path.glob("*.ipynb"):
         shutil.copyfile(notebook, path / os.fsdecode(b"\xff\xfe\x1b[31m") / notebook.name)
     (path / "closed").mkdir(mode=0)  # for root it is as good as open
-
-
-# --- zips -------------------------------------------------------------------------------------------------------------
 
 
 def _contents(path: Path) -> dict[str, bytes]:
@@ -246,8 +238,6 @@ FORMS = {
     "zip-that-lies": Attack(zipped=True, earns={}, lay=_lies, runs=False, trouble=("cannot be read",)),
     "zip-unusual": Attack(zipped=True, earns={}, lay=_unusual, runs=False, trouble=("unusual way",)),
 }
-
-# --- names ------------------------------------------------------------------------------------------------------------
 
 
 def _empty(path: Path, outside: Outside) -> None:

@@ -18,7 +18,6 @@ from hostile_answers import changed
 Outside = Mapping[str, Any]
 Lay = Callable[[Path, Outside], None]
 
-# --- own files --------------------------------------------------------------------------------------------------------
 
 _PLANTED = "open('/tmp/planted', 'w')\nanswer = start = loads = dumps = read = print\n"
 #: Which of them would be imported in place of what bears the name; in capitals, in letters that look the same, packed.
@@ -117,8 +116,6 @@ def _zipped(path: Path, outside: Outside) -> None:
             packed.writestr(link, target)
 
 
-# --- answers.json, as it was at home ----------------------------------------------------------------------------------
-
 _MARKUP = "</td><script>alert(1)</script>\x1b[2J\x9b31m\u202e[red]=1+1"
 
 
@@ -148,8 +145,6 @@ _ALL_RIGHT = {
 }
 _MILLION = b'{"format":2,"answers":{' + b",".join(b'"%d":{}' % number for number in range(1_000_000)) + b"}}"
 _NOT_COMPARED = "and is not compared"
-
-# --- course.json ------------------------------------------------------------------------------------------------------
 
 
 def says(**content: object) -> Lay:

@@ -85,9 +85,6 @@ def renamed(files: dict[str, bytes], added: str) -> dict[str, bytes]:
     return {f"{Path(name).stem}{added}{Path(name).suffix}": content for name, content in files.items()}
 
 
-# --- what an instructor downloads: path → content ---------------------------------------------------------------------
-
-
 def moodle(name: str, number: int, files: dict[str, bytes], ending: str = "_") -> dict[str, bytes]:
     """Moodle's folder of a student."""
     return under(f"{name}_{number}_assignsubmission_file{ending}", files)

@@ -27,7 +27,6 @@ POLES = [where for where in FULL if KINDS[where][0] == "poles"]
 DESIRED = [-12 + 16j, -12 - 16j, -30, -40]
 s = sympy.Symbol("s")
 
-# --- forms ------------------------------------------------------------------------------------------------------------
 
 NUMBER_FORMS = Ways("numbers")
 NUMBER_FORMS.each_of(
@@ -142,7 +141,6 @@ CHOICES.each_of(
     },
 )
 
-# --- routes -----------------------------------------------------------------------------------------------------------
 
 ROUTES = Ways("routes")
 

@@ -25,9 +25,6 @@ def to(step: float, unit: float = 1.0) -> Change:
     return lambda value: round(float(value) / unit / step) * step * unit
 
 
-# --- the natural frequency --------------------------------------------------------------------------------------------
-
-
 def sweep_of(lab: Any) -> Any:
     with lab.bench() as bench:
         return experiments.sweep(bench, progress=False)
@@ -105,7 +102,6 @@ WAYS.carry("by eye, 3 % high", lambda lab: {OMEGA_N: lambda omega_n: 1.03 * omeg
 WAYS.carry("by eye, 3 % low", lambda lab: {OMEGA_N: lambda omega_n: 0.97 * omega_n})
 WAYS.carry("J_l in whole tenths of a g·m²", lambda lab: {("2.12", "J_l"): to(1e-5)})
 
-# --- responses, off the plot ------------------------------------------------------------------------------------------
 
 QUESTIONS = ("3.12", "3.14", "3.16")
 
@@ -125,8 +121,6 @@ WAYS.carry("deflection to 0.1 deg", off_the_plot(alpha_max_deg=0.1))
 WAYS.carry("deflection to 0.2 deg", off_the_plot(alpha_max_deg=0.2))
 WAYS.carry("voltage to 0.1 V", off_the_plot(V_max=0.1))
 WAYS.carry("voltage to 0.2 V", off_the_plot(V_max=0.2))
-
-# --- rounding ---------------------------------------------------------------------------------------------------------
 
 
 def rounding(wheres: list[Where], count: int) -> Callable[[Any], dict[Where, Change]]:

@@ -40,8 +40,6 @@ ALL = (*EXPRESSIONS, *EQUATIONS, *MATRICES)
 
 WAYS = Ways("2.1 to 2.8")
 
-# --- symbols: the same formulas in other ones -------------------------------------------------------------------------
-
 
 def each(change: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A change of an expression, for each side of an equation and each entry of a matrix."""
@@ -127,7 +125,6 @@ WAYS.each_of(
     },
 )
 
-# --- energies ---------------------------------------------------------------------------------------------------------
 
 xi = sympy.Symbol("xi")
 RATES = sympy.Matrix([theta_dot, alpha_dot])
@@ -155,7 +152,6 @@ WAYS.add(
 )
 WAYS.add("one in a list", dict.fromkeys(EXPRESSIONS, lambda value, own: [value]))
 
-# --- equations --------------------------------------------------------------------------------------------------------
 
 WAYS.each_of(
     EQUATIONS,
@@ -236,7 +232,6 @@ WAYS.add("the servo's without alpha_ddot", {SERVO: without_alpha_ddot})
 WAYS.add("the link's without theta_ddot", {LINK: without_theta_ddot})
 WAYS.add("by Newton, and both solved", {SERVO: by_newton, LINK: without_theta_ddot})
 
-# --- accelerations ----------------------------------------------------------------------------------------------------
 
 SOLVED = (("2.6", "theta_ddot"), ("2.6", "alpha_ddot"))
 FORCES = sympy.Matrix([tau - B_eq * theta_dot, -K_s * alpha])
@@ -267,7 +262,6 @@ WAYS.add(
     both(lambda e, i: (MASSES.inv() * (FORCES - sympy.Matrix([0, B_l * alpha_dot])))[i].subs(B_l, 0)),
 )
 
-# --- matrices ---------------------------------------------------------------------------------------------------------
 
 WAYS.each_of(
     MATRICES,
@@ -305,8 +299,6 @@ WAYS.add(
 def rates(own: Any) -> list[Any]:
     return [theta_dot, alpha_dot, *(own[where] for where in SOLVED)]
 
-
-# --- the link's inertia -----------------------------------------------------------------------------------------------
 
 INERTIA = ("2.8", "J_l")
 r = sympy.Symbol("r")

@@ -51,9 +51,6 @@ def half_up(number: Fraction, decimals: int = 2) -> str:
     return f"{whole // 10**decimals}.{whole % 10**decimals:0{decimals}}"
 
 
-# --- marks ------------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Mark:
     """Points as they are in the end; None while they are not decided. ``by`` is m or p, the machine or a person."""
@@ -99,9 +96,6 @@ def of_points(found: Iterable[Mark]) -> tuple[Fraction, Fraction]:
     """Earned, as far as decided, and possible."""
     found = list(found)
     return sum((one.points or Fraction(0) for one in found), Fraction(0)), sum(one.out_of for one in found)
-
-
-# --- the final grade --------------------------------------------------------------------------------------------------
 
 
 def dropped(where: Where) -> bool:
@@ -153,9 +147,6 @@ def final(one: Student) -> str:
     """As it stands in a table; empty while something that counts is not decided."""
     earned, possible, decided = earned_of(one)
     return half_up(earned / possible * TERM["marks"]["out_of"]) if decided else ""
-
-
-# --- levels, outcomes, sheets -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -281,9 +272,6 @@ def attainment(drawn: Drawn) -> dict[tuple[str, str, str], Attained | None]:
             figures = attained([cells[one][kind, name] for one in those])
             found[group, kind, name] = None if group in hidden else figures
     return found
-
-
-# --- scoring ----------------------------------------------------------------------------------------------------------
 
 
 def tally(drawn: Drawn, where: Where) -> dict[str, int]:

@@ -69,9 +69,6 @@ def desk(book: Gradebook, **more: Any) -> Desk:
     return Desk(book, CATALOGUE, RUBRIC, LEVELS, **more)
 
 
-# --- requests ---------------------------------------------------------------------------------------------------------
-
-
 @dataclass
 class Client:
     """Sends what a browser sends, to an application that is guarded for a port; as one scorer, or as nobody."""
@@ -122,9 +119,6 @@ def shown(reply: Any) -> list[dict[str, str]]:
     """Key and what was seen of the answers on a card."""
     found = re.findall(r'data-key="(\w+)" data-seen="(\w+)"', reply.json()["html"])
     return [{"key": key, "seen": seen} for key, seen in found]
-
-
-# --- the command ------------------------------------------------------------------------------------------------------
 
 
 @contextlib.contextmanager

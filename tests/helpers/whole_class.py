@@ -46,8 +46,6 @@ from rotflex.config import joint
 from rotflex.hil.student_benches import student_seed
 from rotflex.workbook.questions import CATALOGUE
 
-# --- students whose answers are claims --------------------------------------------------------------------------------
-
 
 @dataclass(frozen=True)
 class Student:
@@ -102,9 +100,6 @@ def claims(name: str, student: Student, folder: Path) -> bytes | None:
             if kept:
                 lab.answer(number, **kept)
     return lab.book.path.read_bytes() if lab.book.path.exists() else None
-
-
-# --- who works through the course, and what they should get -----------------------------------------------------------
 
 
 def number_parts(*kinds: str) -> list[Where]:

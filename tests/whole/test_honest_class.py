@@ -154,9 +154,6 @@ def test_who_did_only_this_has_full_marks_or_is_told_what_is_wrong(alone, way):
     assert not costs_nothing(alone, way, way)
 
 
-# --- what is read of the same work ------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """What is found of a class of all that are read."""
@@ -209,8 +206,6 @@ def _words_of(made, notebooks, files=None):
 def _composed(student):
     return unicodedata.normalize("NFC", student).casefold()
 
-
-# --- seen at home -----------------------------------------------------------------------------------------------------
 
 #: Checked at home at a landing, with what shares a submission with it.
 SEEN = ("magics", "name-error", "notebook-left-empty")

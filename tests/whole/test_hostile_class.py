@@ -60,9 +60,6 @@ def graded(request):
         remove(folder)
 
 
-# --- marks ------------------------------------------------------------------------------------------------------------
-
-
 def test_all_are_graded(graded):
     with (graded.out / "grades.csv").open(encoding="utf-8", newline="") as file:
         assert len(list(csv.DictReader(file))) == len(graded.attacks) + len(HONEST), graded.done.stderr
@@ -107,9 +104,6 @@ def _row(out: Path, student: str) -> list[str]:
         return next(row for row in csv.reader(file) if row[0] == student)
 
 
-# --- that the attacks are attacks, and harmless where they do not belong ----------------------------------------------
-
-
 def test_the_secrets_are_there_to_be_read(graded):
     read = {
         canary.decode()
@@ -129,9 +123,6 @@ def test_no_code_does_anything_outside_of_a_sandbox(tmp_path, graded):
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "not in a sandbox: nothing is done" in done.stderr
     assert not (tmp_path / "done").exists()
-
-
-# --- secrets, effects, survivors --------------------------------------------------------------------------------------
 
 
 def test_no_secret_is_in_anything_that_came_out(graded):
@@ -177,9 +168,6 @@ def test_hints_name_attacks_alone(graded):
     hints = file.read_text(encoding="utf-8") if file.exists() else ""
     assert _steering(hints) == set()
     assert not [name for name in HONEST if name in hints]
-
-
-# --- what people get to see -------------------------------------------------------------------------------------------
 
 
 def _steering(text: str) -> set[str]:

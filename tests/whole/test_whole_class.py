@@ -63,9 +63,6 @@ def marks(bytes_of, key):
     return marked
 
 
-# --- claims -----------------------------------------------------------------------------------------------------------
-
-
 def test_the_points_are_those_of_the_catalogue():
     assert sum(FULL.values()) == 82.5
     assert sum(PROSE.values()) + sum(JUDGED.values()) == 42 + 4
@@ -102,9 +99,6 @@ def test_students_have_different_benches():
     assert len({(TrueBench(name).joint.arm_position, TrueBench(name).K_s) for name in CLASS}) == len(CLASS)
 
 
-# --- one slip at a time, in an otherwise perfect file -----------------------------------------------------------------
-
-
 def _verdict(where, change, name, bytes_of, key):
     seed = student_seed(name)
     claims = decode(bytes_of(name), seed, OURS.catalogue)
@@ -124,9 +118,6 @@ def test_a_plausible_slip_does_not_pass(where, what, bytes_of, key):
 def test_another_way_of_writing_it_passes(where, what, bytes_of, key):
     found = _verdict(where, STILL_RIGHT[where, what], "ada", bytes_of, key)
     assert (found.status.value, found.points) == ("right", FULL[where]), found.reason
-
-
-# --- files that no lab.answer writes ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("constant", [b"NaN", b"Infinity", b"-Infinity", b"1e999"])
@@ -167,9 +158,6 @@ def test_a_perfect_file_of_another_student_does_not_earn_what_depends_on_the_ben
     copied = {(one.question, one.part): one.points for one in marks}
     for where in (("2.9", "sweep"), ("2.15", "validation"), ("3.13", "response"), ("3.15", "response")):
         assert copied[where] == 0, where
-
-
-# --- notebooks --------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="session")
