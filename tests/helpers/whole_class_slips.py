@@ -19,7 +19,6 @@ from working_through import (
     alpha,
     alpha_dot,
     ctrb,
-    d_12,
     digits,
     m_1,
     m_2,
@@ -112,26 +111,4 @@ SLIPS: dict[tuple[Where, str], Slip] = {
     (("Table 3", "K_psf"), "of full state feedback"): lambda v, own: own["3.8", "K"],
     (("Table 3", "K_psf"), "the servo's gains left out"): lambda v, own: own["3.8", "K"] * [0, 1, 0, 1],
     (("Table 3", "W"), "its inverse"): lambda v, own: np.linalg.inv(v),
-}
-
-#: Another way of writing what is right.
-STILL_RIGHT: dict[tuple[Where, str], Slip] = {
-    (("2.1", "V"), "a decimal factor"): lambda v, own: 0.5 * K_s * alpha**2,
-    (("2.2", "T"), "expanded"): lambda v, own: sympy.expand(v),
-    (("2.3", "L"), "factored"): lambda v, own: sympy.factor(v),
-    (("2.4", "equation"), "divided by an inertia"): lambda v, own: sympy.Eq(sympy.expand((v.lhs - v.rhs) / J_eq), 0),
-    (("2.4", "equation"), "sides exchanged, times -2"): lambda v, own: sympy.Eq(-2 * v.rhs, -2 * v.lhs),
-    (("2.5", "equation"), "divided by the stiffness"): lambda v, own: sympy.Eq(0, v.lhs / K_s),
-    (("2.6", "alpha_ddot"), "over one denominator"): lambda v, own: sympy.together(v),
-    (("2.7", "A"), "over one denominator"): lambda v, own: v.applyfunc(sympy.together),
-    (("2.8", "J_l"), "with rounded decimals"): lambda v, own: (
-        sympy.Float("0.3333") * m_1 * L_1**2 + m_2 * (sympy.Float("0.08333") * L_2**2 + d_12**2)
-    ),
-    (("3.2", "polynomial"), "four digits"): lambda v, own: digits(4)(v),
-    (("3.4", "desired_poles"), "by np.roots"): lambda v, own: np.roots([1, 94, 3280, 56800, 480000]),
-    (("3.7", "T"), "three digits"): lambda v, own: digits(3)(v),
-    (("3.7", "W"), "three digits"): lambda v, own: digits(3)(v),
-    (("3.8", "K"), "three digits"): lambda v, own: digits(3)(v),
-    (("3.9", "poles"), "of a gain of three digits"): lambda v, own: digits(3)(v),
-    (("3.10", "K"), "three digits"): lambda v, own: digits(3)(v),
 }

@@ -16,7 +16,7 @@ from checkout import ROOT
 from made_courses import OURS
 from whole_class import CLASS
 from whole_class_notebooks import NOTEBOOKS
-from whole_class_slips import SLIPS, STILL_RIGHT
+from whole_class_slips import SLIPS
 from working_through import FULL, JUDGED, PROSE
 
 from rotflex.hil.student_benches import student_seed
@@ -112,12 +112,6 @@ def _verdict(where, change, name, bytes_of, key):
 def test_a_plausible_slip_does_not_pass(where, what, bytes_of, key):
     found = _verdict(where, SLIPS[where, what], "ada", bytes_of, key)
     assert (found.status.value, found.points) == ("wrong", 0), found.reason
-
-
-@pytest.mark.parametrize(("where", "what"), STILL_RIGHT)
-def test_another_way_of_writing_it_passes(where, what, bytes_of, key):
-    found = _verdict(where, STILL_RIGHT[where, what], "ada", bytes_of, key)
-    assert (found.status.value, found.points) == ("right", FULL[where]), found.reason
 
 
 @pytest.mark.parametrize("constant", [b"NaN", b"Infinity", b"-Infinity", b"1e999"])
