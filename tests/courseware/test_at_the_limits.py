@@ -33,9 +33,6 @@ def taken(fits, act, error, words="."):
     return None
 
 
-# --- answers ----------------------------------------------------------------------------------------------------------
-
-
 @FITS
 def test_bytes_of_a_file_of_answers(monkeypatch, fits):
     data = b'{"answers": {}, "student": "ada", "format": 2, "bench": {}, "probe_seed": 1, "software": ""}'
@@ -189,9 +186,6 @@ def test_nought_is_like_nought_and_like_nothing_else():
     assert not alike.alike(0.0, 1e-12)
 
 
-# --- pictures ---------------------------------------------------------------------------------------------------------
-
-
 def png(width, height):
     packed = io.BytesIO()
     Image.new("RGB", (width, height), "white").save(packed, format="PNG")
@@ -250,9 +244,6 @@ def test_bytes_of_a_picture_as_it_is_kept(monkeypatch, fits):
     monkeypatch.setattr(attached_pictures, "KEPT_BYTES", len(whole) - (not fits))
     kept = as_png(packed.getvalue())
     assert (kept == whole) == fits and len(kept) <= len(whole)
-
-
-# --- files ------------------------------------------------------------------------------------------------------------
 
 
 @FITS
@@ -353,9 +344,6 @@ def test_folders_of_own_files_on_disk(tmp_path, fits):
 def test_notes_on_own_files(number, said):
     notes = own_files._few([f"note {place}" for place in range(number)])
     assert len(notes) == said and (number == 20 or f"{number - 20} more file" in notes[-1])
-
-
-# --- what a run says of its cells -------------------------------------------------------------------------------------
 
 
 def lines(events):

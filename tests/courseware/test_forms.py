@@ -52,8 +52,6 @@ K = part("3.8", "K")
 POLYNOMIAL = part("3.2", "polynomial")
 POLES = part("2.18", "poles")
 
-# --- numbers ---------------------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(
     "value",
@@ -129,8 +127,6 @@ def test_a_slip_of_units_is_kept_and_hinted_at_without_the_value(wanted, value, 
         numbers = {float(number) for number in re.findall(r"[\d.]*\d", said)}
         assert numbers <= {180, 2, 1000}
 
-
-# --- matrices --------------------------------------------------------------------------------------------------------
 
 NUMBERS = [[0, 0, 1, 0], [0, 0, 0, 1], [0, 671.7, -1.9, 0], [0, -1098.8, 1.9, 0]]
 
@@ -210,8 +206,6 @@ def test_a_matrix_of_none_is_not_answered_yet():
         encode(A, [[None] * 4] * 4, SEED)
 
 
-# --- poles -----------------------------------------------------------------------------------------------------------
-
 FOUND = [0, -18.9, -8.09 + 27j, -8.09 - 27j]
 
 
@@ -251,9 +245,6 @@ def test_values_are_shown_without_noise_from_rounding():
         assert show(K, encode(K, np.array([value]), SEED).content) == f"K = [0, 0, 0, {value[3]:g}]"
 
 
-# --- choices and prose -----------------------------------------------------------------------------------------------
-
-
 def test_a_choice_is_taken_however_it_is_written():
     for value in ("marginally stable", "Marginally Stable", "marginally_stable", " marginally-stable. "):
         assert through_json(part("3.1", "stability"), value)[0] == "marginally stable"
@@ -285,9 +276,6 @@ def test_prose_with_what_no_database_bears_is_cleaned():
     assert through_json(part("2.16", "comparison"), "a\x00b\ud800c")[0] == "a\ufffdb\ufffdc"
 
 
-# --- symbols ---------------------------------------------------------------------------------------------------------
-
-
 def test_expressions_equations_and_matrices_of_them_come_back():
     K_s, J_eq, alpha, tau = sympy.symbols("K_s J_eq alpha tau")
     back, encoded = through_json(part("2.1", "V"), K_s * alpha**2 / 2)
@@ -301,8 +289,6 @@ def test_expressions_equations_and_matrices_of_them_come_back():
     assert show(part("2.7", "B"), encoded.content) == "B: 4 × 1 matrix in J_eq"
     assert through_json(part("2.7", "B"), [0, 0, 1 / J_eq, -1 / J_eq])[0] == back
 
-
-# --- functions -------------------------------------------------------------------------------------------------------
 
 SPECTRUM = part("2.10", "spectrum")
 STATE_SPACE = part("2.13", "state_space")
@@ -392,8 +378,6 @@ def test_a_state_space_function_is_kept_whatever_form_its_matrices_have():
         encode(STATE_SPACE, lambda *p: (None, None, None, None), SEED)
 
 
-# --- figures ---------------------------------------------------------------------------------------------------------
-
 FIGURE = part("2.9", "figure")
 
 
@@ -461,8 +445,6 @@ def test_the_fullest_figure_is_refused_before_the_file_grows_too_large():
     refused(FIGURE, figure, "too large")
 
 
-# --- recordings ------------------------------------------------------------------------------------------------------
-
 SWEEP = part("2.9", "sweep")
 
 
@@ -494,9 +476,6 @@ def test_channels_that_no_file_knows_are_left_out():
     t = np.arange(5) * 0.1
     extra = Recording(t, {"alpha": Channel(t, "rad"), "noise": Channel(t, "m")})
     assert through_json(SWEEP, extra)[0]["channels"].keys() == {"alpha"}
-
-
-# --- what is refused, and what is kept with a hint -------------------------------------------------------------------
 
 
 def plotted(count=1, **labels):
@@ -551,8 +530,6 @@ def test_what_may_be_a_slip_is_kept_with_a_hint(snapshot):
     table += [(SWEEP, recorded(experiment="tracking")), (part("3.15", "response"), full)]
     assert [encode(wanted, value, SEED).hints for wanted, value in table] == snapshot
 
-
-# --- untrusted answers -----------------------------------------------------------------------------------------------
 
 json_values = st.recursive(
     st.none()

@@ -149,9 +149,6 @@ def test_what_windows_reserves_is_refused():
         assert kept(name) is None
 
 
-# --- all modules follow it --------------------------------------------------------------------------------------------
-
-
 def by_lab(given, folder):
     return student_of(given, folder)
 

@@ -22,9 +22,6 @@ from rotflex.lab import Lab
 NAME = "00_start.ipynb"
 
 
-# --- files that another program has open ------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def busy(monkeypatch):
     """Makes a function of a module fail so many times, as where another program has the file open."""
@@ -86,9 +83,6 @@ def test_a_file_that_stays_in_use_is_an_error_after_a_while_and_at_once_elsewher
     assert 10**6 - left[0] == tries + 1
 
 
-# --- what is said, where the output has few signs ---------------------------------------------------------------------
-
-
 @pytest.fixture
 def work(tmp_path, monkeypatch):
     """A student's folder with one notebook, and an ID and a file name that no code of Windows's has."""
@@ -118,9 +112,6 @@ def test_no_command_fails_for_a_sign_that_the_output_does_not_have(work, monkeyp
         assert done.output
 
 
-# --- names and files as other systems have them -----------------------------------------------------------------------
-
-
 def test_a_name_that_a_mac_takes_apart_is_that_of_the_run(tmp_path):
     apart = unicodedata.normalize("NFD", "größe.csv")
     (tmp_path / apart).write_text("1")
@@ -131,8 +122,6 @@ def test_a_course_file_that_an_editor_of_windows_saved_is_read(tmp_path):
     (tmp_path / "course.json").write_text('{"student": "ada"}\r\n', encoding="utf-8-sig")
     assert course_file.read(tmp_path) == {"student": "ada"}
 
-
-# --- what Python has there --------------------------------------------------------------------------------------------
 
 #: Loads libraries as they are, takes from Python what Windows's has not, and loads all that students have of rotflex.
 AS_ON_WINDOWS = """

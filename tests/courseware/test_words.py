@@ -70,9 +70,6 @@ def attached(data, name="image.png", media="image/png"):
     return {name: {media: base64.b64encode(data).decode()}}
 
 
-# --- where words are found --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("source", ["", " \n ", "...", HEADING, STUB, f"{HEADING}\n\n{STUB}", f"{HEADING}\n\n{STUB}\n"])
 def test_nothing_written_is_no_answer(source):
     found = words.written(MASTER, pristine(why=why(source)))
@@ -181,9 +178,6 @@ def test_of_two_answers_that_lack_none_gets_a_text_that_may_be_the_others():
     assert (found.words, len(found.notes)) == ({}, 2)
 
 
-# --- bounds -----------------------------------------------------------------------------------------------------------
-
-
 def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
     found = words.written(MASTER, pristine(why=why("x" * (LONGEST_PROSE + 7))))
     assert len(found.words[WHY].text) == LONGEST_PROSE
@@ -208,9 +202,6 @@ def test_reading_hostile_sources_comes_to_an_end():
         "a " * 90_000,
     ):
         words.written(MASTER, pristine(why=why(source), how=cell(source, "x", kind="code")))
-
-
-# --- pictures ---------------------------------------------------------------------------------------------------------
 
 
 def test_a_pasted_picture_comes_along_as_png():

@@ -55,9 +55,6 @@ def name_of(path):
     return path.relative_to(ROOT).as_posix()
 
 
-# --- what pages take as given -----------------------------------------------------------------------------------------
-
-
 def own_bench(monkeypatch):
     """Four logs of one bench, the first of them of the run that the page replays; of each, three seconds are fitted."""
     monkeypatch.setattr(greybox, "fit", functools.partial(of_three_seconds, greybox.fit))
@@ -152,9 +149,6 @@ def test_python_runs(path, tmp_path, monkeypatch, capsys):
             out = capsys.readouterr().out
             assert out == said.pop(line + code.count("\n") - 1, out), f"line {line}"
     assert not said
-
-
-# --- commands ---------------------------------------------------------------------------------------------------------
 
 
 def commands(path):

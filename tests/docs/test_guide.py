@@ -46,8 +46,6 @@ NAMES = [page.name for page in PAGES]
 NOTEBOOKS = {name[:2]: name for name in CATALOGUE.notebooks}
 COMMANDS = typer.main.get_command(cli.app).commands
 
-# --- what is named is there -------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_link_leads_to_a_file_and_a_heading(name):
@@ -160,8 +158,6 @@ def _entries(name: str) -> list[tuple[str, str]]:
     return [(one[1], one[2]) for one in found if one]
 
 
-# --- the workbook's files, sections and answers: typed in from its tables ---------------------------------------------
-
 TABLE_4 = """Flexible Joint User Manual.pdf, Flexible Joint Workbook (Student).pdf, setup_rotflex.m, config_srv02.m,
 config_rotflex.m, ROTFLEX_ABCD_eqns_student.m, calc_conversion_constants.m, d_pole_placement_student.m, s_rotflex.mdl,
 q_rotflex_id.mdl, q_rotflex_val.mdl, q_rotflex.mdl"""
@@ -208,9 +204,6 @@ def test_each_answer_of_the_workbook_has_its_solution():
         solved = json.loads((ROOT / "solutions" / f"{notebook.strip('`')}.ipynb").read_text(encoding="utf-8"))["cells"]
         (source,) = ["".join(one["source"]) for one in solved if one["id"] == cell.strip("`")]
         assert "BEGIN SOLUTION" in source
-
-
-# --- times and points -------------------------------------------------------------------------------------------------
 
 
 def minutes(number: str) -> int:
@@ -333,9 +326,6 @@ def _validation_seconds() -> list[float]:
     return found
 
 
-# --- software and hardware --------------------------------------------------------------------------------------------
-
-
 def test_versions_extras_and_limits_are_those_of_the_packages():
     said = text("requirements.md")
     ours = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -369,9 +359,6 @@ def test_set_up_names_entries_and_limits_that_there_are():
     }
     assert only == {"gear": ["high"]} and not bench_file.TABLES["wiring"]["angle"].fits("potentiometer")
     assert not any(bench_file.TABLES["parts"]["load"].fits(load) for load in ("disc", "bar"))
-
-
-# --- marks ------------------------------------------------------------------------------------------------------------
 
 
 def test_each_status_is_explained():
@@ -422,9 +409,6 @@ def test_tolerances_are_those_that_count():
         ),
         f"{100 * measured['rtol']:g} %, or {measured['atol']:g} s",
     ]
-
-
-# --- benches ----------------------------------------------------------------------------------------------------------
 
 
 def test_what_is_drawn_lies_where_is_said():

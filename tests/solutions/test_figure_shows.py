@@ -226,8 +226,6 @@ def test_who_lacks_a_curve_is_told_once_how_long_each_should_follow(how, told):
     assert reason.count("a turn") == told
 
 
-# --- a validation: the model beside the bench -------------------------------------------------------------------------
-
 COMPARED = CATALOGUE.find("2.15").part("figure")
 
 
@@ -269,9 +267,6 @@ def test_one_curve_does_not_show_both_the_bench_and_a_model_that_is_just_like_it
     assert check.verdict(COMPARED, stored(COMPARED, beside(twice)), own).share == 1
 
 
-# --- tolerances -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("off", "share"), [(0.147, 1), (-0.147, 1), (0.153, 0.0), (-0.153, 0.0)])
 def test_curves_follow_within_fifteen_per_cent(off, share):
     figure = panels(curves=[(1 + off) * values for values in (THETA, ALPHA, VOLTS)])
@@ -308,9 +303,6 @@ def test_a_window_shorter_than_a_turn_is_found_where_its_time_says_and_looked_fo
     """So short a piece may follow somewhere by chance."""
     verdict = CHECK.verdict(PART, stored(PART, window(2.0, 2.0 + 0.9 * TURN, zero=zero)), case())
     assert verdict.share == 0 and ("follows it, but over too short a time" in verdict.reason) == found
-
-
-# --- figures made to break the check ----------------------------------------------------------------------------------
 
 
 def test_a_figure_with_as_much_as_can_be_kept_is_judged_in_time():

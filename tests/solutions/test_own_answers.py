@@ -69,9 +69,6 @@ MODEL = {("2.14", "A"): TRUE.torque_model[0], ("2.14", "B"): TRUE.torque_model[1
 WISH = {("3.4", "desired_poles"): MINE, ("3.4", "polynomial"): np.poly(MINE).real}
 
 
-# --- own desired poles ------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("question", ["3.8", "3.10"])
 def test_a_gain_for_the_own_desired_poles_follows_and_without_them_is_wrong(question):
     assert verdict(question, "K", placed(MINE), MODEL | WISH).status is Status.FOLLOW_THROUGH
@@ -84,9 +81,6 @@ def test_the_companion_gain_for_the_own_desired_polynomial_follows():
     assert verdict("3.5", "K_c", value, WISH | {("3.2", "polynomial"): TRUE.polynomial}).status is Status.FOLLOW_THROUGH
     assert verdict("3.5", "K_c", value, WISH).status is Status.FOLLOW_THROUGH
     assert verdict("3.5", "K_c", value).status is Status.WRONG
-
-
-# --- the poles of the closed loop -------------------------------------------------------------------------------------
 
 
 def loop(gain):
@@ -125,9 +119,6 @@ def test_in_the_table_the_poles_of_the_closed_loop_are_judged_in_the_same_way():
     assert verdict("Table 3", "poles", DESIRED, own | {("3.9", "poles"): DESIRED}).status is Status.FOLLOW_THROUGH
 
 
-# --- the companion form and what is made of it ------------------------------------------------------------------------
-
-
 def test_the_controllability_matrix_of_the_companion_form_may_stand_on_either_own_answer():
     wrong = TRUE.polynomial * [1, 1, 1.2, 1, 1]
     value = ctrb(companion(wrong), np.array([0, 0, 0, 1.0]))
@@ -143,9 +134,6 @@ def test_rank_and_controllability_follow_from_the_own_model():
     assert verdict("3.6", "controllable", "no", {("3.6", "rank"): 3}).status is Status.FOLLOW_THROUGH
     assert verdict("3.6", "controllable", "no", {("3.6", "rank"): 4}).status is Status.WRONG
     assert verdict("3.6", "rank", 3, MODEL).status is Status.WRONG
-
-
-# --- the own function -------------------------------------------------------------------------------------------------
 
 
 def function_with(change):
@@ -195,8 +183,6 @@ def test_code_for_the_own_matrices_of_the_pre_lab_follows():
     assert verdict("2.13", "state_space", function_with(CHANGES["held"])).status is Status.WRONG
     assert verdict("2.13", "state_space", function_with(CHANGES["sign"]), own).status is Status.WRONG
 
-
-# --- degenerate -------------------------------------------------------------------------------------------------------
 
 ZERO = sympy.Integer(0)
 

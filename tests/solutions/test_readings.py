@@ -50,9 +50,6 @@ def stiffness(value: float, case: Case) -> Verdict:
     return verdict("2.12", "K_s", value, case)
 
 
-# --- readings, written out another way than the marker's --------------------------------------------------------------
-
-
 def highest(f: Any, amplitude: Any) -> float:
     inside = (f >= 1) & (f <= 5)
     return float(HZ * f[inside][np.argmax(amplitude[inside])])
@@ -248,9 +245,6 @@ def test_the_oddest_numbers_are_wrong_and_break_nothing(bench):
     for value in (0.0, -20.0, 1e300, -1e300, 5e-324):
         own = case(bench, omega_n=value, J_l=value)
         assert omega(value, own).status is stiffness(value, own).status is WRONG
-
-
-# --- the stiffness, and what follows ----------------------------------------------------------------------------------
 
 
 def test_a_slip_in_the_inertia_costs_its_own_points_only(bench):

@@ -124,9 +124,6 @@ def test_without_recordings_nobody_knows_at_which_bench_it_was(data):
             getattr(bench, what)
 
 
-# --- what comes back is a stranger's ----------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def content(tmp_path, made):
     """Two honest recordings as plain data."""
@@ -207,9 +204,6 @@ def test_what_the_reader_left_out_is_told_in_one_line_of_bounded_length(content)
         "The run says of the recordings: 003-x.mat is longer than\N{REPLACEMENT CHARACTER} 60 s."
     ]
     assert bench.is_known and len(bench.problems[0]) < 700
-
-
-# --- marks, and what is known of a bench ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -73,9 +73,6 @@ def case(bench, virtual=True, **own):
     return Case(bench, lambda question, part: known[question, part], 7, virtual)
 
 
-# --- recordings -------------------------------------------------------------------------------------------------------
-
-
 def test_a_recording_of_the_own_bench_with_the_feedback_asked_for_is_right(bench, K, run, friends):
     check = ResponseOf(FULL, CHANNELS)
 
@@ -107,9 +104,6 @@ def test_a_simulation_of_either_fidelity_with_the_limit_or_without_is_right_and_
     value = stored(RESPONSE, run)
     value["metadata"]["experiment"] = "closed_loop"
     assert check.verdict(SIMULATED, value, own).status is Status.WRONG
-
-
-# --- numbers ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -162,9 +156,6 @@ def test_specifications_are_met_as_the_own_numbers_say(bench, shares, accepted):
     assert {word for word, status in given.items() if status is Status.RIGHT} == accepted
 
 
-# --- figures ----------------------------------------------------------------------------------------------------------
-
-
 def drawn(recording, channels=CHANNELS, unit="deg", labels=True):
     figure = Figure()
     for ax, channel in zip(figure.subplots(len(channels), 1), channels, strict=True):
@@ -202,9 +193,6 @@ def test_what_does_not_come_from_the_virtual_bench_is_for_a_person(bench, run):
     elsewhere = case(bench, virtual=False)
     assert ResponseOf(FULL, CHANNELS).verdict(RESPONSE, stored(RESPONSE, run), elsewhere).status is Status.FOR_A_PERSON
     assert Measured("t_s", FULL, OWN).verdict(T_S, 0.4, elsewhere).status is Status.FOR_A_PERSON
-
-
-# --- what the student's own design could not make ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("spare", [True, False], ids=["spare gain", "right design"])

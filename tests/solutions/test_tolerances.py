@@ -43,9 +43,6 @@ def case(**own: Any) -> Case:
     return Case(BENCH, lambda question, part: known[question, part], SEED, True)
 
 
-# --- how far off an answer is, by the sort of check -------------------------------------------------------------------
-
-
 def number(check: Number) -> Off:
     return lambda share: check.expected(BENCH) * (1 + share * check.rtol)
 
@@ -173,9 +170,6 @@ def test_what_is_zero_has_no_room():
         assert given == [Status.RIGHT, Status.WRONG]
 
 
-# --- follow-through, and limits ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_gain_follows_from_the_own_companion_form_within_two_per_cent(side):
     (a, b, *_), W = DESIGN.torque_model, DESIGN.transformation[2]
@@ -214,8 +208,6 @@ def test_the_specifications_are_the_workbooks():
     assert {"t_s": 0.5, "PO": 5.0, "alpha_max_deg": pytest.approx(12.5), "V_max": 10.0} == LIMITS
     assert SPECIFIED["max_alpha"] == pytest.approx(12.5 * DEG)
 
-
-# --- the values -------------------------------------------------------------------------------------------------------
 
 BIN = 1 / (8192 * 0.002)  # Hz, of a sweep of 15 s filled up to a power of two
 SLOWEST, FASTEST = 18.0 / (2 * math.pi), 27.5 / (2 * math.pi)  # Hz, of the benches that are drawn

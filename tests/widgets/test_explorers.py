@@ -27,8 +27,6 @@ from rotflex.widgets.spectra import spectra, stiffness_at
 from rotflex.widgets.sweeps import SweepExplorer
 from rotflex.widgets.validations import ValidationExplorer
 
-# --- scenes ---------------------------------------------------------------------------------------------------------
-
 
 def test_a_scene_is_plain_json_and_its_numbers_come_back():
     x, y = np.linspace(0, 1, 50), np.linspace(3, 4, 50) ** 2
@@ -55,9 +53,6 @@ def test_a_long_curve_is_thinned_and_keeps_its_peaks():
     assert (np.diff(few_x) >= 0).all()
     assert (few_y.max(), few_y.min()) == (99, -99)
     assert few_x[few_y.argmax()] == 137
-
-
-# --- any explorer ---------------------------------------------------------------------------------------------------
 
 
 class Fragile(Explorer):
@@ -106,9 +101,6 @@ def test_each_scene_has_a_new_version():
     first = explorer.scene["version"]
     change(explorer, "value", 4.0)
     assert explorer.scene["version"] == first + 1
-
-
-# --- sweep ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_sweep_explorer_shows_why_the_voltage_misleads(lab):
@@ -188,9 +180,6 @@ def test_a_recording_of_another_bench_is_looked_at_and_not_run_again(lab):
         SweepExplorer(live)
     assert "simulated" in str(error.value)
     assert SweepExplorer(live, recording).recording is recording
-
-
-# --- validation -----------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -278,9 +267,6 @@ def test_fitted_friction_before_a_fit_is_a_word(lab, validated):
     assert "press Fit" in notice(explorer)["text"]
 
 
-# --- results --------------------------------------------------------------------------------------------------------
-
-
 def test_a_results_table_follows_the_answers_and_is_taken_along(lab, tmp_path):
     explorer = widgets.results_table(lab, "Table 2")
     assert "7 of 7" in explorer.scene["readouts"][0]["title"]
@@ -308,9 +294,6 @@ def test_no_cell_becomes_a_formula_and_numbers_stay_numbers():
     rows = list(csv.reader(io.StringIO(as_csv(Table()))))
     assert rows[1:] == [["'=1+1", "'@x", "'-5 apples", "m"], ["fine", "y", "-5.25", ""]]
     assert "<title>&lt;b&gt;" in as_html(Table())
-
-
-# --- on paper -------------------------------------------------------------------------------------------------------
 
 
 def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, validated):

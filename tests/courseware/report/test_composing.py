@@ -237,9 +237,6 @@ def test_results_that_a_section_lacks_are_named_with_their_cell(lab, tmp_path):
     assert composed(lab, tmp_path).sections[1].missing == ()
 
 
-# --- making it -------------------------------------------------------------------------------------------------------
-
-
 def test_a_report_is_written_beside_the_notebooks(lab, tmp_path, capsys):
     lab.report("first")
     said = capsys.readouterr().out

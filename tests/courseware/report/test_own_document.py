@@ -56,9 +56,6 @@ def attach(lab, capsys, data, name="mine.pdf"):
     return capsys.readouterr().out
 
 
-# --- taking it --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["mine.pdf", NAME])
 def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder, capsys, name):
     said = attach(lab, capsys, typeset(), name)
@@ -107,9 +104,6 @@ def test_the_notebooks_report_does_not_write_over_it(lab, folder, capsys):
     assert "document of your own" in capsys.readouterr().out
 
 
-# --- what is said of it -----------------------------------------------------------------------------------------------
-
-
 @functools.cache
 def texts():
     return tuple(attaching.read(typeset(), "x"))
@@ -135,9 +129,6 @@ def test_of_a_scan_it_is_told_that_it_is_one_and_nothing_else(lab, capsys):
     said = attach(lab, capsys, blank(3))
     assert "its pages are pictures" in said
     assert "No heading" not in said
-
-
-# --- what no list asks for any more -----------------------------------------------------------------------------------
 
 
 def test_its_texts_are_missing_nowhere(lab, capsys):
@@ -196,9 +187,6 @@ def test_a_report_that_is_older_than_its_notebook_is_asked_about(folder):
     assert len(along(folder)) == 1
     os.utime(folder / NAME, (0, 1000))
     assert "was made before 02 was saved last" in along(folder)[1]
-
-
-# --- handing it in ----------------------------------------------------------------------------------------------------
 
 
 def packed(folder, **options):

@@ -60,9 +60,6 @@ def test_another_test_is_no_notebook(monkeypatch):
     assert not by_program()
 
 
-# --- a notebook that is not saved -------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def runs(monkeypatch):
     """As if a kernel ran a cell of this source."""

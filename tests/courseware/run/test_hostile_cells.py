@@ -46,8 +46,6 @@ def explained(cells, reports=NOTHING, claim=None):
     return explain(PRISTINE, made, reports, set(), CATALOGUE, handed_in=[NAME], claim=claim)
 
 
-# --- sources ----------------------------------------------------------------------------------------------------------
-
 SIZES = {190_000: 26, 19_000: 5}  # characters of a cell, how many such cells: of the second sort, all is looked at
 TRAPS = {
     # Python copies all names of a function for each function in it.
@@ -125,8 +123,6 @@ def test_answers_that_say_they_lack_each_other_have_an_end():
     assert explained([], reports).missing[wheres[0]].count("2.1") == 1
 
 
-# --- ids, numbers, claims ---------------------------------------------------------------------------------------------
-
 ODD_IDS = ["../../x", "/etc/passwd", "C:\\x", "<script>", "\x1b[2J", "\u202e", "a" * 65, "a b", "", "q2.11-answer", "é"]
 
 
@@ -155,9 +151,6 @@ def test_ten_thousand_cells_are_no_notebook():
 def test_a_claim_that_is_all_names_is_told_in_few_words():
     claim = Claim({number: dict.fromkeys(CATALOGUE.find(number).names, "<b>\x1b[2J" * 100) for number in QUESTIONS})
     assert all(len(sentence) < 300 for sentence in explained([], claim=claim).lost)
-
-
-# --- reports ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -256,8 +256,6 @@ def test_a_roundabout_way_to_names_has_all_run():
         assert [name for name in skippable_cells._ROUNDABOUT if left_out("n = 1", source.format(name))] == []
 
 
-# --- what builds on what ----------------------------------------------------------------------------------------------
-
 CATALOGUE = Catalogue(
     [Question(name, "1", "1_one", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")],
 )

@@ -102,8 +102,6 @@ def test_an_older_format_without_ids_gets_them():
     assert [cell["source"] for cell in done["cells"]] == [cell["source"] for cell in worked()["cells"]]
 
 
-# --- any notebook whatever --------------------------------------------------------------------------------------------
-
 PLACES = st.integers(0, 30)
 STEPS = st.lists(
     st.one_of(
@@ -161,9 +159,6 @@ def test_after_restoring_nothing_is_missing_and_no_word_of_the_students_is_gone(
     places = iter(found)
     assert all(source in places for source in kept)  # in the order in which they are run
     assert restore.mend(saved(done), MASTER) == (done, ())
-
-
-# --- files ------------------------------------------------------------------------------------------------------------
 
 
 def test_the_notebook_as_it_was_is_kept_beside_it_and_another_time_beside_that(tmp_path):

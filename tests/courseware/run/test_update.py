@@ -186,9 +186,6 @@ def test_whatever_a_student_wrote_is_there_and_a_second_time_changes_nothing(ans
     assert again == done and not changes.aside
 
 
-# --- a folder ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def released(tmp_path):
     """The new release, as handed out."""

@@ -43,9 +43,6 @@ def expected(frame, point, x, angle, bend):
     return ({"ground": np.eye(3), "cart": cart, "rod": rod, "tip": tip}[frame] @ [*point, 1])[:2]
 
 
-# --- as it is sent --------------------------------------------------------------------------------------------------
-
-
 def test_a_drawing_is_plain_json_in_the_order_in_which_it_is_drawn():
     shown = drawing()
     shown.circle(GROUND.at(0, 0), 2.5, "grid")
@@ -83,9 +80,6 @@ def test_recorded_signals_go_into_the_one_buffer_by_name():
     assert np.frombuffer(data, np.float32)[4:] == pytest.approx([0, 0.25, 0.5, 0.75, 1, 3, 2.5, 2])
 
 
-# --- what is refused ------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("draw", "name"),
     [
@@ -110,8 +104,6 @@ def test_a_recorded_signal_that_moves_nothing_is_refused():
     with pytest.raises(RotflexError, match=r"'speed'.* angle, bend, x"):
         Scene("a crane", [Column([Panel("y", (0, 1), (0, 1)), drawing()])], play=play).packed()
 
-
-# --- on the page ----------------------------------------------------------------------------------------------------
 
 # What a pen is asked to do, in px on the canvas.
 PEN = """() => {
