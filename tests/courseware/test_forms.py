@@ -39,10 +39,9 @@ def through_json(wanted, value, seed=SEED):
     return decode(wanted, json.loads(json.dumps(encoded.content, allow_nan=False))), encoded
 
 
-def refused(wanted, value, token=None):
-    with pytest.raises(FormError, match=token) as error:
+def refused(wanted, value, fragment):
+    with pytest.raises(FormError, match=fragment):
         encode(wanted, value, SEED)
-    return str(error.value)
 
 
 OMEGA_N = part("2.11", "omega_n")
@@ -51,39 +50,32 @@ B = part("2.14", "B")
 K = part("3.8", "K")
 POLYNOMIAL = part("3.2", "polynomial")
 POLES = part("2.18", "poles")
+SPECTRUM = part("2.10", "spectrum")
+STATE_SPACE = part("2.13", "state_space")
+FIGURE = part("2.9", "figure")
+SWEEP = part("2.9", "sweep")
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        19.5,
-        np.float64(19.5),
-        np.float32(19.5),
-        np.array(19.5),
-        np.array([19.5]),
-        [[19.5]],
-        Fraction(39, 2),
-        sympy.Rational(39, 2),
-        sympy.Float(19.5),
-        sympy.Matrix([[19.5]]),
-        19.5 + 0j,
-        np.complex128(19.5),
-    ],
-    ids=lambda value: type(value).__name__,
-)
-def test_a_number_is_taken_in_whatever_type_it_comes(value):
-    back, encoded = through_json(OMEGA_N, value)
-    assert back == 19.5
-    assert encoded.content == {"kind": "number", "value": 19.5}
-    assert encoded.hints == ()
+def test_a_number_is_taken_in_whatever_type_it_comes():
+    values = [19.5, np.float64(19.5), np.float32(19.5), np.array(19.5), np.array([19.5]), [[19.5]], Fraction(39, 2)]
+    values += [sympy.Rational(39, 2), sympy.Float(19.5), sympy.Matrix([[19.5]]), 19.5 + 0j, np.complex128(19.5)]
+    for value in values:
+        back, encoded = through_json(OMEGA_N, value)
+        assert back == 19.5
+        assert encoded.content == {"kind": "number", "value": 19.5}
+        assert encoded.hints == ()
 
 
-@pytest.mark.parametrize("nothing", [None, ...], ids=["None", "..."])
-def test_a_preset_is_not_an_answer_to_any_part(nothing):
-    for question in CATALOGUE.everything.values():
-        for wanted in question.parts:
-            with pytest.raises(NotAnswered):
-                encode(wanted, nothing, SEED)
+def test_what_a_notebook_begins_with_is_no_answer():
+    parts = [wanted for question in CATALOGUE.everything.values() for wanted in question.parts]
+    nothings = [(wanted, nothing) for wanted in parts for nothing in (None, ...)]
+    stubs = ("", "   \n", "...", "Your answer here.", "your answer here")
+    nothings += [(part("2.16", "comparison"), stub) for stub in stubs]
+    nothings += [(SPECTRUM, lambda x, dt, value=value: value) for value in (None, ..., (None, None))]
+    nothings += [(STATE_SPACE, lambda *p: (None, None, None, None)), (A, [[None] * 4] * 4)]
+    for wanted, nothing in nothings:
+        with pytest.raises(NotAnswered):
+            encode(wanted, nothing, SEED)
 
 
 @pytest.mark.parametrize(
@@ -131,44 +123,23 @@ def test_a_slip_of_units_is_kept_and_hinted_at_without_the_value(wanted, value, 
 NUMBERS = [[0, 0, 1, 0], [0, 0, 0, 1], [0, 671.7, -1.9, 0], [0, -1098.8, 1.9, 0]]
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        NUMBERS,
-        tuple(map(tuple, NUMBERS)),
-        np.array(NUMBERS),
-        np.matrix(NUMBERS),
-        sympy.Matrix(NUMBERS),
-        np.array(NUMBERS) + 0j,
-    ],
-    ids=["lists", "tuples", "array", "np.matrix", "sympy", "complex with no imaginary part"],
-)
-def test_a_matrix_is_taken_in_whatever_type_it_comes(value):
-    back, encoded = through_json(A, value)
-    assert back.shape == (4, 4)
-    assert back == pytest.approx(np.array(NUMBERS), abs=0)
-    assert show(A, encoded.content) == "A: 4 × 4 matrix"
+def test_a_matrix_is_taken_in_whatever_type_it_comes():
+    array = np.array(NUMBERS)
+    for value in (NUMBERS, tuple(map(tuple, NUMBERS)), array, np.matrix(NUMBERS), sympy.Matrix(NUMBERS), array + 0j):
+        back, encoded = through_json(A, value)
+        assert back.tolist() == array.tolist()
+        assert show(A, encoded.content) == "A: 4 × 4 matrix"
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        [1, 2, 3, 4],
-        (1, 2, 3, 4),
-        [[1, 2, 3, 4]],
-        [[1], [2], [3], [4]],
-        np.arange(1, 5),
-        np.arange(1, 5).reshape(4, 1),
-        sympy.Matrix([1, 2, 3, 4]),
-        sympy.Matrix([[1, 2, 3, 4]]),
-    ],
-)
 @pytest.mark.parametrize(("wanted", "shape"), [(B, (4, 1)), (K, (1, 4))])
-def test_a_vector_may_lie_or_stand_and_comes_back_in_its_shape(wanted, shape, value):
-    back, encoded = through_json(wanted, value)
-    assert back.shape == shape
-    assert back.ravel().tolist() == [1, 2, 3, 4]
-    assert show(wanted, encoded.content) == f"{wanted.name} = [1, 2, 3, 4]"
+def test_a_vector_may_lie_or_stand_and_comes_back_in_its_shape(wanted, shape):
+    values = [[1, 2, 3, 4], (1, 2, 3, 4), [[1, 2, 3, 4]], [[1], [2], [3], [4]], np.arange(1, 5)]
+    values += [np.arange(1, 5).reshape(4, 1), sympy.Matrix([1, 2, 3, 4]), sympy.Matrix([[1, 2, 3, 4]])]
+    for value in values:
+        back, encoded = through_json(wanted, value)
+        assert back.shape == shape
+        assert back.ravel().tolist() == [1, 2, 3, 4]
+        assert show(wanted, encoded.content) == f"{wanted.name} = [1, 2, 3, 4]"
 
 
 def test_polynomials_of_numpy_and_sympy_are_their_coefficients():
@@ -201,36 +172,17 @@ def test_tables_of_pandas_are_their_entries():
     assert through_json(OMEGA_N, 2 * np.pi * table["f"][table["a"].idxmax()])[0] == pytest.approx(7 * np.pi)
 
 
-def test_a_matrix_of_none_is_not_answered_yet():
-    with pytest.raises(NotAnswered):
-        encode(A, [[None] * 4] * 4, SEED)
-
-
 FOUND = [0, -18.9, -8.09 + 27j, -8.09 - 27j]
 
 
 @given(st.permutations(FOUND))
-def test_poles_may_come_in_any_order(order):
-    assert encode(POLES, order, SEED) == encode(POLES, FOUND, SEED)
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        np.array(FOUND),
-        np.array(FOUND).reshape(4, 1),
-        set(FOUND),
-        tuple(FOUND),
-        [sympy.Integer(0), -18.9, sympy.Float(-8.09) + 27 * sympy.I, sympy.Float(-8.09) - 27 * sympy.I],
-        dict.fromkeys(FOUND, 1),
-    ],
-)
-def test_poles_are_taken_in_whatever_type_they_come(value):
-    back, encoded = through_json(POLES, value)
-    assert sorted(back, key=lambda p: (p.real, p.imag)) == pytest.approx(
-        sorted(map(complex, FOUND), key=lambda p: (p.real, p.imag))
-    )
-    assert encoded.hints == ()
+def test_poles_may_come_in_any_order_and_in_whatever_type(order):
+    as_sympy = [sympy.Float(pole.real) + sympy.Float(pole.imag) * sympy.I for pole in map(complex, order)]
+    kept = encode(POLES, FOUND, SEED)
+    assert kept.hints == ()
+    for value in (order, np.array(order).reshape(4, 1), set(order), tuple(order), as_sympy, dict.fromkeys(order, 1)):
+        assert encode(POLES, value, SEED) == kept
+    assert set(decode(POLES, kept.content)) == set(FOUND)
 
 
 def test_multiple_poles_of_sympys_eigenvalues_count_as_often_as_they_occur():
@@ -255,21 +207,10 @@ def test_a_truth_value_answers_yes_or_no():
     assert through_json(part("3.6", "controllable"), False)[0] == "no"
 
 
-def test_the_text_that_a_notebook_puts_there_is_no_answer():
-    for stub in ("", "   \n", "...", "Your answer here.", "your answer here"):
-        with pytest.raises(NotAnswered):
-            encode(part("2.16", "comparison"), stub, SEED)
-
-
 def test_prose_is_kept_as_it_is_and_counted():
     back, encoded = through_json(part("2.16", "comparison"), "  The model leads\r\nby 5 °. ")
     assert back == "The model leads\nby 5 °."
     assert show(part("2.16", "comparison"), encoded.content) == "comparison: 6 words"
-
-
-def test_prose_that_is_too_long_is_refused_with_its_length():
-    assert len(through_json(part("2.16", "comparison"), "x" * LONGEST_PROSE)[0]) == LONGEST_PROSE
-    refused(part("2.16", "comparison"), "x" * (LONGEST_PROSE + 1), f"{LONGEST_PROSE + 1}")
 
 
 def test_prose_with_what_no_database_bears_is_cleaned():
@@ -288,10 +229,6 @@ def test_expressions_equations_and_matrices_of_them_come_back():
     assert back == sympy.Matrix([0, 0, 1 / J_eq, -1 / J_eq])
     assert show(part("2.7", "B"), encoded.content) == "B: 4 × 1 matrix in J_eq"
     assert through_json(part("2.7", "B"), [0, 0, 1 / J_eq, -1 / J_eq])[0] == back
-
-
-SPECTRUM = part("2.10", "spectrum")
-STATE_SPACE = part("2.13", "state_space")
 
 
 def spectrum(x, dt):
@@ -328,6 +265,7 @@ def test_the_outputs_of_a_spectrum_are_kept_up_to_10_hz():
         assert amplitude == pytest.approx(amplitude_all[kept], rel=1e-5)
     assert show(SPECTRUM, encoded.content) == "spectrum: a function, tried on 4 inputs"
     assert len(json.dumps(encoded.content)) < 30_000
+    assert encode(SPECTRUM, lambda x, dt: np.array(spectrum(x, dt)), SEED) == encoded
 
 
 def test_a_long_spectrum_is_thinned_out_as_documented():
@@ -340,11 +278,6 @@ def test_a_long_spectrum_is_thinned_out_as_documented():
     assert outputs[1][0] == pytest.approx(f_all[thin(f_all.size, 600)], rel=1e-5)
 
 
-def test_a_function_may_return_one_array_of_rows():
-    outputs, _ = through_json(SPECTRUM, lambda x, dt: np.array(spectrum(x, dt)))
-    assert np.array_equal(outputs[0], through_json(SPECTRUM, spectrum)[0][0])
-
-
 def test_a_function_gets_a_copy_of_its_inputs():
     def careless(x, dt):
         x *= 0
@@ -352,12 +285,6 @@ def test_a_function_gets_a_copy_of_its_inputs():
 
     encode(SPECTRUM, careless, SEED)
     assert np.abs(COMPOUND_SINES.inputs(SEED)[0][0]).max() > 0.3
-
-
-def test_a_function_that_returns_nothing_is_not_answered_yet():
-    for nothing in (lambda x, dt: None, lambda x, dt: ..., lambda x, dt: (None, None)):
-        with pytest.raises(NotAnswered):
-            encode(SPECTRUM, nothing, SEED)
 
 
 def test_a_state_space_function_is_kept_whatever_form_its_matrices_have():
@@ -374,11 +301,6 @@ def test_a_state_space_function_is_kept_whatever_form_its_matrices_have():
     drawn = [arguments[0] for arguments in PLANT_PARAMETERS.inputs(SEED)]
     assert [out[0][2, 1] for out in outputs] == pytest.approx(drawn, rel=1e-5)
     assert encode(STATE_SPACE, model, SEED) == encoded
-    with pytest.raises(NotAnswered):
-        encode(STATE_SPACE, lambda *p: (None, None, None, None), SEED)
-
-
-FIGURE = part("2.9", "figure")
 
 
 def labelled(n=7500):
@@ -445,9 +367,6 @@ def test_the_fullest_figure_is_refused_before_the_file_grows_too_large():
     refused(FIGURE, figure, "too large")
 
 
-SWEEP = part("2.9", "sweep")
-
-
 def recorded(n=7501, **metadata):
     t = 0.002 * np.arange(n)
     return Recording.of(t, {"experiment": "sweep", **metadata}, theta=np.cos(t), alpha=np.sin(t), vm=t)
@@ -487,48 +406,98 @@ def plotted(count=1, **labels):
     return figure
 
 
-def test_whatever_cannot_be_an_answer_is_refused(snapshot):
-    """Each message should say what is asked for, and where what was given differs."""
-    s, J, J_eq = sympy.symbols("s J J_eq")
+def test_whatever_cannot_be_an_answer_is_refused():
+    """Each message names what is asked for, and where what was given differs."""
+    s, J, J_eq, K_s = sympy.symbols("s J J_eq K_s")
     stability, symbolic_A, symbolic_B = part("3.1", "stability"), part("2.7", "A"), part("2.7", "B")
-    numbers = [True, np.bool_(True), [True], "19.9", np.array(["19.9"]), np.nan, np.inf, sympy.zoo, [1.0, 2.0], []]
-    numbers += [[[1, 2], [3]], 19.9 + 1j, 2 * sympy.Symbol("K_s"), lambda: 19.9, {"omega_n": 19.9}]
-    matrices = [NUMBERS[:3], [1, 2, 3], np.arange(16), [[1, 2], [3]], 5, "eye", np.full((4, 4), True)]
-    matrices += [[*NUMBERS[:2], [0, hole, 1, 0], NUMBERS[3]] for hole in (np.nan, None)]
-    matrices += [sympy.Matrix(4, 4, lambda i, j: sympy.Symbol("K_s")), np.array(NUMBERS) + 1j]
-    poles = [FOUND[:3], "0, -18.9", -18.9, *([0, -18.9, hole, 1] for hole in (None, np.nan, "x")), [s, 1, 2, 3]]
-    functions = [lambda x, dt: 1 / 0, lambda x: x, lambda x, dt: x, lambda x, dt: (x, x, x), spectrum(np.ones(8), 0.01)]
-    functions += [lambda x, dt: (x[:5], x[:4]), lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.fft.rfft(x))]
-    functions += [lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.full(len(x) // 2 + 1, np.nan))]
-    functions += [lambda x, dt: (np.arange(100) * 1000 + 50, np.arange(100)), lambda x, dt: ("f", "a")]
-    functions += [lambda x, dt: np.array([x, x, x])]
-    models = [lambda *p: (np.eye(3), B_, C_, D_), lambda *p: (np.eye(4), B_, C_, 0)]
-    B_, C_, D_ = np.ones(4), np.eye(2, 4), np.zeros(2)
+    ones, eye, zeros = np.ones(4), np.eye(2, 4), np.zeros(2)
     empty = Figure()
     empty.subplots()
-    recordings = [np.zeros((10, 2)), Recording.of(np.arange(5) * 0.1, theta=np.ones(5))]
-    recordings += [recorded(note=note) for note in (object(), float("nan"), "x" * 10_000)]
-    table = [(OMEGA_N, numbers), (A, matrices), (B, [np.eye(2)]), (K, [[1, 2, 3], lambda: [1, 2, 3, 4]])]
-    table += [(POLYNOMIAL, [np.polynomial.Polynomial([1, 2, 1]), s**3 + 1, 1 / s]), (POLES, poles)]
-    table += [(stability, ["perhaps", True]), (part("2.16", "comparison"), [42])]
-    table += [(symbolic_A, [sympy.eye(3)]), (symbolic_B, [[0, 0, J, 1], [0, 0, None, 1 / J_eq]])]
-    table += [(SPECTRUM, functions), (STATE_SPACE, models)]
-    table += [(FIGURE, [Figure(), empty, "figure.png", [1, 2, 3], plotted(9)]), (SWEEP, recordings)]
-    table += [(part("2.15", "validation"), [recorded()])]
-    assert [f"{wanted.name}: {refused(wanted, value)}" for wanted, values in table for value in values] == snapshot
+
+    def matrix_with(hole):
+        return [*NUMBERS[:2], [0, hole, 1, 0], NUMBERS[3]]
+
+    table = [
+        (OMEGA_N, "True or False", [True, np.bool_(True), [True]]),
+        (OMEGA_N, "text", ["19.9", np.array(["19.9"])]),
+        (OMEGA_N, "not finite", [np.nan, np.inf, sympy.zoo]),
+        (OMEGA_N, "2 values", [[1.0, 2.0]]),
+        (OMEGA_N, "0 values", [[]]),
+        (OMEGA_N, "not one number", [[[1, 2], [3]]]),
+        (OMEGA_N, "complex", [19.9 + 1j]),
+        (OMEGA_N, "K_s", [2 * K_s]),
+        (OMEGA_N, "function: call it", [lambda: 19.9]),
+        (OMEGA_N, "a dict", [{"omega_n": 19.9}]),
+        (A, "4 × 4 matrix; it is 3 × 4", [NUMBERS[:3]]),
+        (A, "row of 3", [[1, 2, 3]]),
+        (A, "row of 16", [np.arange(16)]),
+        (A, "rows differ", [[[1, 2], [3]]]),
+        (A, "4 × 4 matrix; it is a (int|str)", [5, "eye"]),
+        (A, "row 1, column 1: it is True", [np.full((4, 4), True)]),
+        (A, "row 3, column 2: it is not finite", [matrix_with(np.nan)]),
+        (A, "row 3, column 2 is still empty", [matrix_with(None)]),
+        (A, "row 1, column 1: it still contains K_s", [sympy.Matrix(4, 4, lambda i, j: K_s)]),
+        (A, "row 1, column 1: it is complex", [np.array(NUMBERS) + 1j]),
+        (B, "4 numbers; it is 2 × 2", [np.eye(2)]),
+        (K, "4 numbers; it is a row of 3", [[1, 2, 3]]),
+        (K, "function: call it", [lambda: [1, 2, 3, 4]]),
+        (POLYNOMIAL, "5 numbers", [np.polynomial.Polynomial([1, 2, 1]), s**3 + 1, 1 / s]),
+        (POLES, "there are 3", [FOUND[:3]]),
+        (POLES, "give a list of 4", ["0, -18.9", -18.9]),
+        (POLES, "pole 3 is still empty", [[0, -18.9, None, 1]]),
+        (POLES, "pole 3: it is not finite", [[0, -18.9, np.nan, 1]]),
+        (POLES, "pole 3: it is text", [[0, -18.9, "x", 1]]),
+        (POLES, "pole 1: it still contains s", [[s, 1, 2, 3]]),
+        (stability, "'stable', 'marginally stable', 'unstable'", ["perhaps", True]),
+        (part("2.16", "comparison"), "a int", [42]),
+        (symbolic_A, "4 × 4 matrix; it is 3 × 3", [sympy.eye(3)]),
+        (symbolic_B, "row 3, column 1: it contains J, which .*: J_eq, J_l", [[0, 0, J, 1]]),
+        (symbolic_B, "row 3, column 1 is still empty", [[0, 0, None, 1 / J_eq]]),
+        (SPECTRUM, r"spectrum\(x, dt\) raised ZeroDivisionError: division by zero", [lambda x, dt: 1 / 0]),
+        (SPECTRUM, "raised TypeError", [lambda x: x]),
+        (SPECTRUM, "returned a ndarray", [lambda x, dt: x, lambda x, dt: np.array([x, x, x])]),
+        (SPECTRUM, "returned a tuple of 3", [lambda x, dt: (x, x, x)]),
+        (SPECTRUM, "it is a tuple: give the function", [spectrum(np.ones(8), 0.01)]),
+        (SPECTRUM, "f_hz has 5 values and amplitude has 4", [lambda x, dt: (x[:5], x[:4])]),
+        (SPECTRUM, "amplitude is complex", [lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.fft.rfft(x))]),
+        (SPECTRUM, "amplitude .* not finite", [lambda x, dt: (x, np.full(len(x), np.nan))]),
+        (SPECTRUM, "10 Hz", [lambda x, dt: (np.arange(100) * 1000 + 50, np.arange(100))]),
+        (SPECTRUM, "f_hz is not", [lambda x, dt: ("f", "a")]),
+        (STATE_SPACE, "A is 3 × 3, not 4 × 4", [lambda *p: (np.eye(3), ones, eye, zeros)]),
+        (STATE_SPACE, "D is a single number, not 2 × 1", [lambda *p: (np.eye(4), ones, eye, 0)]),
+        (FIGURE, "no curve", [Figure(), empty]),
+        (FIGURE, "a str", ["figure.png"]),
+        (FIGURE, "no figure", [[1, 2, 3]]),
+        (FIGURE, "9 diagrams; 8 at most", [plotted(9)]),
+        (SWEEP, "a ndarray", [np.zeros((10, 2))]),
+        (SWEEP, "lacks alpha; it has theta", [Recording.of(np.arange(5) * 0.1, theta=np.ones(5))]),
+        (SWEEP, "metadata is not plain data", [recorded(note=note) for note in (object(), float("nan"))]),
+        (SWEEP, "metadata is too long", [recorded(note="x" * 10_000)]),
+        (part("2.15", "validation"), "lacks theta_model and alpha_model; it has theta, alpha, vm", [recorded()]),
+    ]
+    for wanted, fragment, values in table:
+        for value in values:
+            refused(wanted, value, fragment)
 
 
-def test_what_may_be_a_slip_is_kept_with_a_hint(snapshot):
+def test_what_may_be_a_slip_is_kept_with_a_hint():
     channels = dict.fromkeys(("theta_ref", "theta", "alpha", "vm"), np.ones(5))
     full = Recording.of(np.arange(5) * 0.1, {"experiment": "tracking", "feedback": "full"}, **channels)
     nameless, marked = labelled(), labelled()
     nameless.axes[0].plot([0, 1, 2], [0, 1, 0])
     marked.axes[0].axhline(1)
-    for wanted, value in ((FIGURE, marked), (part("3.13", "response"), full)):
-        assert encode(wanted, value, SEED).hints == ()
-    table = [(POLES, [0, -18.9, -8.09 + 27j, -8.09 + 27j]), (FIGURE, plotted(xlabel="time")), (FIGURE, nameless)]
-    table += [(SWEEP, recorded(experiment="tracking")), (part("3.15", "response"), full)]
-    assert [encode(wanted, value, SEED).hints for wanted, value in table] == snapshot
+    for wanted, value, fragments in (
+        (FIGURE, marked, []),
+        (part("3.13", "response"), full, []),
+        (POLES, [0, -18.9, -8.09 + 27j, -8.09 + 27j], ["conjugate"]),
+        (FIGURE, plotted(xlabel="time"), ["x axis has no unit", "y axis has no label"]),
+        (FIGURE, nameless, ["more than one curve"]),
+        (SWEEP, recorded(experiment="tracking"), ["'tracking', where 'sweep'"]),
+        (part("3.15", "response"), full, ["'full', where 'partial'"]),
+    ):
+        hints = encode(wanted, value, SEED).hints
+        assert len(hints) == len(fragments)
+        assert all(fragment in hint for fragment, hint in zip(fragments, hints, strict=True))
 
 
 json_values = st.recursive(
@@ -542,17 +511,12 @@ json_values = st.recursive(
     max_leaves=12,
 )
 every_kind = [OMEGA_N, A, B, POLES, SPECTRUM, STATE_SPACE, FIGURE, SWEEP]
-every_kind += [
-    part("3.1", "stability"),
-    part("2.16", "comparison"),
-    part("2.1", "V"),
-    part("2.4", "equation"),
-    part("2.7", "A"),
-]
+every_kind += [part(*where) for where in (("3.1", "stability"), ("2.16", "comparison"), ("2.1", "V"))]
+every_kind += [part("2.4", "equation"), part("2.7", "A")]
 
 
 @given(st.sampled_from(every_kind), json_values)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_reading_an_untrusted_answer_gives_a_value_or_an_answer_error(wanted, garbage):
     for content in (garbage, {"kind": wanted.kind, "value": garbage}, {"kind": wanted.kind, "outputs": [garbage] * 4}):
         try:
