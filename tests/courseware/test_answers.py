@@ -28,10 +28,6 @@ def book_at(path, student="ada", seed=12):
     return AnswerBook(path, student, BENCH, seed)
 
 
-def lines(replies):
-    return [str(reply) for reply in replies]
-
-
 def test_the_file_is_the_documented_plain_data(path):
     book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9}, "q2-11-answer")
     text = path.read_text()
@@ -75,7 +71,7 @@ def test_the_latest_cell_to_record_an_answer_is_known(path):
     assert book_at(path).cell("2.12", "K_s") == ""
 
 
-def test_each_part_is_acknowledged_by_a_line_and_kept_or_refused_by_itself(path, snapshot):
+def test_each_part_is_acknowledged_by_a_line_and_kept_or_refused_by_itself(path):
     book = book_at(path)
     replies = book.answer(CATALOGUE.find("2.11"), {"omega_n": None})
     assert not path.exists()
@@ -92,7 +88,21 @@ def test_each_part_is_acknowledged_by_a_line_and_kept_or_refused_by_itself(path,
         "2.12": {"J_l": {"kind": "number", "value": 0.0035}},
     }
     assert parse(path.read_bytes())["answers"] == kept
-    assert lines(replies) == snapshot
+    for reply, fragments in zip(
+        replies,
+        (
+            ["2.11  omega_n  not answered yet"],
+            ["2.11  omega_n = 3.17 rad/s  recorded", "hertz"],
+            ["2.11  explanation  not answered yet"],
+            ["2.11  omega_n  not answered yet", "the earlier answer is kept"],
+            ["2.11  omega_n  not recorded: it is text", "the earlier answer is kept"],
+            ["2.12  J_l = 0.0035 kg·m²  recorded"],
+            ["2.12  K_s  not recorded: it is text"],
+        ),
+        strict=True,
+    ):
+        assert all(fragment in str(reply) for fragment in fragments)
+        assert ("earlier" in str(reply)) == ("the earlier answer is kept" in fragments)
 
 
 def test_a_later_answer_replaces_an_earlier_one_and_leaves_the_others(path):
@@ -122,20 +132,11 @@ def test_two_notebooks_may_be_open_at_once(path):
     assert book_at(path).get("2.11", "omega_n")["value"] == 19.9
 
 
-@pytest.mark.parametrize(
-    "broken",
-    [
-        b"",
-        b"{",
-        b"[]",
-        b"\xff\xfe",
-        b'{"format": 1}',
-        b"[" * 100_000,
-        b'{"a": NaN}',
-        b" " * (answers.MAX_BYTES + 1),
-    ],
-    ids=["empty", "cut off", "list", "not UTF-8", "keys missing", "deep", "NaN", "too large"],
-)
+BROKEN = {"empty": b"", "cut off": b"{", "list": b"[]", "not UTF-8": b"\xff\xfe", "keys missing": b'{"format": 1}'}
+BROKEN |= {"deep": b"[" * 100_000, "NaN": b'{"a": NaN}', "too large": b" " * (answers.MAX_BYTES + 1)}
+
+
+@pytest.mark.parametrize("broken", BROKEN.values(), ids=BROKEN)
 def test_a_broken_file_is_put_aside_with_a_word_and_never_lost(path, broken):
     path.write_bytes(broken)
     book = book_at(path)
@@ -225,39 +226,13 @@ def test_a_crash_while_writing_leaves_the_old_file(path, monkeypatch):
     assert [file.name for file in path.parent.iterdir()] == ["answers.json"]
 
 
-def test_an_answer_with_which_the_file_would_grow_too_large_is_refused_and_the_others_stay(path, monkeypatch):
-    book = book_at(path)
-    book.answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    monkeypatch.setattr(answers, "MAX_BYTES", len(path.read_bytes()) + 100)
-    replies = book.answer(CATALOGUE.find("2.16"), {"comparison": "word " * 100})
-    assert "larger than" in str(replies[0])
-    assert not replies[0].recorded
-    assert json.loads(path.read_text())["answers"].keys() == {"2.11"}
+CHANGES = [{"format": 3}, {"format": "2"}, {"format": [2]}, {"student": 3}, {"bench": []}, {"more": 1}, {"cells": []}]
+CHANGES += [{"probe_seed": -1}, {"probe_seed": "1"}, {"probe_seed": True}, {"cells": {"2.11": {"omega_n": 1}}}]
+CHANGES += [{"answers": []}, {"answers": {"2.11": []}}, {"answers": {"2.11": {"omega_n": 19.9}}}, {"when": []}]
+CHANGES += [{"when": {"2.11": {"omega_n": when}}} for when in (-1, 1.5, True)]
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"format": 3},
-        {"format": "2"},
-        {"format": [2]},
-        {"student": 3},
-        {"bench": []},
-        {"probe_seed": -1},
-        {"probe_seed": "1"},
-        {"probe_seed": True},
-        {"answers": []},
-        {"answers": {"2.11": []}},
-        {"answers": {"2.11": {"omega_n": 19.9}}},
-        {"more": 1},
-        {"cells": []},
-        {"cells": {"2.11": {"omega_n": 1}}},
-        {"when": []},
-        {"when": {"2.11": {"omega_n": -1}}},
-        {"when": {"2.11": {"omega_n": 1.5}}},
-        {"when": {"2.11": {"omega_n": True}}},
-    ],
-)
+@pytest.mark.parametrize("change", CHANGES, ids=str)
 def test_an_untrusted_file_of_another_form_is_not_read(path, change):
     book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
     content = json.loads(path.read_bytes())
@@ -279,8 +254,7 @@ def test_a_results_table_shows_what_was_entered_and_what_is_missing(path):
     assert "-18.9, -8 - 27j, -8 + 27j, 0" in text
     html = table._repr_html_()
     assert html.count("<tr>") == 1 + 7
-    assert "not filled in yet" in html
-    assert "19.9" in html
+    assert "not filled in yet" in html and "19.9" in html
 
 
 def test_a_results_table_survives_a_file_edited_by_hand(path):

@@ -21,23 +21,13 @@ def asked(name, variable, stub):
     grading = {"nbgrader": {"grade_id": f"q{name}", "solution": True}}
     return [
         {"id": f"q{name}", "cell_type": CODE, "source": stub, "metadata": grading},
-        {
-            "id": f"q{name}-answer",
-            "cell_type": CODE,
-            "source": f'lab.answer("{name}", x={variable})',
-            "metadata": {},
-        },
+        {"id": f"q{name}-answer", "cell_type": CODE, "source": f'lab.answer("{name}", x={variable})', "metadata": {}},
     ]
 
 
 def fetched(name, variable):
-    """A cell of the course's that gets an earlier answer."""
-    return {
-        "id": f"get-{name}",
-        "cell_type": CODE,
-        "source": f'{variable} = lab.value("{name}", "x", default=None)',
-        "metadata": {},
-    }
+    source = f'{variable} = lab.value("{name}", "x", default=None)'
+    return {"id": f"get-{name}", "cell_type": CODE, "source": source, "metadata": {}}
 
 
 PRISTINE = {
@@ -86,37 +76,68 @@ def name_error(name):
     return CellError("NameError", f"name '{name}' is not defined", 1)
 
 
-def test_each_reason_in_words(snapshot):
-    """What stopped, what builds on it, and what is missing: which questions are named is checked below."""
+def test_each_reason_names_the_question_the_error_and_its_line():
+    def of_one(error, **options):
+        return told({"q1": "a = 1"}, {"q1": error, **options}, "34" if options else "234")
+
+    gone = {"q1-answer": "not run"}
+    died, exited = of_one("died", **gone), of_one(CellError(LEFT, ""), **gone)
+    for found, fragment in ((died, "the Python process ended in it"), (exited, "exit()")):
+        stopped, first, second = *found.stops, *found.missing.values()
+        assert all(fragment in sentence for sentence in (stopped, first, second))
+        assert "nothing after it in this notebook was run" in stopped and stopped.endswith("2 builds on it.")
+        assert second.startswith("It builds on what stopped before it: 1 (")
+    bench = CellError("LimitExceeded", "The deflection reached 30.7 deg at t = 1 s.\nStopped.", 2)
+    for error, fragments in (
+        (CellError("KeyboardInterrupt", "", 2), ["60 s", "line 2"]),
+        (bench, ["your bench stopped: The deflection reached 30.7 deg at t = 1 s. Stopped, line 2"]),
+        (CellError("SyntaxError", "invalid syntax", 4), ["SyntaxError, invalid syntax, line 4"]),
+        (CellError("Odd", "", None), ["Odd."]),
+    ):
+        found = of_one(error)
+        assert [*found.missing.values()] == [*found.stops] and found.stops[0].startswith("1 stopped: ")
+        assert all(fragment in found.stops[0] for fragment in fragments)
+    refused = told({"q1": "a = 'x'"}, {}, "234", refusals=[Refusal("1", "x", "it is text")])
+    assert [*refused.missing.values()] == ["It was given, and not recorded: it is text."]
+
+
+def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_told():
     chain = {"q1": "a = 1\n\na = omgea", "q2": "b = a + 1", "q3": "c = b * 2", "q4": "d = c + 1"}
     none = CellError("TypeError", "unsupported operand", 1)
     broken = {"q1": NAME, "q1-answer": name_error("a"), "q2": none, "get-2": (("2", "x"),), "q3": none, "q4": none}
+    found = told(chain, broken, "")
+    error = "NameError, name 'omgea' is not defined, line 3"
+    assert found.stops == (f"1 stopped: {error}; 2, 3 and 4 build on it.",)
+    assert {where[0]: error in sentence for where, sentence in found.missing.items()} == dict.fromkeys("1234", True)
+    assert found.missing["4", "x"] == f"It builds on what stopped before it: 1 ({error})."
     helper = Cell("mine", "", CODE, "import pandas\ntable = 1")
     no_module = {"mine": CellError("ModuleNotFoundError", "No module named 'pandas.io'", 1), "q1": name_error("table")}
-    bench = CellError("LimitExceeded", "The deflection reached 30.7 deg at t = 1 s.\nStopped.", 2)
-    errors = [CellError("KeyboardInterrupt", "", 2), bench, CellError("SyntaxError", "invalid syntax", 4)]
-    gone = {"q1-answer": "not run"}
-    found = {
-        "a chain": told(chain, broken, ""),
-        "a helper cell": told({"q1": "a = table"}, no_module, "234", added=[(ONE, 0, helper)]),
-        "died": told({"q1": "a = 1"}, {"q1": "died", **gone}, "34"),
-        "exit": told({"q1": "exit()"}, {"q1": CellError(LEFT, ""), **gone}, "34"),
-        "refused": told({"q1": "a = 'x'"}, {}, "234", refusals=[Refusal("1", "x", "it is text")]),
-        "by a button": told({}, {}, "234", claim=Claim({"1": {"x": ""}})),
-        "cell gone": told({}, {}, "234", claim=Claim({"1": {"x": "gone"}})),
-        "left empty": told({}, {}, "234", claim=Claim({"1": {"x": "q1-answer"}})),
-        "not handed in": told({}, {}, "234", claim=Claim({"1": {"x": "q1-answer"}}), handed_in=(TWO,)),
-        "cells unknown": told({}, {}, "234", claim=Claim({"1": {"x": ""}}, knows_cells=False)),
-        **{error.type: told({"q1": "a = 1"}, {"q1": error}, "234") for error in [*errors, CellError("Odd", "", None)]},
-    }
-    assert found["a chain"].missing.keys() == {(number, "x") for number in "1234"}
-    assert {name: [*one.stops, *one.lost, *one.missing.values()] for name, one in found.items()} == snapshot
+    found = told({"q1": "a = table"}, no_module, "234", added=[(ONE, 0, helper)])
+    assert [*found.missing.values()] == [*found.stops] and found.stops[0].startswith("Your own cell before 1 stopped: ")
+    assert "pandas is not installed where grading runs" in found.stops[0] and "line 1" in found.stops[0]
+
+
+def test_what_was_recorded_at_home_and_is_missing_says_what_became_of_it():
+    for claim, handed_in, fragment in (
+        (Claim({"1": {"x": ""}}), (ONE, TWO), "button of an explorer"),
+        (Claim({"1": {"x": "gone"}}), (ONE, TWO), "the cell that did it, gone, is no longer in 1_one.ipynb"),
+        (Claim({"1": {"x": "q1-answer"}}), (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
+        (Claim({"1": {"x": "q1-answer"}}), (TWO,), "1_one.ipynb was not handed in"),
+        (
+            Claim({"1": {"x": ""}}, knows_cells=False),
+            (ONE, TWO),
+            "1_one.ipynb, run from top to bottom, leaves it empty",
+        ),
+    ):
+        found = told({}, {}, "234", claim=claim, handed_in=handed_in)
+        (lost,), (missing,) = found.lost, found.missing.values()
+        assert lost.startswith("Recorded at home and missing here: 1 x; ") and fragment in lost
+        assert missing.startswith("It was recorded at home; ") and fragment in missing
 
 
 def test_two_causes_are_told_apart():
     answers = {"q1": "a = omgea", "q2": "b = undefined"}
-    found = told(answers, {"q1": NAME, "q2": CellError("NameError", "name 'undefined' is not defined", 1)}, "34")
-    assert len(found.stops) == 2
+    assert len(told(answers, {"q1": NAME, "q2": name_error("undefined")}, "34").stops) == 2
 
 
 def test_what_builds_on_an_answer_that_was_never_given():
