@@ -106,7 +106,6 @@ def hand_in(two: TwoReleases, which: Path, folder: Path, about: dict[str, object
 
 
 def rotflex(two: TwoReleases, place: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
-    """An instructor's command."""
     return subprocess.run(
         [sys.executable, "-m", "rotflex.cli", *words, "--course", two.course],
         cwd=place,

@@ -72,12 +72,10 @@ def rotflex(*arguments: object) -> str:
 
 
 def events(printed: str) -> list[dict[str, object]]:
-    """The objects that ``--json`` prints."""
     return [json.loads(line) for line in printed.splitlines()]
 
 
 def rows(folder: Path) -> dict[str, dict[str, str]]:
-    """The rows of grades.csv, by student."""
     with (folder / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
         return {row["student"]: row for row in csv.DictReader(file)}
 
@@ -88,13 +86,11 @@ def points(row: dict[str, str]) -> tuple[float, ...]:
 
 
 def statuses(folder: Path, student: str) -> dict[str, str]:
-    """What became of each part that a student answered."""
     marks = json.loads((folder / student / "marks.json").read_text(encoding="utf-8"))["marks"]
     return {mark["part"]: mark["status"] for mark in marks}
 
 
 def text_of(page: Path) -> str:
-    """What a reader sees of a page."""
     seen = re.sub(r"<style.*?</style>|<[^>]+>", " ", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     return " ".join(html.unescape(seen).split())
 
@@ -110,7 +106,6 @@ def solutions(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def released(solutions: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What students get."""
     out = tmp_path_factory.mktemp("release")
     rotflex("release", out, "--course", solutions)
     return out / "spring-course"
@@ -145,7 +140,6 @@ def graded(sandbox: None, solutions: Path, submissions: Path, tmp_path_factory: 
 
 @pytest.fixture
 def marks(graded: Path, tmp_path: Path) -> Path:
-    """A copy of the marks, to go on with."""
     return Path(shutil.copytree(graded, tmp_path / "marks"))
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import io
 import json
+from functools import reduce
+from pathlib import PurePosixPath
 
 import numpy as np
 import pytest
@@ -142,36 +144,23 @@ def test_points_of_a_recording(samples):
     assert kept <= 400 and kept >= min(samples, 200) and content["n"] == samples
 
 
-@FITS
-@pytest.mark.parametrize("sign", [1, -1])
-def test_integers_in_an_expression(fits, sign):
-    tree = ["int", sign * (10**20 + (not fits))]
-    taken(fits, lambda: expressions.check(tree), AnswerError, "integers")
+X = ["symbol", "x"]
 
 
 @FITS
-def test_nodes_of_an_expression(monkeypatch, fits):
-    tree = ["add", *(["int", 1] for _ in range(9))]
-    monkeypatch.setattr(expressions, "MAX_NODES", 10 - (not fits))
-    taken(fits, lambda: expressions.check(tree), AnswerError, "too large")
-
-
-@FITS
-def test_levels_of_an_expression(fits):
-    tree = ["symbol", "x"]
-    for _level in range(expressions.MAX_DEPTH - 1 + (not fits)):
-        tree = ["sqrt", tree] if "sqrt" in expressions._FUNCTIONS else ["sin", tree]
-    taken(fits, lambda: expressions.check(tree), AnswerError, "too large")
-
-
-@FITS
-@pytest.mark.parametrize("within", [1, 8])
-def test_exponents(fits, within):
-    """Of powers within powers, multiplied together."""
-    tree = ["pow", ["symbol", "x"], ["int", 64 // within + (not fits)]]
-    if within > 1:
-        tree = ["pow", tree, ["int", within]]
-    taken(fits, lambda: expressions.check(tree), AnswerError, "exponent")
+@pytest.mark.parametrize(
+    ("words", "tree"),
+    [
+        ("integers", lambda more: ["int", 10**20 + more]),
+        ("integers", lambda more: ["int", -(10**20) - more]),
+        ("too large", lambda more: ["add", *([["int", 1]] * (expressions.MAX_NODES - 1 + more))]),
+        ("too large", lambda more: reduce(lambda tree, _: ["sin", tree], range(expressions.MAX_DEPTH - 1 + more), X)),
+        ("exponent", lambda more: ["pow", X, ["int", 64 + more]]),
+        ("exponent", lambda more: ["pow", ["pow", X, ["int", 8 + more]], ["int", 8]]),
+    ],
+)
+def test_integers_nodes_levels_and_exponents_of_an_expression(fits, words, tree):
+    taken(fits, lambda: expressions.check(tree(not fits)), AnswerError, words)
 
 
 @pytest.mark.parametrize(("other", "same"), [(1.000099, True), (1.000102, False), (0.9999, True), (0.99989, False)])
@@ -193,23 +182,15 @@ def png(width, height):
 
 
 @FITS
-def test_bytes_of_a_picture(monkeypatch, fits):
-    data = png(20, 10)
-    monkeypatch.setattr(attached_pictures, "MAX_BYTES", len(data) - (not fits))
-    taken(fits, lambda: as_png(data), PictureError, "million bytes")
-
-
-@FITS
-def test_pixels_of_a_picture(monkeypatch, fits):
-    monkeypatch.setattr(attached_pictures, "MAX_PIXELS", 200 - (not fits))
-    taken(fits, lambda: as_png(png(20, 10)), PictureError, "million pixels")
-
-
-@FITS
 @pytest.mark.parametrize("size", [(20, 10), (10, 20)])
-def test_a_pictures_side(monkeypatch, fits, size):
-    monkeypatch.setattr(attached_pictures, "MAX_SIDE", 20 - (not fits))
-    taken(fits, lambda: as_png(png(*size)), PictureError, "pixels")
+@pytest.mark.parametrize(
+    ("name", "limit", "words"),
+    [("MAX_BYTES", None, "million bytes"), ("MAX_PIXELS", 200, "million pixels"), ("MAX_SIDE", 20, "pixels")],
+)
+def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, words):
+    data = png(*size)
+    monkeypatch.setattr(attached_pictures, name, (limit or len(data)) - (not fits))
+    taken(fits, lambda: as_png(data), PictureError, words)
 
 
 @FITS
@@ -303,15 +284,9 @@ def test_characters_that_a_cell_shows(monkeypatch, fits):
 
 @FITS
 @pytest.mark.parametrize(
-    ("name", "files"),
-    [
-        ("MAX_FILE", [("a.csv", 1000)]),
-        ("MAX_TOTAL", [("a.csv", 400), ("b.csv", 600)]),
-    ],
+    ("name", "files"), [("MAX_FILE", [("a.csv", 1000)]), ("MAX_TOTAL", [("a.csv", 400), ("b.csv", 600)])]
 )
 def test_bytes_of_own_files(monkeypatch, fits, name, files):
-    from pathlib import PurePosixPath
-
     monkeypatch.setattr(own_files, name, 1000 - (not fits))
     found = own_files.chosen([(PurePosixPath(path), size) for path, size in files], ["a.ipynb"])
     assert (len(found.paths) == len(files), len(found.notes)) == (fits, not fits)
@@ -319,8 +294,6 @@ def test_bytes_of_own_files(monkeypatch, fits, name, files):
 
 @FITS
 def test_number_depth_and_length_of_own_files(monkeypatch, fits):
-    from pathlib import PurePosixPath
-
     def taken_of(*paths):
         found = own_files.chosen([(PurePosixPath(path), 1) for path in paths], ["a.ipynb"])
         return len(found.paths) == len(paths) and found.notes == ()

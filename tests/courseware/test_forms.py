@@ -34,7 +34,6 @@ def part(question, name):
 
 
 def through_json(wanted, value, seed=SEED):
-    """Encode, write, read, decode."""
     encoded = encode(wanted, value, seed)
     return decode(wanted, json.loads(json.dumps(encoded.content, allow_nan=False))), encoded
 
@@ -398,7 +397,6 @@ def test_channels_that_no_file_knows_are_left_out():
 
 
 def plotted(count=1, **labels):
-    """A figure of so many diagrams with one curve each."""
     figure = Figure()
     for ax in np.ravel(figure.subplots(count, 1)):
         ax.plot([0, 1, 2], [0, 1, 0])

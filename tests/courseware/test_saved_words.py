@@ -18,7 +18,6 @@ REPORT = "04_modeling_results.ipynb"
 
 @pytest.fixture
 def folder(tmp_path):
-    """A student's folder with two notebooks, as released."""
     for name in (NOTEBOOK, REPORT):
         (tmp_path / name).write_bytes((ROOT / "notebooks" / name).read_bytes())
     return tmp_path
@@ -30,7 +29,6 @@ def lab(folder):
 
 
 def write(folder, name, cell_id, text, **changes):
-    """Save a notebook with a text in a cell."""
     notebook = json.loads((folder / name).read_text(encoding="utf-8"))
     (cell,) = [cell for cell in notebook["cells"] if cell["id"] == cell_id]
     cell["source"] = [cell["source"][0], "\n", text]

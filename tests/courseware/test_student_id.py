@@ -91,7 +91,6 @@ any_id = anything | visible | near_the_rules
 
 
 def kept(given):
-    """The ID as it is kept, or None where it cannot be one."""
     try:
         return normalised(given)
     except StudentIDError:
@@ -121,7 +120,6 @@ def test_capitals_tell_nobody_apart(given):
 
 
 def is_reserved_on_windows(name):
-    """By Python's own list."""
     reserved = getattr(ntpath, "isreserved", None)  # Python 3.13
     return reserved(name) if reserved else PureWindowsPath(name).is_reserved()
 

@@ -66,6 +66,11 @@ def png(size=(4, 3), colour="red", kind="PNG", **more):
     return packed.getvalue()
 
 
+def with_pictures(source, attachments):
+    found = words.written(MASTER, pristine(why=why(source, attachments=attachments)))
+    return found.words[WHY].pictures, found.problems
+
+
 def attached(data, name="image.png", media="image/png"):
     return {name: {media: base64.b64encode(data).decode()}}
 
@@ -185,10 +190,6 @@ def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
     assert words.written(MASTER, pristine(why=why("x" * LONGEST_PROSE))).problems == []
 
 
-def test_what_no_file_should_bear_is_replaced():
-    assert texts(pristine(why=why("a\x1b[31mb\x00"))) == {WHY: "a\ufffd[31mb\ufffd"}
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(60)
 def test_reading_hostile_sources_comes_to_an_end():
@@ -206,14 +207,11 @@ def test_reading_hostile_sources_comes_to_an_end():
 
 def test_a_pasted_picture_comes_along_as_png():
     jpeg = attached(png((80, 60), kind="JPEG"), "foto mit ü.jpg", "image/jpeg")
-    found = words.written(
-        MASTER, pristine(why=why("See:\n\n![x](attachment:foto%20mit%20%C3%BC.jpg)", attachments=jpeg))
-    )
-    ((name, data),) = found.words[WHY].pictures.items()
-    assert name == "attachment:foto%20mit%20%C3%BC.jpg"
+    pictures, problems = with_pictures("See:\n\n![x](attachment:foto%20mit%20%C3%BC.jpg)", jpeg)
+    ((name, data),) = pictures.items()
+    assert (name, problems) == ("attachment:foto%20mit%20%C3%BC.jpg", [])
     with Image.open(io.BytesIO(data)) as image:
         assert (image.format, image.size) == ("PNG", (80, 60))
-    assert found.problems == []
 
 
 def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters():
@@ -255,9 +253,8 @@ def bomb(side):
     ids=["bomb", "too large", "strip", "wide strip", "cut off", "svg", "empty"],
 )
 def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
-    found = words.written(MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(data))))
-    assert found.words[WHY].pictures == {}
-    (problem,) = found.problems
+    pictures, (problem,) = with_pictures("![](attachment:image.png)", attached(data))
+    assert pictures == {}
     assert "attachment:image.png" in problem and told in problem
 
 
@@ -265,14 +262,12 @@ def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
 def test_pictures_are_bounded_in_number_and_all_together():
     large = attached(png((8000, 7000), kind="GIF"))["image.png"]
     shown = "".join(f"![](attachment:{n}.png)" for n in range(7))
-    found = words.written(MASTER, pristine(why=why(shown[:69], attachments={f"{n}.png": large for n in range(3)})))
-    kept = found.words[WHY].pictures
-    assert len(kept) == 2 and "too many pixels" in found.problems[0]
+    kept, problems = with_pictures(shown[:69], {f"{n}.png": large for n in range(3)})
+    assert len(kept) == 2 and "too many pixels" in problems[0]
     assert all(max(Image.open(io.BytesIO(data)).size) == 1400 for data in kept.values())
     small = {f"{n}.png": attached(png(), f"{n}.png")[f"{n}.png"] for n in range(7)}
-    found = words.written(MASTER, pristine(why=why(shown, attachments=small)))
-    assert len(found.words[WHY].pictures) == 6
-    assert "6 pictures" in found.problems[0]
+    kept, problems = with_pictures(shown, small)
+    assert len(kept) == 6 and "6 pictures" in problems[0]
 
 
 @pytest.mark.slow
@@ -293,10 +288,8 @@ def test_animated_pictures_are_their_first_frame():
     frames = [Image.new("P", (300, 300), color) for color in range(50)]
     packed = io.BytesIO()
     frames[0].save(packed, "GIF", save_all=True, append_images=frames[1:])
-    found = words.written(
-        MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(packed.getvalue())))
-    )
-    (data,) = found.words[WHY].pictures.values()
+    pictures, _problems = with_pictures("![](attachment:image.png)", attached(packed.getvalue()))
+    (data,) = pictures.values()
     with Image.open(io.BytesIO(data)) as image:
         assert (image.format, getattr(image, "n_frames", 1)) == ("PNG", 1)
 
@@ -305,10 +298,8 @@ def test_a_noisy_picture_is_made_small_enough():
     noise = Image.effect_noise((3000, 2000), 90).convert("RGB")
     packed = io.BytesIO()
     noise.save(packed, "JPEG")
-    found = words.written(
-        MASTER, pristine(why=why("![](attachment:image.png)", attachments=attached(packed.getvalue())))
-    )
-    (data,) = found.words[WHY].pictures.values()
+    pictures, _problems = with_pictures("![](attachment:image.png)", attached(packed.getvalue()))
+    (data,) = pictures.values()
     assert len(data) <= 700_000
 
 
@@ -320,10 +311,8 @@ def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
     turned.save(packed, "JPEG", exif=exif)
     Image.new("RGBA", (2, 2), (0, 0, 0, 0)).save(clear, "PNG")
     pictures = {**attached(packed.getvalue(), "a.jpg", "image/jpeg"), **attached(clear.getvalue(), "b.png")}
-    found = words.written(
-        MASTER, pristine(why=why("![](attachment:a.jpg) ![](attachment:b.png)", attachments=pictures))
-    )
-    upright, white = (Image.open(io.BytesIO(data)) for data in found.words[WHY].pictures.values())
+    found, _problems = with_pictures("![](attachment:a.jpg) ![](attachment:b.png)", pictures)
+    upright, white = (Image.open(io.BytesIO(data)) for data in found.values())
     assert upright.size == (40, 60)
     assert white.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 

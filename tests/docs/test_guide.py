@@ -106,7 +106,6 @@ def test_each_file_and_folder_of_the_checkout_is_there(name):
 
 
 def resolved(dotted: str) -> object:
-    """What a dotted name is the name of."""
     words = dotted.split(".")
     for many in range(len(words), 0, -1):
         try:

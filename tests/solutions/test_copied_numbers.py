@@ -38,7 +38,6 @@ def answers(benches):
 
 
 def earned(bench, given):
-    """The parts that earn points."""
     case = Case(bench, lambda question, part: given[question, part], 7, True)
     return {
         where

@@ -34,7 +34,6 @@ TURN = 1 / 0.33  # s
 
 
 def stored(part, value):
-    """An answer as grading reads it from what a student's notebook recorded."""
     return forms.decode(part, forms.encode(part, value, 1).content)
 
 
@@ -52,7 +51,6 @@ def panels(t=T, curves=(THETA, ALPHA, VOLTS), x="time (s)", y=("θ (deg)", "α (
 
 
 def part_of(start, stop, count=None):
-    """Samples between two times: all of them, or so many."""
     inside = np.flatnonzero((start <= T) & (stop >= T))
     return inside if count is None else inside[np.linspace(0, inside.size - 1, count).astype(int)]
 
@@ -80,7 +78,6 @@ def together():
 
 
 def on_one_diagram():
-    """Angles in rad, voltage in V, all on one diagram."""
     figure = Figure()
     ax = figure.subplots()
     ax.plot(T, np.column_stack([RUN["theta"], RUN["alpha"], VOLTS]))
@@ -89,7 +86,6 @@ def on_one_diagram():
 
 
 def in_pieces(count):
-    """Each step in its own colour."""
     figure = Figure()
     for ax, values, label in zip(
         figure.subplots(3, 1, sharex=True), (THETA, ALPHA, VOLTS), ("θ (°)", "α (°)", "V (V)"), strict=True
@@ -102,7 +98,6 @@ def in_pieces(count):
 
 
 def padded(before, after):
-    """Constant before 0 and after the end."""
     t = 0.002 * np.arange(-before, T.size + after)
     return panels(t, [np.pad(values, (before, after), mode="edge") for values in (THETA, ALPHA, VOLTS)])
 

@@ -47,13 +47,11 @@ K = np.reshape(TRUE.K, (1, 4))
 
 
 def stored(where, value):
-    """An answer as grading reads it."""
     part = CATALOGUE.find(where[0]).part(where[1])
     return forms.decode(part, forms.encode(part, value, SEED).content)
 
 
 def verdict(question, name, value, own=None):
-    """The key's verdict on an answer, with own answers."""
     known = {where: stored(where, one) for where, one in (own or {}).items()}
     case = Case(BENCH, lambda q, p: known[q, p], SEED)
     return KEY[question][name].verdict(CATALOGUE.find(question).part(name), stored((question, name), value), case)

@@ -39,7 +39,6 @@ OWN = ("3.13", "response")
 
 
 def stored(part, value):
-    """An answer as grading reads it."""
     return forms.decode(part, forms.encode(part, value, 1).content)
 
 

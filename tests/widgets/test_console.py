@@ -10,10 +10,10 @@ import time
 
 import numpy as np
 import pytest
+from explorer_events import control
 
-import rotflex.lab
 from rotflex import experiments, hil
-from rotflex.errors import BenchError, ConfigurationError, RecordingError
+from rotflex.errors import BenchError, ConfigurationError, HILError, RecordingError
 from rotflex.hil.clock import WallClock
 from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
@@ -24,15 +24,19 @@ K = [18.2, -17.2, 1.59, 0.633]
 
 
 @pytest.fixture
-def lab(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
-
-
-@pytest.fixture
 def console(lab):
     made = BenchConsole(lab, K, addresses=["virtual:?seed=7"])
     made.set("address", "virtual")  # in simulated time
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def live(lab):
+    """Connected to a virtual bench in real time, with a sweep to be started."""
+    made = BenchConsole(lab, K)
+    made.press("connect")
+    made.set("experiment", "sweep")
     yield made
     made.close()
 
@@ -62,11 +66,8 @@ def output(bench):
     [
         ("free decay", experiments.free_decay),
         ("sweep", experiments.sweep),
-        ("tracking, full state", lambda bench, progress: experiments.tracking(bench, K, progress=progress)),
-        (
-            "tracking, partial state",
-            lambda bench, progress: experiments.tracking(bench, K, "partial", progress=progress),
-        ),
+        ("tracking, full state", lambda bench, **quiet: experiments.tracking(bench, K, **quiet)),
+        ("tracking, partial state", lambda bench, **quiet: experiments.tracking(bench, K, "partial", **quiet)),
         ("watch", experiments.watch),
     ],
 )
@@ -91,11 +92,8 @@ def test_what_the_bench_reports_is_shown(console):
     assert any("emergency stop comes first" in "".join(values) for values in rows(console, "State").values())
 
 
-def test_stop_ends_a_run_at_the_next_sample_and_leaves_0_volts(lab):
-    live = BenchConsole(lab, K)
+def test_stop_ends_a_run_at_the_next_sample_and_leaves_0_volts(live):
     assert "clock=wall" in live.address
-    live.connect()
-    live.set("experiment", "sweep")
     run = Running(live._bench, live._experiment())
     run.start()
     wait_until(lambda: run.samples().shape[1] > 300 and np.abs(run.samples()[3, -50:]).max() > 0)
@@ -104,19 +102,14 @@ def test_stop_ends_a_run_at_the_next_sample_and_leaves_0_volts(lab):
     assert outcome(run)[0] == "stopped" and "0 V" in outcome(run)[1]
     assert output(live._bench) == 0.0
     assert run.recording is None and run.at_zero is not None
-    live.close()
 
 
-def test_a_run_whose_page_is_gone_stops_itself(lab, monkeypatch):
+def test_a_run_whose_page_is_gone_stops_itself(live, monkeypatch):
     monkeypatch.setattr(console_module, "_SILENCE", 0.2)
-    live = BenchConsole(lab, K)
-    live.connect()
-    live.set("experiment", "sweep")
     live._on_message(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
     live.start()
     assert live._state == "stopped" and "Nothing was heard of the page" in live._message
     assert output(live._bench) == 0.0
-    live.close()
 
 
 def test_in_an_event_loop_the_kernel_stays_free_and_frames_come(lab):
@@ -253,18 +246,13 @@ def test_a_start_that_waited_for_a_busy_python_is_not_carried_out(console):
 
 
 def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
-    from rotflex.errors import HILError
-
     run = Running(None, None)
     run.error = HILError("The watchdog has expired; clear it before writing again.")
     run._ended.set()
     assert "too busy" in outcome(run)[1] and "0 V" in outcome(run)[1]
 
 
-def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(lab):
-    live = BenchConsole(lab, K)
-    live.connect()
-    live.set("experiment", "sweep")
+def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(live):
     live._run = Running(live._bench, live._experiment())
     live._run.start()
     wait_until(lambda: live._run.samples().shape[1] > 50)
@@ -311,14 +299,12 @@ def test_a_kernel_that_ends_leaves_0_volts(tmp_path):
     assert done.stdout.splitlines()[-1:] == ["last 0.0 False"], done.stderr
 
 
-def test_missed_deadlines_are_counted_and_told(lab, monkeypatch):
+def test_missed_deadlines_are_counted_and_told(live, monkeypatch):
     def slow(self, instant):
         remaining = instant - self.now()
         time.sleep(max(remaining, 0) + (0.006 if 0.1 < instant % 0.5 < 0.12 else 0))
 
     monkeypatch.setattr(WallClock, "wait_until", slow)
-    live = BenchConsole(lab, K)
-    live.connect()
     live.set("experiment", "watch")
     run = Running(live._bench, lambda bench: experiments.watch(bench, 1.0, progress=False))
     run.start()
@@ -328,7 +314,6 @@ def test_missed_deadlines_are_counted_and_told(lab, monkeypatch):
     live._settle()
     live.refresh()
     assert rows(live, "State")["missed deadlines"] == [f"{run.late} of 501 samples"]
-    live.close()
 
 
 def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
@@ -340,12 +325,8 @@ def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
     assert output(console._bench) == 0.0
 
 
-def button(console, name):
-    return next(one for row in console.scene["controls"] for one in row if one["name"] == name)
-
-
 def test_one_press_of_start_makes_a_virtual_bench_move_and_its_time_waits(console):
-    assert not button(console, "start")["disabled"] and button(console, "start")["look"] == "main"
+    assert not control(console, "start")["disabled"] and control(console, "start")["look"] == "main"
     event(console, "press", "start")
     assert np.ptp(console.recording["alpha"]) > 0.1
     assert rows(console, "State")["state"] == ["finished"] and output(console._bench) == 0.0
@@ -357,8 +338,8 @@ def test_a_real_bench_is_connected_on_purpose_before_it_moves_and_what_is_not_th
     console = BenchConsole(lab, addresses=["quanser:q2_usb/0", "labjack:u3"])
     console.set("address", "quanser:q2_usb/0")
     console.refresh()
-    assert button(console, "start")["disabled"]
-    assert button(console, "connect")["look"] == "main"
+    assert control(console, "start")["disabled"]
+    assert control(console, "connect")["look"] == "main"
     for address, pressed, named in (
         ("quanser:q2_usb/0", "start", "Connect the bench"),
         ("quanser:q2_usb/0", "connect", "Quanser SDK"),

@@ -38,7 +38,6 @@ def opened(served, request):
 
 
 def gain(page):
-    """The gain that the page shows."""
     rows = page.locator("table.readout", has_text="Gain K").locator("tr")
     return [float(row.locator("td").first.inner_text().replace("−", "-")) for row in rows.all()]
 

@@ -19,7 +19,6 @@ def lab(tmp_path):
 
 
 def rows(markdown):
-    """Number of each row → its cells."""
     found = [[cell.strip() for cell in line.strip("|").split("|")] for line in markdown.splitlines()[2:]]
     return {cells[0]: cells for cells in found}
 

@@ -19,7 +19,6 @@ WORDS = "Figure 1.2 shows the speed, from which the mass in Table 3 follows."
 
 
 def of_figure(**changes):
-    """A good report, with its figure changed."""
     report = of_text(WORDS)
     figure, table = report.sections[0].blocks
     shown = replace(report.sections[0], blocks=(replace(figure, **changes), table))

@@ -33,7 +33,6 @@ NAMES = [cell["id"] for cell in MASTER]
 
 
 def handed_in():
-    """What a student has who did nothing."""
     return [
         Cell(cell["id"], cell["metadata"].get("nbgrader", {}).get("grade_id", ""), cell["cell_type"], cell["source"])
         for cell in MASTER

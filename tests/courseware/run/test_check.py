@@ -55,7 +55,6 @@ RECORDED = {"2.11": {"omega_n": 20.0}, "2.12": {"J_l": 0.004, "K_s": 1.6}, "0.1"
 
 
 def put(folder, sources, masters=MASTERS):
-    """A student's folder with these answers written into the notebooks."""
     for name, master in masters.items():
         own = copy.deepcopy(master)
         for cell in own["cells"]:

@@ -31,7 +31,6 @@ MASTER = notebook(
 
 
 def worked():
-    """The notebook with answers, outputs, and a cell of the student's own."""
     own = copy.deepcopy(MASTER)
     own["cells"][4]["source"] = "k = 3.5"
     own["cells"][7]["source"] = "omega = math.sqrt(k)"
@@ -115,7 +114,6 @@ STEPS = st.lists(
 
 
 def mangled(steps):
-    """A notebook after what somebody may do in an editor."""
     own = worked()
     cells = own["cells"]
     for number, (what, *about) in enumerate(steps):

@@ -29,7 +29,6 @@ def test_what_nothing_depends_on_is_left_out():
 
 
 def test_what_an_answer_uses_and_what_that_uses_in_turn_is_run():
-    """All the ways to use a name: test_names_in_blocks.py."""
     assert left_out("x = picture") == {"two"}
     assert left_out("y = second", another="second = picture") == set()
 

@@ -50,7 +50,6 @@ NEW = notebook(
 
 
 def worked(**sources):
-    """The old notebook with answers, by cell."""
     own = copy.deepcopy(OLD)
     for cell in own["cells"]:
         cell["source"] = sources.get(cell["id"], cell["source"])
@@ -187,7 +186,6 @@ def test_whatever_a_student_wrote_is_there_and_a_second_time_changes_nothing(ans
 
 @pytest.fixture
 def released(tmp_path):
-    """The new release, as handed out."""
     folder = tmp_path / "released"
     folder.mkdir()
     for name in ("a.ipynb", "b.ipynb", "c.ipynb"):

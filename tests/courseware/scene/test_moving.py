@@ -27,7 +27,6 @@ def drawing(**signals):
 
 
 def turn(angle):
-    """In the plane, as a matrix of homogeneous coordinates."""
     return np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
 
 
@@ -133,7 +132,6 @@ UNIT, MIDDLE = 200 / 6, (30 + 400 / 2, 10 + 24 + 100)
 
 @pytest.fixture(scope="module")
 def page(chromium):
-    """A page with nothing in it but the scripts that draw."""
     page = chromium.new_page()
     for name in ("drawing.js", "moving.js"):
         page.add_script_tag(content=(FOLDER / name).read_text(encoding="utf-8"))
