@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from rotflex.courseware import answers, attached_pictures, expressions, forms, saved_words, student_id, words
+from rotflex.courseware import answers, attached_pictures, expressions, forms, saved_words, student_id
 from rotflex.courseware.attached_pictures import Budget, PictureError, as_png, pictures_of
 from rotflex.courseware.kinds import figures, recordings, values
 from rotflex.courseware.parts import Question, figure, number, prose, recording
@@ -74,17 +74,6 @@ def test_characters_of_words(monkeypatch, fits):
     assert len(text) in (5000, 5001)
     taken(fits, lambda: forms.encode(WORDS, text, 1), AnswerError, "5001 characters")
     taken(fits, lambda: forms.decode(WORDS, {"kind": "prose", "value": text}), AnswerError)
-
-
-@FITS
-def test_characters_of_words_in_a_text_cell(fits):
-    text = "x" * (5000 + (not fits))
-    metadata = {"nbgrader": {"grade_id": "q-why"}, words.KEY: {"question": "1", "part": "why"}}
-    heading = words.heading("Your answer: 1, why")
-    master = {"id": "q-why", "cell_type": "markdown", "source": f"{heading}\n\n{words.STUB}", "metadata": metadata}
-    found = words.written([master], handed_in.as_released({"cells": [master]}, {"q-why": f"{heading}\n\n{text}"}))
-    (kept,) = found.words.values()
-    assert len(kept.text) == 5000 and len(found.problems) == (not fits)
 
 
 @FITS

@@ -106,9 +106,8 @@ def test_what_is_not_understood_is_told(begin):
 
 def test_a_check_at_home_asks_for_as_much(begin, tmp_path):
     begin({"from": "gain", "values": VALUES})
-    master = {
-        "cells": [{"cell_type": "code", "source": "import rotflex.workbook.questions", "metadata": {}, "id": "a"}]
-    }
+    cell = {"cell_type": "code", "source": "import rotflex.workbook.questions", "metadata": {}, "id": "a"}
+    master = {"cells": [cell]}
     asked = asked_of({"a.ipynb": master}, tmp_path)
     assert "3.5" not in asked.everything and "3.11" in asked.everything
 

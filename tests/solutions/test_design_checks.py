@@ -20,16 +20,8 @@ from solutions.wanted import desired_poles
 
 BENCH = TrueBench("ada")
 WANTED = [-12 + 16j, -12 - 16j, -30, -40]
-A_PART, POLES_PART, K_PART, STABILITY_PART, FUNCTION_PART = (
-    CATALOGUE.find(number).part(name)
-    for number, name in (
-        ("2.14", "A"),
-        ("2.18", "poles"),
-        ("3.8", "K"),
-        ("3.1", "stability"),
-        ("2.13", "state_space"),
-    )
-)
+ASKED = [("2.14", "A"), ("2.18", "poles"), ("3.8", "K"), ("3.1", "stability"), ("2.13", "state_space")]
+A_PART, POLES_PART, K_PART, STABILITY_PART, FUNCTION_PART = (CATALOGUE.find(one).part(name) for one, name in ASKED)
 
 
 def written_out(K_s, J_l, J_eq, B_eq):

@@ -28,7 +28,6 @@ from rotflex.courseware import forms
 from rotflex.instructor.marking.decoding import Claims
 from rotflex.instructor.marking.marking import mark
 from rotflex.instructor.verdicts import Case, NothingFollows, Status
-from rotflex.simulation import with_actuator
 from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.key import KEY
@@ -339,7 +338,3 @@ def test_a_chain_of_nothing_earns_nothing():
     marks = mark(replace(OURS, key=key), Claims(contents=contents, values=values), BENCH, SEED)
     earned = {(one.question, one.part): one.points for one in marks}
     assert {where: earned[where] for where in NOTHING} == dict.fromkeys(NOTHING, 0.0)
-
-
-def test_a_model_with_the_motor_is_that_of_the_simulation():
-    np.testing.assert_allclose(with_actuator(*TRUE.torque_model[:2], BENCH.servo)[0], A_V)

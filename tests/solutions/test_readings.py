@@ -106,8 +106,6 @@ def by_counting(count: int) -> Any:
 
 
 def by_counting_at_once(count: int) -> Any:
-    """From the first whole swing on, while the servo still gives way."""
-
     def read(bench: TrueBench) -> float:
         x = bench.decay.degrees("alpha")[bench.decay.time > 0.3]
         up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
@@ -134,15 +132,12 @@ WAYS = {
     "twice that": by_fft(16384),
     "very fine": by_fft(2**17),
     "Hann": by_fft(8192, "hann"),
-    "Hann, fine": by_fft(2**16, "hann"),
     "Hamming": by_fft(8192, "hamming"),
-    "Hamming, no zeros": by_fft(7501, "hamming"),
     "a parabola": by_parabola,
     "the ratio": by_ratio,
     "resonance": by_resonance,
     "logarithmic decrement": by_decrement,
     "the ratio of two spectra": by_ratio_of_spectra(8192),
-    "the same, no zeros": by_ratio_of_spectra(7501),
     "four swings, at once": by_counting_at_once(4),
     "eight swings, at once": by_counting_at_once(8),
     "five swings": by_counting(5),
@@ -277,11 +272,8 @@ def test_an_inertia_to_two_digits_is_right_and_the_stiffness_follows(bench):
 
 
 def test_where_both_are_wrong_nothing_follows(bench):
-    own = case(bench, omega_n=0.7 * bench.omega_n, J_l=2 * bench.J_l)
-    found = stiffness(0.98 * bench.K_s * 1.3, case(bench, omega_n=0.7 * bench.omega_n, J_l=2.6 * bench.J_l))
-    assert found.status is WRONG
-    found = stiffness(2 * bench.J_l * (0.7 * bench.omega_n) ** 2 * 1.001, own)
-    assert found.status in (WRONG, RIGHT)  # 2·0.49 is nearly 1: right is right, however it was found
+    own = case(bench, omega_n=0.7 * bench.omega_n, J_l=2.6 * bench.J_l)
+    assert stiffness(2.6 * bench.J_l * (0.7 * bench.omega_n) ** 2, own).status is WRONG
 
 
 def test_from_another_arms_inertia_nothing_follows_even_with_a_right_frequency(bench):

@@ -83,14 +83,8 @@ def test_honest_recordings_count_and_stand_in_the_place_of_the_bench(tmp_path, m
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        (
-            lambda one: at("east", one),
-            "it says that it was made at the bench 'east', and the course's benches are north",
-        ),
-        (
-            lambda one: at("", one),
-            "it does not say at which bench it was made, and the course's benches are north, south",
-        ),
+        (lambda one: at("east", one), "it says that it was made at the bench 'east', and the course's benches are no"),
+        (lambda one: at("", one), "it does not say at which bench it was made, and the course's benches are north, s"),
         (lambda one: at("north", scaled(one, 1.1)), "its voltage is up to 0.69 V beside what its controller sets"),
         (lambda one: at("north", changed(one, vm=0.9 * one["vm"])), "its voltage is up to "),
         (lambda one: at("south", one), "it is of the bench south, and most are of north"),
@@ -130,29 +124,18 @@ def content(tmp_path, made):
     return content_of(tmp_path, at("north", made[0]["sweep"]), at("north", made[0]["partial"]))
 
 
-@pytest.mark.parametrize(
-    "data",
-    [
-        b"\x80\x04\x95" + pickle.dumps(print),
-        b"recordings/001-sweep.mat",
-        b'"recordings/001-sweep.mat"',
-        b"[" * 100_000,
-        b'{"recordings": ' + b"9" * 5000 + b', "left_out": []}',
-        b'{"recordings": [], "left_out": [], "more": 1}',
-        b'{"recordings": [' + b"{}," * 100_000 + b'{}], "left_out": []}',
-        json.dumps({"recordings": [{}] * (MOST_RECORDINGS + 1), "left_out": []}).encode(),
-    ],
-    ids=[
-        "pickle",
-        "path",
-        "path as JSON",
-        "nested",
-        "large integer",
-        "more",
-        "many objects",
-        "21 recordings",
-    ],
-)
+NO_DATA = {
+    "pickle": b"\x80\x04\x95" + pickle.dumps(print),
+    "path": b"recordings/001-sweep.mat",
+    "nested": b"[" * 100_000,
+}
+NO_DATA |= {"path as JSON": b'"recordings/001-sweep.mat"', "more": b'{"recordings": [], "left_out": [], "more": 1}'}
+NO_DATA |= {"nested": b"[" * 100_000, "large integer": b'{"recordings": ' + b"9" * 5000 + b', "left_out": []}'}
+NO_DATA |= {"many objects": b'{"recordings": [' + b"{}," * 100_000 + b'{}], "left_out": []}'}
+TOO_MANY = {"recordings": [{}] * (MOST_RECORDINGS + 1), "left_out": []}
+
+
+@pytest.mark.parametrize("data", [*NO_DATA.values(), json.dumps(TOO_MANY).encode()], ids=[*NO_DATA, "21 recordings"])
 def test_what_is_no_plain_data_is_refused_as_a_whole_and_named(data):
     bench = RealBench(POLICY, data)
     assert (bench.is_known, bench._found.recordings) == (False, [])
@@ -210,10 +193,7 @@ def test_what_the_reader_left_out_is_told_in_one_line_of_bounded_length(content)
     ("text", "why"),
     [
         ("", "'told' is missing"),
-        (
-            'keys = ["x"]\n[told]\n[truth]',
-            "it has the entry keys, and signatures are no longer checked: delete that line",
-        ),
+        ('keys = ["x"]\n[told]\n[truth]', "it has the entry keys, and signatures are no longer checked: delete that"),
         ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0", "'omega_n_u' is missing"),
         ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0\nomega_n_u = 1.0", "known to 4.5% only"),
         ("[told]\narm_position = 1\nm1 = 3\n[truth]\n", "it knows no entry 'm1'"),

@@ -6,7 +6,6 @@ import itertools
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from rotflex import response
 from rotflex.courseware import forms
@@ -16,23 +15,14 @@ from rotflex.simulation import closed_loop, with_actuator
 from rotflex.workbook import spare_design
 from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
-from solutions.figure_shows import FigureShows
 from solutions.repeated import own_gain, run_again, simulated_again, validated_again
 from solutions.response_checks import Measured, ResponseOf, Satisfied
 from solutions.true_bench import TrueBench
 
 NAME, FRIEND = "ada", "bo"  # two benches with the same arm position and nearly the same stiffness
 CHANNELS = ("theta", "alpha", "vm")
-RESPONSE, FIGURE, T_S, DEFLECTION, SATISFIED = (
-    CATALOGUE.find(number).part(name)
-    for number, name in (
-        ("3.13", "response"),
-        ("3.13", "figure"),
-        ("3.14", "t_s"),
-        ("3.14", "alpha_max_deg"),
-        ("3.14", "satisfied"),
-    )
-)
+ASKED = [("3.13", "response"), ("3.13", "figure"), *(("3.14", name) for name in ("t_s", "alpha_max_deg", "satisfied"))]
+RESPONSE, FIGURE, T_S, DEFLECTION, SATISFIED = (CATALOGUE.find(number).part(name) for number, name in ASKED)
 SIMULATED = CATALOGUE.find("3.11").part("response")
 FULL = run_again("full")
 OWN = ("3.13", "response")
@@ -153,39 +143,6 @@ def test_specifications_are_met_as_the_own_numbers_say(bench, shares, accepted):
     check = Satisfied("3.14", FULL, OWN)
     given = {word: check.verdict(SATISFIED, word, numbers(bench, **shares)).status for word in ("yes", "no")}
     assert {word for word, status in given.items() if status is Status.RIGHT} == accepted
-
-
-def drawn(recording, channels=CHANNELS, unit="deg", labels=True):
-    figure = Figure()
-    for ax, channel in zip(figure.subplots(len(channels), 1), channels, strict=True):
-        ax.plot(recording.time, recording["vm"] if channel == "vm" else recording.degrees(channel))
-        if labels:
-            ax.set(xlabel="time (s)", ylabel="voltage (V)" if channel == "vm" else f"angle ({unit})")
-    return figure
-
-
-@pytest.mark.parametrize(
-    ("channels", "labels", "share"),
-    [(CHANNELS, True, 1.0), (CHANNELS, False, 0.5), (("theta", "alpha"), True, 0.67), (("vm", "theta"), True, 0.67)],
-)
-def test_a_figure_earns_by_its_curves_and_labels(bench, run, channels, labels, share):
-    figure = stored(FIGURE, drawn(run, channels, labels=labels))
-    assert FigureShows(FULL, OWN, CHANNELS).verdict(FIGURE, figure, case(bench)).share == share
-
-
-def test_a_figure_of_the_own_recording_passes_whatever_that_is_of(bench, K, friends):
-    value = stored(RESPONSE, friends)
-    value["metadata"]["K"] = None
-    figure = stored(FIGURE, drawn(friends))
-    check = FigureShows(FULL, OWN, CHANNELS)
-    assert check.verdict(FIGURE, figure, case(bench, K=np.array([K]), response=value)).status is Status.RIGHT
-
-
-def test_a_figure_of_something_else_is_wrong(bench):
-    figure = Figure()
-    figure.subplots().plot(np.linspace(0, 10, 100), np.sin(np.linspace(0, 50, 100)))
-    check = FigureShows(FULL, OWN, CHANNELS)
-    assert check.verdict(FIGURE, stored(FIGURE, figure), case(bench)).status is Status.WRONG
 
 
 def test_what_does_not_come_from_the_virtual_bench_is_for_a_person(bench, run):

@@ -29,20 +29,9 @@ def around(number, peak):
     return np.abs(f - place) < 0.3, f[1]
 
 
-def test_there_are_signals_of_either_sort():
-    assert 0 < len(ON_BINS) < len(SIGNALS)
-    for x, dt in SIGNALS:
-        places = sorted(place for place, _height in _three_peaks(x, dt))
-        assert len(places) == 3 and np.diff(places).min() > 1
-
-
-def test_what_is_right_is_right():
-    assert verdict(honest()).status is Status.RIGHT
-
-
 @pytest.mark.parametrize("peak", [0, 1, 2])
 @pytest.mark.parametrize("number", range(len(SIGNALS)))
-def test_one_peak_of_several_in_another_place_is_wrong(number, peak):
+def test_one_peak_of_several_in_another_place_or_missing_is_wrong(number, peak):
     value = honest()
     near, bin_width = around(number, peak)
     for bins, status in ((0, Status.RIGHT), (2, Status.WRONG)):
@@ -52,16 +41,8 @@ def test_one_peak_of_several_in_another_place_is_wrong(number, peak):
         amplitude[np.argmin(np.abs(f - place)) + bins] = honest()[number][1][near].max()
         value[number] = f, amplitude
         assert verdict(value).status is status, bin_width
-
-
-@pytest.mark.parametrize("peak", [0, 1, 2])
-@pytest.mark.parametrize("number", range(len(SIGNALS)))
-def test_one_missing_peak_of_several_is_wrong(number, peak):
-    value = honest()
-    f, amplitude = value[number]
-    near, _bin_width = around(number, peak)
-    keep = ~near
-    value[number] = f[keep], amplitude[keep]
+    f, amplitude = honest()[number]
+    value[number] = f[~near], amplitude[~near]
     assert verdict(value).status is Status.WRONG
 
 

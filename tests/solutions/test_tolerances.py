@@ -265,20 +265,3 @@ def pinned() -> dict[str, tuple[Any, float, float]]:
 
 def test_a_tolerance_is_what_its_reason_gives():
     assert [name for name, (value, least, most) in pinned().items() if not least <= value <= most] == []
-
-
-def test_no_tolerance_lacks_a_reason_here():
-    named = {name.partition(",")[0] for name in pinned()} | {"MEASURED"}
-    assert {name for name in vars(tolerances) if name.isupper() and not name.startswith("_")} - {"DEG", "REV"} <= named
-
-
-def test_tolerances_that_stand_with_their_checks():
-    """They are not in the table: the checks' own."""
-    sorts = {type(check): check for parts in KEY.values() for check in parts.values()}
-    assert (sorts[StateSpaceFunction].rtol, sorts[ClosedLoopPoles].rtol) == (1e-4, 0.02)
-    by_part = {(question, part): check for question, parts in KEY.items() for part, check in parts.items()}
-    arrays = {where: check.rtol for where, check in by_part.items() if isinstance(check, ArrayFrom | PolesFrom)}
-    special = {("3.4", "desired_poles"): 0.005, ("3.4", "polynomial"): 0.005}
-    special |= dict.fromkeys([("3.7", "T"), ("3.7", "T_c"), ("3.7", "W")], 0.03)
-    assert {where: rtol for where, rtol in arrays.items() if rtol != 0.02} == special
-    assert (by_part["2.15", "validation"].rtol, by_part["3.13", "response"].rtol) == (0.04, 0.04)

@@ -13,16 +13,7 @@ from rotflex.workbook.questions import CATALOGUE
 
 # As the workbook has them: section, and the codes in front of the question (the same as at its answer).
 SECTIONS = {
-    "2.2": {
-        "2.1": "A-2",
-        "2.2": "A-2",
-        "2.3": "A-2",
-        "2.4": "A-1 A-2",
-        "2.5": "A-1 A-2",
-        "2.6": "A-1 A-2",
-        "2.7": "A-1 A-2",
-        "2.8": "A-1 A-2",
-    },
+    "2.2": {**dict.fromkeys(["2.1", "2.2", "2.3"], "A-2"), **dict.fromkeys([f"2.{n}" for n in range(4, 9)], "A-1 A-2")},
     "2.3.1": {"2.9": "B-5 K-2", "2.10": "K-3", "2.11": "B-7", "2.12": "B-7"},
     "2.3.2": {"2.13": "K-3", "2.14": "B-5", "2.15": "B-5 K-2", "2.16": "B-9", "2.17": "B-8", "2.18": "K-1"},
     "3.3": {"3.1": "A-1 A-3", "3.2": "A-1 A-2", "3.3": "A-2", "3.4": "A-1 A-2", "3.5": "A-1 A-2"},
@@ -89,19 +80,7 @@ def test_every_question_counts_but_the_warm_up():
 
 
 def test_questions_are_asked_in_the_notebooks_of_their_section():
-    assert CATALOGUE.notebooks == (
-        "00_start",
-        "01_modeling_prelab",
-        "02_finding_stiffness",
-        "03_model_validation",
-        "04_modeling_results",
-        "05_control_prelab",
-        "06_control_design",
-        "07_control_simulation",
-        "08_full_state_feedback",
-        "09_partial_state_feedback",
-        "10_control_results",
-    )
+    assert [name[:2] for name in CATALOGUE.notebooks] == [f"{number:02}" for number in range(11)]
     notebook_of_section = {}
     for question in CATALOGUE.everything.values():
         if question.number not in CATALOGUE.reports:
@@ -126,19 +105,11 @@ def test_report_items_show_answers_that_exist_and_their_text_can_be_answered():
 
 
 def test_report_rows_are_those_of_the_scoring_sheets():
-    rows = {
-        report: [item.number for item in CATALOGUE.report_items if item.report == report]
-        for report in CATALOGUE.reports
-    }
+    rows = {name: [one.number for one in CATALOGUE.report_items if one.report == name] for name in CATALOGUE.reports}
     formats = ["Format.1", "Format.2"]
     assert rows["Modeling report"] == ["I.1", "I.2", "I.3", "II.1", "II.2", "II.3", "III.1", "III.2", "IV.1", *formats]
-    assert rows["Control report"] == [
-        *(f"I.{n}" for n in range(1, 5)),
-        *(f"II.{n}" for n in range(1, 6)),
-        *(f"III.{n}" for n in range(1, 8)),
-        *(f"IV.{n}" for n in range(1, 5)),
-        *formats,
-    ]
+    numbers = [(part, n) for part, count in (("I", 4), ("II", 5), ("III", 7), ("IV", 4)) for n in range(1, count + 1)]
+    assert rows["Control report"] == [*(f"{part}.{n}" for part, n in numbers), *formats]
 
 
 def test_report_columns_are_those_of_the_scoring_sheets_and_the_spectrums():

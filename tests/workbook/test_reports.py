@@ -31,16 +31,12 @@ def test_outline_has_every_row_of_the_scoring_sheet_with_as_many_cells_as_headin
     assert list(rows(markdown)) == [item.number for item in CATALOGUE.report_items if item.report == report]
 
 
-def test_outline_names_what_a_row_still_lacks(lab):
+def test_outline_names_what_a_row_still_lacks_and_says_when_it_is_complete(lab):
     row = rows(reports.outline("Control report", lab))["III.7"]
     assert row[3] == "3.17" and "3.17 explanation" in row[4] and "comparison_analysis" in row[4]
     lab.answer("3.17", explanation="Nobody damps the link.")
     row = rows(reports.outline("Control report", lab))["III.7"]
     assert "3.17 explanation" not in row[4] and "comparison_analysis" in row[4]
-
-
-def test_outline_says_when_a_row_is_complete(lab):
-    lab.answer("3.17", explanation="Nobody damps the link.")
     lab.answer("Control report", comparison_analysis="As said in question 3.17.")
     assert rows(reports.outline("Control report", lab))["III.7"][4] == "recorded"
 

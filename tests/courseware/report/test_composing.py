@@ -24,33 +24,15 @@ from rotflex.errors import AnswerError
 REPORT = "First report"
 NOON = datetime(2026, 11, 23, 12)
 _K = parts.number("K", "N/m", None, "A-1", "The stiffness.")
+_SPEED = (parts.figure("figure", "A-1", "The speed over time."), parts.matrix("W_c", (2, 2), "A-1", "W."))
+_ROWS = (_K, parts.poles("poles", 3, "A-1", "The poles."), parts.matrix("A", (1, 2), "A-1", "The matrix."))
+_ROWS += (parts.number("t_s", "s", None, "A-1", "The settling time."),)
 CATALOGUE = Catalogue(
     [
-        Question(
-            "1.2",
-            "1",
-            "02_measuring",
-            "The speed",
-            (),
-            (parts.figure("figure", "A-1", "The speed over time."), parts.matrix("W_c", (2, 2), "A-1", "W.")),
-        ),
+        Question("1.2", "1", "02_measuring", "The speed", (), _SPEED),
         Question("1.3", "1", "02_measuring", "Stiffness", (), (_K,)),
     ],
-    tables=[
-        Question(
-            "Table 3",
-            "1",
-            "04_results",
-            "Results of the measurement",
-            (),
-            (
-                parts.number("K", "N/m", None, "A-1", "The stiffness."),
-                parts.poles("poles", 3, "A-1", "The poles."),
-                parts.matrix("A", (1, 2), "A-1", "The matrix."),
-                parts.number("t_s", "s", None, "A-1", "The settling time."),
-            ),
-        )
-    ],
+    tables=[Question("Table 3", "1", "04_results", "Results of the measurement", (), _ROWS)],
     report_items=[
         ReportItem(REPORT, "I.1", "Procedure: measuring", "What.", ("A-1",), (("1.2", ""),), "procedure"),
         ReportItem(REPORT, "II.1", "Results: the speed", "", ("A-1",), (("1.2", ""),)),
@@ -175,18 +157,13 @@ def test_rows_of_a_table_have_symbols_values_and_units(lab, tmp_path):
     assert table.head == ("Description", "Symbol", "Value", "Unit")
     assert table.rows == (
         ("The stiffness", "$K$", r"$0.0001235$", "N/m"),
-        (
-            "The poles",
-            r"$\text{poles}$",
-            r"$\begin{matrix} -2 \pm 3j \\ -1 \end{matrix}$",
-            "1/s",
-        ),
+        ("The poles", r"$\text{poles}$", r"$\begin{matrix} -2 \pm 3j \\ -1 \end{matrix}$", "1/s"),
         ("The matrix", "$A$", r"$\begin{bmatrix} 0 & 2 \cdot 10^{4} \end{bmatrix}$", "SI"),
         ("The settling time", "$t_{s}$", "$0.5$", "s"),
     )
 
 
-def test_a_figure_is_drawn_with_the_points_that_it_had(lab, tmp_path):
+def test_a_figure_is_drawn_with_the_points_that_it_had_and_it_is_told_where_they_are_gone(lab, tmp_path):
     lab.answer("1.2", figure=speed())
     document = composed(lab, tmp_path)
     figure = next(one for one in document.figures if one.label == "Figure 1.2")
@@ -196,14 +173,10 @@ def test_a_figure_is_drawn_with_the_points_that_it_had(lab, tmp_path):
     content = lab.content("1.2", "figure")
     fine = fine_curves.find(tmp_path, "1.2", "figure", content)
     assert len(fine[0]["lines"][0]["x"]) > 5 * len(content["axes"][0]["lines"][0]["x"])
-
-
-def test_where_only_few_points_are_kept_it_is_told(lab, tmp_path):
-    lab.answer("1.2", figure=speed())
     for kept in (tmp_path / fine_curves.FOLDER).iterdir():
         kept.unlink()
-    document = composed(lab, tmp_path)
-    assert [what for what, _place in document.told if what.startswith("Figure 1.2 is drawn from the points")]
+    told = composed(lab, tmp_path).told
+    assert [what for what, _place in told if what.startswith("Figure 1.2 is drawn from the points")]
 
 
 def test_points_of_another_figure_are_not_taken_and_those_of_a_refused_one_not_kept(lab, tmp_path):
@@ -275,12 +248,9 @@ def test_where_a_program_runs_the_notebook_nothing_is_made_or_needed(lab, tmp_pa
     assert not list(tmp_path.glob("*report*"))
 
 
-def test_a_report_is_named_by_its_beginning():
+def test_a_report_is_named_by_its_beginning_and_none_is_guessed():
     for name in ("First report", "first", "FIRST", "firsst"):
         assert making.find(CATALOGUE.reports, name) == REPORT
-
-
-def test_no_report_is_guessed():
     for name in ("", "second", "report"):
         with pytest.raises(AnswerError, match="First report"):
             making.find(CATALOGUE.reports, name)

@@ -74,31 +74,92 @@ def test_the_notebook_as_released_is_itself():
     assert found.changes == ()
 
 
-def test_an_added_cell_is_run_where_it_stands():
-    cells = handed_in()
-    cells.insert(at("q1"), own())
-    assert run_order(cells) == [*WHOLE[:2], "own = 1", *WHOLE[2:]]
-    assert [one.role for one in align(MASTER, cells).placed].count(Role.ADDED) == 1
-
-
-def test_pieces_of_a_split_cell_are_taken_in_order():
-    cells = handed_in()
-    pieces = [replace(cells[at("q1")], id=f"new{i}", source=f"x{i} = {i}") for i in range(3)]
-    cells[at("q1") : at("q1") + 1] = [*pieces[:2], own(), pieces[2]]
-    assert run_order(cells) == [*WHOLE[:2], "x0 = 0", "x1 = 1", "own = 1", "x2 = 2", *WHOLE[3:]]
-    placed = align(MASTER, cells).placed
-    assert [one.role for one in placed if one.master == at("q1")] == [Role.ANSWER] * 3
-
-
-@pytest.mark.parametrize("kept", [0, 1, 2])
-def test_pieces_of_a_split_cell_one_of_which_kept_its_id(kept):
+@pytest.mark.parametrize("kept", [None, 0, 1, 2])
+def test_pieces_of_a_split_cell_are_taken_in_order_whichever_kept_the_id(kept):
     """JupyterLab gives the last piece the id, other editors the first."""
     cells = handed_in()
     pieces = [replace(cells[at("q1")], id="q1" if i == kept else f"new{i}", source=f"x{i} = {i}") for i in range(3)]
-    cells[at("q1") : at("q1") + 1] = pieces
-    assert run_order(cells) == [*WHOLE[:2], "x0 = 0", "x1 = 1", "x2 = 2", *WHOLE[3:]]
+    between = [] if kept == 0 else [own()]
+    cells[at("q1") : at("q1") + 1] = [*pieces[:2], *between, pieces[2]]
+    sources = ["x0 = 0", "x1 = 1", *(cell.source for cell in between), "x2 = 2"]
+    assert run_order(cells) == [*WHOLE[:2], *sources, *WHOLE[3:]]
     placed = align(MASTER, cells).placed
     assert [one.role for one in placed if one.master == at("q1")] == [Role.ANSWER] * 3
+
+
+def change(cells, name, **changes):
+    cells[at(name)] = replace(cells[at(name)], **changes)
+
+
+def without(cells, name, place="q1", *added):
+    del cells[at(name)]
+    cells[at(place) : at(place)] = added
+
+
+def move(cells, name, to=None):
+    cells.insert(len(cells) if to is None else to, cells.pop(at(name)))
+
+
+LOCKED_COPY = Cell("new", "setup", CODE, "lab2 = start()")
+#: What somebody did to the cells, what is run then, and what is told of it.
+DONE = {
+    "a cell of one's own": (lambda cells: cells.insert(at("q1"), own()), [*WHOLE[:2], "own = 1", *WHOLE[2:]], []),
+    "a locked cell changed": (
+        lambda cells: change(cells, "setup", source="lab = forged()"),
+        WHOLE,
+        [(Happened.CHANGED, "setup")],
+    ),
+    "white space at the ends of lines": (lambda cells: change(cells, "setup", source="lab = start()  \r\n"), WHOLE, []),
+    **{
+        f"{name} deleted": (lambda cells, name=name: without(cells, name), WHOLE, [(Happened.MISSING, name)])
+        for name in ("setup", "q1-answer", "parameters", "q2-answer")
+    },
+    "what records deleted, a cell put there": (
+        lambda cells: without(cells, "q1-answer", "q1-answer", own("x = 3")),
+        [*WHOLE[:3], "x = 3", *WHOLE[3:]],
+        [(Happened.MISSING, "q1-answer")],
+    ),
+    "the answer deleted, and given elsewhere": (
+        lambda cells: without(cells, "q1", "q1-text", own("x = 5")),
+        [*WHOLE[:2], "x = 5", *WHOLE[3:]],
+        [(Happened.MISSING, "q1")],
+    ),
+    "a new cell in the answer's place": (
+        lambda cells: without(cells, "q1", "q1", own("x = 5")),
+        [*WHOLE[:2], "x = 5", *WHOLE[3:]],
+        [(Happened.RENAMED, "q1")],
+    ),
+    "the answer behind what records it": (lambda cells: move(cells, "q1", at("q1-answer")), WHOLE, []),
+    "the answer moved to the end": (
+        lambda cells: move(cells, "q1"),
+        [*WHOLE[:2], *WHOLE[4:], WHOLE[2], WHOLE[3]],
+        [],
+    ),
+    "a question moved as a whole": (
+        lambda cells: [move(cells, "q1-text") for _ in range(3)],
+        [*WHOLE[:2], *WHOLE[4:], *WHOLE[2:4]],
+        [],
+    ),
+    "a cell of the course's moved away": (lambda cells: move(cells, "setup"), WHOLE, [(Happened.MOVED, "setup")]),
+    "a locked cell copied and changed": (
+        lambda cells: cells.insert(at("q1"), LOCKED_COPY),
+        [*WHOLE[:2], "lab2 = start()", *WHOLE[2:]],
+        [],
+    ),
+}
+
+
+@pytest.mark.parametrize("what", DONE)
+def test_the_courses_code_is_run_in_its_place_and_a_students_where_it_stands(what):
+    edit, order, told = DONE[what]
+    cells = handed_in()
+    edit(cells)
+    assert run_order(cells) == order
+    assert happened(cells) == told
+
+
+def test_deleted_text_changes_nothing_that_is_run():
+    assert run_order([cell for cell in handed_in() if cell.kind == CODE]) == WHOLE
 
 
 def test_a_copy_elsewhere_is_no_piece_and_does_not_take_the_recorder_along():
@@ -134,86 +195,11 @@ def test_names_that_an_editor_lost(lost):
     assert happened(cells) == expected
 
 
-def test_a_locked_cell_is_always_the_courses():
-    cells = handed_in()
-    cells[at("setup")] = replace(cells[at("setup")], source="lab = forged()")
-    assert run_order(cells) == WHOLE
-    assert happened(cells) == [(Happened.CHANGED, "setup")]
-
-
-def test_white_space_at_the_ends_of_lines_is_no_change():
-    cells = handed_in()
-    cells[at("setup")] = replace(cells[at("setup")], source="lab = start()  \r\n")
-    assert happened(cells) == []
-
-
-@pytest.mark.parametrize("name", ["setup", "q1-answer", "parameters", "q2-answer"])
-def test_a_deleted_cell_of_the_course_is_back_in_its_place(name):
-    cells = [cell for cell in handed_in() if cell.id != name]
-    assert run_order(cells) == WHOLE
-    assert happened(cells) == [(Happened.MISSING, name)]
-
-
-def test_what_records_an_answer_comes_back_after_what_was_added_to_it():
-    cells = [cell for cell in handed_in() if cell.id != "q1-answer"]
-    cells.insert(at("q1") + 1, own("x = 3"))
-    assert run_order(cells) == [*WHOLE[:3], "x = 3", *WHOLE[3:]]
-
-
-def test_deleted_text_changes_nothing():
-    cells = [cell for cell in handed_in() if cell.kind == CODE]
-    assert run_order(cells) == WHOLE
-
-
-def test_a_deleted_answer_cell_is_told_and_no_stub_overwrites_what_was_written_elsewhere():
-    cells = [cell for cell in handed_in() if cell.id != "q1"]
-    cells.insert(at("q1-text"), own("x = 5"))
-    assert run_order(cells) == [*WHOLE[:2], "x = 5", *WHOLE[3:]]
-    assert happened(cells) == [(Happened.MISSING, "q1")]
-
-
-def test_an_answer_in_a_new_cell_in_the_place_of_the_old_one():
-    cells = handed_in()
-    cells[at("q1")] = own("x = 5")
-    assert run_order(cells) == [*WHOLE[:2], "x = 5", *WHOLE[3:]]
-    assert happened(cells) == [(Happened.RENAMED, "q1")]
-
-
-def test_an_answer_moved_behind_what_records_it():
-    cells = handed_in()
-    cells.insert(at("q1-answer"), cells.pop(at("q1")))
-    assert run_order(cells) == WHOLE
-    cells = handed_in()
-    cells.append(cells.pop(at("q1")))  # to the end of the notebook
-    assert run_order(cells) == [WHOLE[0], WHOLE[1], *WHOLE[4:], WHOLE[2], WHOLE[3]]
-
-
-def test_a_question_moved_as_a_whole_is_run_where_it_stands():
-    cells = handed_in()
-    block = [cells.pop(at("q1-text")) for _ in range(3)]
-    cells += block
-    assert run_order(cells) == [WHOLE[0], WHOLE[1], *WHOLE[4:], *WHOLE[2:4]]
-
-
-def test_a_course_cell_that_was_dragged_away_is_run_in_its_place():
-    cells = handed_in()
-    cells.append(cells.pop(at("setup")))
-    assert run_order(cells) == WHOLE
-    assert happened(cells) == [(Happened.MOVED, "setup")]
-
-
 def test_an_answer_cell_that_became_text_is_told():
     cells = handed_in()
     cells[at("q1")] = replace(cells[at("q1")], kind=TEXT)
     assert happened(cells) == [(Happened.OTHER_KIND, "q1")]
     assert "no longer a code cell" in str(align(MASTER, cells).changes[0])
-
-
-def test_a_copy_of_a_locked_cell_that_was_changed_is_the_students_own():
-    cells = handed_in()
-    cells.insert(at("q1"), replace(cells[at("setup")], id="new", source="lab2 = start()"))
-    assert run_order(cells) == [*WHOLE[:2], "lab2 = start()", *WHOLE[2:]]
-    assert happened(cells) == []
 
 
 @given(st.data())

@@ -87,9 +87,3 @@ def test_what_is_meant_to_harm_or_no_system_takes_does_not_come_along_and_is_tol
             (note,) = chosen.notes
             assert note.startswith(f"{name} does not come along") and fragment in note
     assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py").notes) == 2  # all files of such a package
-
-
-def test_of_ten_thousand_files_few_come_along_and_few_are_told():
-    chosen = choice(*(f"many/{number}.txt" for number in range(10_000)))
-    assert (len(chosen.paths), len(chosen.notes)) == (own_files.MAX_FILES, 21)
-    assert "more files" in chosen.notes[-1]
