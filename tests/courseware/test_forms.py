@@ -523,10 +523,7 @@ def test_reading_an_untrusted_answer_gives_a_value_or_an_answer_error(wanted, ga
             assert len(str(error)) < 500
 
 
-GOOD = {
-    FIGURE.name: encode(FIGURE, labelled(20), SEED).content,
-    SWEEP.name: encode(SWEEP, recorded(20), SEED).content,
-}
+GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: encode(SWEEP, recorded(20), SEED).content}
 
 
 @pytest.mark.parametrize(

@@ -12,19 +12,7 @@ import tomllib
 import pytest
 import typer
 from checkout import ROOT
-from guide_pages import (
-    GUIDE,
-    PAGES,
-    anchor,
-    commands,
-    fences,
-    headings,
-    languages,
-    links,
-    rows,
-    spans,
-    text,
-)
+from guide_pages import GUIDE, PAGES, anchor, commands, fences, headings, languages, links, rows, spans, text
 
 from rotflex import cli, lab
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, ENCODERS, srv02

@@ -16,8 +16,7 @@ NOTEBOOKS = sorted([*ROOT.glob("notebooks/*.ipynb"), *ROOT.glob("solutions/*.ipy
 pytestmark = [
     pytest.mark.scheduled,
     pytest.mark.skipif(
-        not BESIDE.is_dir() and find_spec("nbgrader") is None,
-        reason="nbgrader is not installed: make .venv/nbgrader",
+        not BESIDE.is_dir() and find_spec("nbgrader") is None, reason="nbgrader is not installed: make .venv/nbgrader"
     ),
 ]
 

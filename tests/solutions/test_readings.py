@@ -175,8 +175,7 @@ def test_two_digits_will_do_where_the_course_teaches_to_read(bench, way):
 
 
 @pytest.mark.parametrize(
-    ("student", "rounded", "beside"),
-    [("eve", 23.0, "Hann"), ("s4", 18.0, "five swings"), ("linus", 25.0, None)],
+    ("student", "rounded", "beside"), [("eve", 23.0, "Hann"), ("s4", 18.0, "five swings"), ("linus", 25.0, None)]
 )
 def test_two_digits_will_not_do_beside_a_window_a_free_swing_or_the_eyes_three_per_cent(student, rounded, beside):
     """Each is within half a digit of its reading, and of none that the course teaches."""

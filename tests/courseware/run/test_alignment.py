@@ -130,11 +130,7 @@ DONE = {
         [(Happened.RENAMED, "q1")],
     ),
     "the answer behind what records it": (lambda cells: move(cells, "q1", at("q1-answer")), WHOLE, []),
-    "the answer moved to the end": (
-        lambda cells: move(cells, "q1"),
-        [*WHOLE[:2], *WHOLE[4:], WHOLE[2], WHOLE[3]],
-        [],
-    ),
+    "the answer moved to the end": (lambda cells: move(cells, "q1"), [*WHOLE[:2], *WHOLE[4:], WHOLE[2], WHOLE[3]], []),
     "a question moved as a whole": (
         lambda cells: [move(cells, "q1-text") for _ in range(3)],
         [*WHOLE[:2], *WHOLE[4:], *WHOLE[2:4]],

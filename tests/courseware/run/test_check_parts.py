@@ -45,11 +45,7 @@ def test_a_part_is_other_than_on_the_page_where_it_can_be_compared_and_differs(n
 
 @pytest.mark.parametrize(
     ("begun", "before", "state"),
-    [
-        (True, None, State.MISSING),
-        (False, number(20.0), State.MISSING),
-        (False, None, State.EMPTY),
-    ],
+    [(True, None, State.MISSING), (False, number(20.0), State.MISSING), (False, None, State.EMPTY)],
 )
 def test_why_a_part_is_missing_is_told_of_what_somebody_began(begun, before, state):
     part = became(None, before, "It stopped.", begun)

@@ -209,9 +209,7 @@ def test_a_roundabout_way_to_names_has_all_run():
         assert [name for name in skippable_cells._ROUNDABOUT if left_out("n = 1", source.format(name))] == []
 
 
-CATALOGUE = Catalogue(
-    [Question(name, "1", "1_one", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")],
-)
+CATALOGUE = Catalogue([Question(name, "1", "1_one", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")])
 CELLS = [{"id": "shared", "cell_type": CODE, "source": "pass", "metadata": {"tags": ["open"]}}]
 for one in ("1", "2"):
     grading = {"nbgrader": {"grade_id": f"q{one}", "solution": True}}
