@@ -17,7 +17,7 @@ from rotflex.courseware import answers, attached_pictures, expressions, forms, s
 from rotflex.courseware.attached_pictures import Budget, PictureError, as_png, pictures_of
 from rotflex.courseware.kinds import figures, recordings, values
 from rotflex.courseware.parts import Question, figure, number, prose, recording
-from rotflex.courseware.run import alike, cell_reports, check, handed_in, own_files, student_folder, submit
+from rotflex.courseware.run import cell_reports, check, handed_in, own_files, student_folder, submit
 from rotflex.courseware.run.handed_in import NotebookError, cells_of
 from rotflex.errors import AnswerError, StudentIDError
 from rotflex.recording import Channel, Recording
@@ -150,18 +150,6 @@ X = ["symbol", "x"]
 )
 def test_integers_nodes_levels_and_exponents_of_an_expression(fits, words, tree):
     taken(fits, lambda: expressions.check(tree(not fits)), AnswerError, words)
-
-
-@pytest.mark.parametrize(("other", "same"), [(1.000099, True), (1.000102, False), (0.9999, True), (0.99989, False)])
-def test_answers_are_alike_to_within_a_ten_thousandth(other, same):
-    assert alike.alike(1.0, other) == alike.alike(-1.0, -other) == same
-    assert alike.alike([1.0, 1e-5], [1.0, 1e-5 + (other - 1.0)]) == same  # of the largest beside them
-    assert alike.alike({"a": 1.0, "b": 1e-5}, {"a": 1.0, "b": 1e-5 + (other - 1.0)}) is (abs(other - 1.0) <= 1e-9)
-
-
-def test_nought_is_like_nought_and_like_nothing_else():
-    assert alike.alike(0.0, 0.0) and alike.alike([0, 0.0], [0.0, 0]) and alike.alike({"a": 0}, {"a": 0.0})
-    assert not alike.alike(0.0, 1e-12)
 
 
 def png(width, height):

@@ -1,4 +1,4 @@
-"""Expressions to trees and back."""
+"""Expressions to trees and back; symbols, functions of time and derivatives by it, as the ones that are meant."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from rotflex.courseware.expressions import MAX_EXPONENT, check, decode, encode, encode_equation
 from rotflex.courseware.json_values import FormError, NotAnswered
+from rotflex.courseware.symbols import Names, plain
 from rotflex.errors import AnswerError
 
 NAMES = ("theta", "alpha", "theta_dot", "alpha_dot", "theta_ddot", "alpha_ddot", "tau", "J_eq", "J_l", "B_eq", "K_s")
-theta_dot, alpha, J_eq, J_l, K_s, tau = sympy.symbols("theta_dot alpha J_eq J_l K_s tau")
+theta, theta_dot, theta_ddot, alpha = sympy.symbols("theta theta_dot theta_ddot alpha")
+alpha_dot, J_eq, J_l, K_s, tau, t = sympy.symbols("alpha_dot J_eq J_l K_s tau t")
 
 leaves = st.one_of(
     st.sampled_from(NAMES).map(sympy.Symbol),
@@ -67,13 +69,12 @@ def test_the_tree_of_the_spring_energy_is_the_documented_one():
 
 
 def test_functions_of_time_are_taken_as_the_symbols_that_are_meant():
-    t = sympy.Symbol("t")
-    theta, alpha_t = sympy.Function("theta")(t), sympy.Function("alpha")(t)
-    energy = J_eq * theta.diff(t) ** 2 / 2 + J_l * (theta + alpha_t).diff(t) ** 2 / 2
-    expected = J_eq * theta_dot**2 / 2 + J_l * (theta_dot + sympy.Symbol("alpha_dot")) ** 2 / 2
+    theta_t, alpha_t = sympy.Function("theta")(t), sympy.Function("alpha")(t)
+    energy = J_eq * theta_t.diff(t) ** 2 / 2 + J_l * (theta_t + alpha_t).diff(t) ** 2 / 2
+    expected = J_eq * theta_dot**2 / 2 + J_l * (theta_dot + alpha_dot) ** 2 / 2
     assert sympy.expand(decode(encode(energy, NAMES)) - expected) == 0
-    assert decode(encode(theta.diff(t, 2), NAMES)) == sympy.Symbol("theta_ddot")
-    assert decode(encode(sympy.Derivative(theta + alpha_t, t), NAMES)) == theta_dot + sympy.Symbol("alpha_dot")
+    assert decode(encode(theta_t.diff(t, 2), NAMES)) == theta_ddot
+    assert decode(encode(sympy.Derivative(theta_t + alpha_t, t), NAMES)) == theta_dot + alpha_dot
     assert decode(encode(dynamicsymbols("theta").diff(), NAMES)) == theta_dot
 
 
@@ -91,14 +92,12 @@ def test_wrappers_other_spellings_and_plain_numbers_are_the_expression_that_is_m
 
 
 def test_an_equation_for_the_asked_symbol_stands_for_its_right_side():
-    theta_ddot = sympy.Symbol("theta_ddot")
     assert decode(encode(sympy.Eq(theta_ddot, tau / J_eq), NAMES, "theta_ddot")) == tau / J_eq
     with pytest.raises(FormError, match="equation"):
         encode(sympy.Eq(alpha, tau / J_eq), NAMES, "theta_ddot")
 
 
 def test_a_solution_of_solve_stands_for_the_asked_symbol():
-    theta_ddot, t = sympy.symbols("theta_ddot t")
     solution = {theta_ddot: tau / J_eq, sympy.Symbol("alpha_ddot"): -tau / J_eq}
     assert decode(encode(solution, NAMES, "theta_ddot")) == tau / J_eq
     assert decode(encode([solution], NAMES, "alpha_ddot")) == -tau / J_eq
@@ -199,3 +198,48 @@ def test_trees_with_the_largest_numbers_that_pass_can_be_built():
     tree = ["add", ["pow", product, ["int", MAX_EXPONENT]], ["pow", product, ["rational", 63, 64]]]
     check(tree)
     assert decode(tree).is_number
+
+
+SYMBOLS = (*(name for name in NAMES if name != "alpha_ddot"), "x", "x_dot", "m_1")
+
+
+def test_a_symbol_of_another_spelling_is_the_given_one():
+    spellings = {"J_eq": ["Jeq", "J_{eq}"], "theta": [r"\theta", "θ", "ϑ", "𝜃"], "tau": ["τ"], "m_1": ["m₁"]}
+    spellings |= {"theta_dot": [r"\dot{\theta}", "θ̇", "thetadot"], "theta_ddot": [r"\ddot\theta", "θ̈"]}
+    spellings |= {"x_dot": [r"\dot{x}", r"\dot x", "ẋ"]}
+    for meant, written in spellings.items():
+        for name in written:
+            assert Names(SYMBOLS)[name] == meant
+            assert decode(encode(sympy.Symbol(name), SYMBOLS)) == sympy.Symbol(meant)
+
+
+def test_spellings_of_different_symbols_stay_different():
+    assert len({plain(name) for name in (*SYMBOLS, "Theta", "T", "k_s", "theta_dddot")}) == len(SYMBOLS) + 4
+    with pytest.raises(FormError, match=r"Θ.*theta"):
+        encode(sympy.Symbol("Θ"), SYMBOLS)
+
+
+def test_a_derivative_of_a_plain_symbol_by_time_is_its_rate_and_not_zero():
+    assert decode(encode(sympy.Derivative(theta, t), SYMBOLS)) == theta_dot
+    assert decode(encode(sympy.Derivative(theta, (t, 2)), SYMBOLS)) == theta_ddot
+    assert decode(encode(sympy.Derivative(theta_dot, t), SYMBOLS)) == theta_ddot
+    assert decode(encode(sympy.Derivative(J_eq * theta + alpha, t), SYMBOLS)) == J_eq * theta_dot + alpha_dot
+    assert decode(encode(sympy.Derivative(theta**2, sympy.Symbol("time")), SYMBOLS)) == 2 * theta * theta_dot
+
+
+def test_a_derivative_of_a_rate_that_is_a_function_is_the_acceleration():
+    for name in ("theta_dot", "thetadot", r"\dot{\theta}"):
+        assert decode(encode(sympy.Function(name)(t).diff(t), SYMBOLS)) == theta_ddot
+
+
+def test_a_derivative_by_a_given_symbol_is_a_partial_one():
+    energy = J_eq * theta_dot**2 / 2 + theta
+    assert decode(encode(sympy.Derivative(energy, theta_dot), SYMBOLS)) == J_eq * theta_dot
+    assert decode(encode(sympy.Derivative(sympy.Derivative(energy, theta_dot), t), SYMBOLS)) == J_eq * theta_ddot
+
+
+def test_a_derivative_that_has_no_symbol_is_told():
+    with pytest.raises(FormError, match="Derivative"):
+        encode(sympy.Function("theta")(t).diff(t, 3), SYMBOLS)
+    with pytest.raises(FormError, match="alpha_ddot"):
+        encode(sympy.Function("alpha")(t).diff(t, 2), SYMBOLS)

@@ -22,42 +22,19 @@ from rotflex.instructor.running.intake.people import People
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 
-GOOD = {
-    "ada": "ada",
-    " Ada L \n": "Ada L",
-    "Ada  L": "Ada  L",
-    "0042": "0042",
-    APART: COMPOSED,
-    "Angstrom \u212b": "Angstrom \u00c5",
-    "김민준": "김민준",
-    "[red]ada": "[red]ada",
-    "{{7+7}}": "{{7+7}}",
-    "'; DROP TABLE--": "'; DROP TABLE--",
-    "=1+1": "=1+1",
-    "a.b@example.org": "a.b@example.org",
-    "console": "console",
-    "com10": "com10",
-    "null.ada": "null.ada",
-    "grades.csv.ada": "grades.csv.ada",
-    "x" * 80: "x" * 80,
-    "u\u0308" * 80: "ü" * 80,  # 160 characters as they come, 80 as they are kept
-    "民" * 80: "民" * 80,
-}
+GOOD = {" Ada L \n": "Ada L", APART: COMPOSED, "Angstrom \u212b": "Angstrom \u00c5"}
+GOOD["u\u0308" * 80] = "ü" * 80  # 160 characters as they come, 80 as they are kept
+AS_IT_IS = ["ada", "Ada  L", "0042", "김민준", "[red]ada", "{{7+7}}", "'; DROP TABLE--", "=1+1", "a.b@example.org"]
+AS_IT_IS += ["console", "com10", "null.ada", "grades.csv.ada", "x" * 80, "民" * 80]
+GOOD |= {name: name for name in AS_IT_IS}
 #: What cannot be an ID → what the refusal names.
 BAD = dict.fromkeys(["", " \t\n"], "is empty")
 BAD |= dict.fromkeys(["a\nb", "a\x1b[31m", "a\u202eb", "a\u00a0b", "a\udcff"], "can be seen")
-BAD |= {
-    "x" * 81: "81 characters",
-    "\N{GRINNING FACE}" * 61: "244 bytes",
-    ".ada": "begins with a dot",
-    "..": "with a dot",
-}
-BAD |= {"..": "begins with a dot", "ada.": "ends with a dot", "NUL": "NUL for a device"}
+BAD |= {"x" * 81: "81 characters", "\N{GRINNING FACE}" * 61: "244 bytes", ".ada": "begins with a dot"}
+BAD |= {"..": "begins with a dot", "ada.": "ends with a dot", "NUL": "NUL for a device", "COM1": "COM1 for a device"}
 BAD |= {"Aux .ada": "Aux for a device", "con.ada.lovelace": "con for a device", "lpt\u00b2": "lpt² for a device"}
-BAD |= dict.fromkeys(["grades.csv", "Gradebook.SQLite"], "a file of its own") | {"COM1": "COM1 for a device"}
-BAD |= {"COM1": "COM1 for a device"} | {
-    f"gradebook.sqlite-{kind}": "a file of its own" for kind in ("journal", "wal", "shm")
-}
+BOOKS = [f"gradebook.sqlite-{kind}" for kind in ("journal", "wal", "shm")]
+BAD |= dict.fromkeys(["grades.csv", "Gradebook.SQLite", *BOOKS], "a file of its own")
 BAD |= {f"a{character}b": f"{character} cannot stand in a folder's name" for character in '/\\:*?"<>|'}
 
 

@@ -15,13 +15,11 @@ from checkout import ROOT
 from guide_pages import GUIDE, PAGES, anchor, commands, fences, headings, languages, links, rows, spans, text
 
 from rotflex import cli, lab
-from rotflex.config import AMPLIFIERS, CABLE_GAINS, ENCODERS, srv02
 from rotflex.courseware import starts
-from rotflex.hil import bench_file, kinds, student_benches
-from rotflex.instructor import design, model, settings
+from rotflex.hil import bench_file
+from rotflex.instructor import settings
 from rotflex.instructor.outcomes import sheet_layout
 from rotflex.instructor.verdicts import Status
-from rotflex.specifications import OMEGA_N, P_3, P_4, SAMPLE_TIME, ZETA
 from rotflex.workbook.predictions import PREDICTIONS
 from rotflex.workbook.questions import CATALOGUE
 
@@ -188,19 +186,8 @@ def test_what_there_is_to_answer_is_counted():
 
 
 def test_the_parts_of_the_course_are_worth_what_is_said():
-    section = {
-        "pre-lab, modelling": "2.2",
-        "in-lab, modelling": "2.3",
-        "pre-lab, control": "3.3",
-        "in-lab, control": "3.4",
-    }
-    section |= {
-        "in-lab, control": "3.4",
-        "Table 2": "2.4",
-        "Table 3": "3.5",
-        "report, modelling": "5.1",
-        "report, control": "5.2",
-    }
+    section = {"pre-lab, modelling": "2.2", "in-lab, modelling": "2.3", "Table 2": "2.4", "report, modelling": "5.1"}
+    section |= {"pre-lab, control": "3.3", "in-lab, control": "3.4", "Table 3": "3.5", "report, control": "5.2"}
     table = rows("marking.md", "## Pre-lab, in-lab, report")
     assert {row[0] for row in table} == {*section}
     for what, asked, worth, by_person, _ in table:
@@ -248,15 +235,6 @@ def test_versions_extras_and_limits_are_those_of_the_packages():
     assert f"up to {defaults['memory'] / 1024:g} GB of memory (`--memory`)" in said
 
 
-def test_boards_and_parts_are_those_that_are_known():
-    said = text("requirements.md")
-    assert set(re.findall(r"`((?:q|ni_)\w+)`", said)) == {*kinds.BOARDS}
-    assert all(name in said for name in AMPLIFIERS)
-    assert all(f"{name} ({counts} counts" in said or f"{name} ({counts})" in said for name, counts in ENCODERS.items())
-    assert "gain {}, {} or {}".format(*CABLE_GAINS) in said
-    assert f"at {1 / SAMPLE_TIME:.0f} Hz" in said
-
-
 def test_each_status_is_explained():
     assert [row[0].strip("*") for row in rows("marking.md", "## What an answer can be")] == [
         one.value for one in Status
@@ -302,18 +280,3 @@ def test_classes_that_begin_in_the_middle_have_the_notebooks_and_points_that_are
             one for one, _ in start.gives
         }
         assert (which == "any") == (start.on_own_bench is not None)
-
-
-def test_what_is_given_by_hand_is_what_the_page_prints(capsys):
-    (program,) = fences("middle.md", "python")
-    exec(program, {})
-    printed = capsys.readouterr().out
-    assert (
-        f"ada K_s = {student_benches.student_bench(student_benches.student_seed('ada')).parameters.K_s:.3f}" in printed
-    )
-    workbook = student_benches.PRESETS["workbook"]
-    plant = model.state_space(srv02(), workbook.joint, workbook.parameters.K_s)
-    K = design.gain_by_place(plant.A, plant.B, design.desired_poles(ZETA, OMEGA_N, P_3, P_4)).ravel()
-    said = "K = [{:.2f}, −{:.2f}, {:.4g}, {:.4g}]".format(*map(abs, K))
-    assert said in text("middle.md") and f"K_s is {workbook.parameters.K_s:g} N·m/rad" in text("middle.md")
-    assert f"desired_poles({ZETA:g}, {OMEGA_N:g}, {P_3:g}, {P_4:g})" in program

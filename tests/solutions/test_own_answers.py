@@ -40,6 +40,7 @@ SEED = 7
 BENCH = TrueBench("ada")
 TRUE = Design(BENCH.servo, BENCH.joint, BENCH.K_s)
 A_V, B_V = TRUE.voltage_model
+TORQUE_A, TORQUE_B = TRUE.torque_model[:2]
 MINE = [-8 + 6j, -8 - 6j, -20, -25]
 DESIRED = [-12 + 16j, -12 - 16j, -30, -40]
 K = np.reshape(TRUE.K, (1, 4))
@@ -62,7 +63,7 @@ def placed(poles, A=A_V, B=B_V):
     return control.place(A, B, poles)
 
 
-MODEL = {("2.14", "A"): TRUE.torque_model[0], ("2.14", "B"): TRUE.torque_model[1]}
+MODEL = {("2.14", "A"): TORQUE_A, ("2.14", "B"): TORQUE_B}
 WISH = {("3.4", "desired_poles"): MINE, ("3.4", "polynomial"): np.poly(MINE).real}
 
 
@@ -182,6 +183,8 @@ def test_code_for_the_own_matrices_of_the_pre_lab_follows():
 
 
 ZERO = sympy.Integer(0)
+NO_GAIN, ONES, NIL = np.zeros((1, 4)), np.ones((1, 4)), np.zeros((4, 4))
+WISHED = desired_polynomial()
 
 #: Answers that hold nothing → what would follow from them, which must earn nothing, and why.
 CHAINS = {
@@ -211,57 +214,32 @@ CHAINS = {
         sympy.zeros(4, 1),
         "2.6",
     ),
-    "A = 0": (
-        {("2.14", "A"): np.zeros((4, 4)), ("2.14", "B"): TRUE.torque_model[1]},
-        ("2.18", "poles"),
-        [0, 0, 0, 0],
-        "2.14",
-    ),
-    "B = 0": (
-        {("2.14", "A"): TRUE.torque_model[0], ("2.14", "B"): np.zeros((4, 1))},
-        ("3.7", "T"),
-        np.zeros((4, 4)),
-        "2.14",
-    ),
+    "A = 0": ({("2.14", "A"): NIL, ("2.14", "B"): TORQUE_B}, ("2.18", "poles"), [0, 0, 0, 0], "2.14"),
+    "B = 0": ({("2.14", "A"): TORQUE_A, ("2.14", "B"): np.zeros((4, 1))}, ("3.7", "T"), NIL, "2.14"),
     "poles all zero": ({("2.18", "poles"): [0, 0, 0, 0]}, ("3.2", "polynomial"), [1, 0, 0, 0, 0], "2.18"),
     "and unstable": ({("2.18", "poles"): [0, 0, 0, 0]}, ("3.1", "stability"), "unstable", ""),
     "polynomial all zero": ({("3.2", "polynomial"): [1, 0, 0, 0, 0]}, ("3.3", "A_c"), np.eye(4, k=1), "3.2"),
     "the desired polynomial": (
-        {("3.2", "polynomial"): desired_polynomial(), ("3.4", "polynomial"): desired_polynomial()},
+        {("3.2", "polynomial"): WISHED, ("3.4", "polynomial"): WISHED},
         ("3.3", "A_c"),
-        companion(desired_polynomial()),
+        companion(WISHED),
         "3.2",
     ),
-    "nothing to do": (
-        {("3.2", "polynomial"): desired_polynomial(), ("3.4", "polynomial"): desired_polynomial()},
-        ("3.5", "K_c"),
-        np.zeros((1, 4)),
-        "3.2",
-    ),
+    "nothing to do": ({("3.2", "polynomial"): WISHED, ("3.4", "polynomial"): WISHED}, ("3.5", "K_c"), NO_GAIN, "3.2"),
     "desired where they are": (
         {**MODEL, ("3.2", "polynomial"): TRUE.polynomial, ("3.4", "desired_poles"): np.round(TRUE.poles, 6)},
         ("3.10", "K"),
-        np.zeros((1, 4)),
+        NO_GAIN,
         "",
     ),
-    "K_c = 0": (
-        {("3.5", "K_c"): np.zeros((1, 4)), ("3.7", "W"): TRUE.transformation[2]},
-        ("3.8", "K"),
-        np.zeros((1, 4)),
-        "3.5",
-    ),
-    "W singular": (
-        {("3.5", "K_c"): np.ones((1, 4)), ("3.7", "W"): np.ones((4, 4))},
-        ("3.8", "K"),
-        np.ones((1, 4)),
-        "3.7",
-    ),
-    "W = 1": ({("3.5", "K_c"): np.ones((1, 4)), ("3.7", "W"): np.eye(4)}, ("3.8", "K"), np.ones((1, 4)), "3.7"),
+    "K_c = 0": ({("3.5", "K_c"): NO_GAIN, ("3.7", "W"): TRUE.transformation[2]}, ("3.8", "K"), NO_GAIN, "3.5"),
+    "W singular": ({("3.5", "K_c"): ONES, ("3.7", "W"): np.ones((4, 4))}, ("3.8", "K"), ONES, "3.7"),
+    "W = 1": ({("3.5", "K_c"): ONES, ("3.7", "W"): np.eye(4)}, ("3.8", "K"), ONES, "3.7"),
     "T = T_c = 1": ({("3.7", "T"): np.eye(4), ("3.7", "T_c"): np.eye(4)}, ("3.7", "W"), np.eye(4), "3.7"),
-    "K = 0": ({**MODEL, ("3.8", "K"): np.zeros((1, 4))}, ("3.9", "poles"), TRUE.poles, "3.8"),
-    "K = 0, carried over": ({("3.8", "K"): np.zeros((1, 4))}, ("Table 3", "K"), np.zeros((1, 4)), "3.8"),
-    "K = 0, partial": ({("3.8", "K"): np.zeros((1, 4))}, ("Table 3", "K_psf"), np.zeros((1, 4)), "3.8"),
-    "W = 0, carried over": ({("3.7", "W"): np.zeros((4, 4))}, ("Table 3", "W"), np.zeros((4, 4)), "3.7"),
+    "K = 0": ({**MODEL, ("3.8", "K"): NO_GAIN}, ("3.9", "poles"), TRUE.poles, "3.8"),
+    "K = 0, carried over": ({("3.8", "K"): NO_GAIN}, ("Table 3", "K"), NO_GAIN, "3.8"),
+    "K = 0, partial": ({("3.8", "K"): NO_GAIN}, ("Table 3", "K_psf"), NO_GAIN, "3.8"),
+    "W = 0, carried over": ({("3.7", "W"): NIL}, ("Table 3", "W"), NIL, "3.7"),
     "no poles, carried over": ({("2.18", "poles"): [0, 0, 0, 0]}, ("Table 2", "poles"), [0, 0, 0, 0], "2.18"),
 }
 
@@ -284,14 +262,14 @@ def test_numbers_that_cannot_be_measured_meet_no_specification():
 
 RIGHT = {
     ("2.1", "V"): K_s * alpha**2 / 2,
-    ("2.14", "A"): TRUE.torque_model[0],
-    ("2.14", "B"): TRUE.torque_model[1],
+    ("2.14", "A"): TORQUE_A,
+    ("2.14", "B"): TORQUE_B,
     ("2.18", "poles"): TRUE.poles,
     ("3.2", "polynomial"): TRUE.polynomial,
     ("3.3", "A_c"): companion(TRUE.polynomial),
     ("3.4", "desired_poles"): DESIRED,
-    ("3.4", "polynomial"): desired_polynomial(),
-    ("3.5", "K_c"): (desired_polynomial() - TRUE.polynomial)[:0:-1].reshape(1, 4),
+    ("3.4", "polynomial"): WISHED,
+    ("3.5", "K_c"): (WISHED - TRUE.polynomial)[:0:-1].reshape(1, 4),
     ("3.7", "T"): TRUE.transformation[0],
     ("3.7", "T_c"): TRUE.transformation[1],
     ("3.7", "W"): TRUE.transformation[2],
@@ -313,17 +291,17 @@ NOTHING = {
     ("2.3", "L"): ZERO,
     ("2.4", "equation"): sympy.Eq(0, tau - B_eq * theta_dot),
     ("2.5", "equation"): sympy.Eq(0, -alpha_dot),
-    ("3.2", "polynomial"): desired_polynomial(),
-    ("3.3", "A_c"): companion(desired_polynomial()),
-    ("3.5", "K_c"): np.zeros((1, 4)),
-    ("3.7", "T_c"): ctrb(companion(desired_polynomial()), np.array([0, 0, 0, 1.0])),
+    ("3.2", "polynomial"): WISHED,
+    ("3.3", "A_c"): companion(WISHED),
+    ("3.5", "K_c"): NO_GAIN,
+    ("3.7", "T_c"): ctrb(companion(WISHED), np.array([0, 0, 0, 1.0])),
     ("3.7", "W"): np.eye(4),
-    ("3.8", "K"): np.zeros((1, 4)),
-    ("Table 3", "K_c"): np.zeros((1, 4)),
+    ("3.8", "K"): NO_GAIN,
+    ("Table 3", "K_c"): NO_GAIN,
     ("Table 3", "W"): np.eye(4),
-    ("Table 3", "K"): np.zeros((1, 4)),
-    ("Table 3", "K_fsf"): np.zeros((1, 4)),
-    ("Table 3", "K_psf"): np.zeros((1, 4)),
+    ("Table 3", "K"): NO_GAIN,
+    ("Table 3", "K_fsf"): NO_GAIN,
+    ("Table 3", "K_psf"): NO_GAIN,
 }
 
 

@@ -277,7 +277,7 @@ def test_no_cell_becomes_a_formula_and_numbers_stay_numbers():
     assert "<title>&lt;b&gt;" in as_html(Table())
 
 
-def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, validated):
+def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, validated, monkeypatch):
     makers = {
         "poles": lambda: widgets.explore_poles(*model),
         "sweep": lambda: widgets.explore_sweep(lab),
@@ -293,15 +293,7 @@ def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, 
         else:
             assert len(data["image/png"]) > 5_000
             assert metadata["image/png"]["alt"]
-
-
-def test_where_nobody_looks_nothing_is_drawn(model, monkeypatch):
-    monkeypatch.setenv("ROTFLEX_PICTURES", "off")
-    data, _ = widgets.explore_poles(*model)._repr_mimebundle_()
-    assert set(data) == {"text/plain"}
-
-
-def test_a_console_without_a_run_has_no_picture_but_words(lab):
     data, _ = widgets.open_console(lab)._repr_mimebundle_()
-    assert "image/png" not in data
-    assert "not connected" in data["text/plain"]
+    assert "image/png" not in data and "not connected" in data["text/plain"]  # without a run
+    monkeypatch.setenv("ROTFLEX_PICTURES", "off")
+    assert set(makers["poles"]()._repr_mimebundle_()[0]) == {"text/plain"}

@@ -43,13 +43,3 @@ def test_a_script_may_use_what_another_defines(tmp_path):
 )
 def test_what_is_wrong_is_told_by_script_and_line(tmp_path, text, line, rule):
     assert found(tmp_path, RIGHT, text) == [(str(tmp_path / "1.js"), line, rule)]
-
-
-def test_a_name_that_two_scripts_define_is_told(tmp_path):
-    ((script, line, _),) = found(tmp_path, HELPER, "const helper = 1;\n" + RIGHT)
-    assert (script, line) in {(str(tmp_path / "0.js"), 2), (str(tmp_path / "1.js"), 1)}
-
-
-def test_what_cannot_be_read_is_told(tmp_path):
-    ((script, line, _),) = found(tmp_path, HELPER, "export function render( {\n")
-    assert (script, line) in {(str(tmp_path / "1.js"), 1), (str(tmp_path / "1.js"), 2)}
