@@ -97,7 +97,6 @@ def text_of(page: Path) -> str:
 
 @pytest.fixture(scope="module")
 def solutions(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the course, its student notebooks derived beside it."""
     course = tmp_path_factory.mktemp("course") / "spring"
     shutil.copytree(HERE / "spring", course, ignore=shutil.ignore_patterns("notebooks", "__pycache__"))
     rotflex("notebooks", "--course", course / "solutions")
@@ -113,7 +112,6 @@ def released(solutions: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def submissions(solutions: Path, released: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The class: copies of the released notebook, filled in."""
     written = json.loads((solutions / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
     answers = {cell["id"]: "".join(cell["source"]) for cell in written if "### BEGIN" in "".join(cell["source"])}
     folder = tmp_path_factory.mktemp("submissions")
@@ -131,7 +129,6 @@ def submissions(solutions: Path, released: Path, tmp_path_factory: pytest.TempPa
 
 @pytest.fixture(scope="module")
 def graded(sandbox: None, solutions: Path, submissions: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the marks of the class."""
     out = tmp_path_factory.mktemp("marks")
     lines = events(rotflex("grade", submissions, "--out", out, "--course", solutions, "--jobs", 2, "--json"))
     assert lines[-1] == {"event": "done", "ran": 5, "known": 0, "failed": 0, "total": 5}

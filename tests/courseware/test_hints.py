@@ -47,15 +47,11 @@ def test_a_gain_per_degree_or_of_few_digits_is_kept_and_hinted_at_without_the_va
         assert {float(number) for number in re.findall(r"[\d.]*\d", said)} <= {2}
 
 
-def test_the_gain_that_partial_state_feedback_leaves_draws_no_hint():
+def test_honest_answers_that_look_odd_draw_no_hint():
     assert encode(part("Table 3", "K_psf"), [18.24, 0, 1.59, 0], SEED).hints == ()
     assert encode(part("2.14", "C"), [[1, 0, 0, 0], [0, 1, 0, 0]], SEED).hints == ()
-
-
-def test_an_overshoot_of_one_count_is_no_fraction_to_anybody():
     one_count = 100 * (np.ceil(20 / (360 / 4096)) * 360 / 4096 - 20) / 40  # % of a step from -20 to 20 deg
     assert encode(part("3.16", "PO"), one_count, SEED).hints == ()
-    assert encode(part("3.16", "PO"), 0.0, SEED).hints == ()
 
 
 def test_an_explanation_of_a_word_or_two_is_kept_and_asked_about():

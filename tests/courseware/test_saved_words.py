@@ -57,7 +57,9 @@ def test_an_explanation_of_one_word_is_read_and_asked_about_once_when_an_answer_
     lab.answer("2.11", omega_n=19.9)
     assert where in capsys.readouterr().out
     assert lab.value("2.11", "explanation") == "Friction."
-    write(folder, NOTEBOOK, "q2-11-explanation", "Friction.", metadata={**_metadata(folder), "more": 1})
+    cells = json.loads((folder / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
+    metadata = next(cell["metadata"] for cell in cells if cell["id"] == "q2-11-explanation")
+    write(folder, NOTEBOOK, "q2-11-explanation", "Friction.", metadata={**metadata, "more": 1})
     lab.answer("2.11", omega_n=19.9)
     assert where not in capsys.readouterr().out
     write(folder, NOTEBOOK, "q2-11-explanation", "Friction drags the peak.")
@@ -66,11 +68,6 @@ def test_an_explanation_of_one_word_is_read_and_asked_about_once_when_an_answer_
     write(folder, NOTEBOOK, "q2-11-explanation", "x" * 5001, id="renewed")  # too long; in a cell with another id
     lab.summary()
     assert where in capsys.readouterr().out
-
-
-def _metadata(folder):
-    cells = json.loads((folder / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
-    return next(cell["metadata"] for cell in cells if cell["id"] == "q2-11-explanation")
 
 
 def test_words_in_quotes_of_an_old_notebook_still_count_and_new_ones_come_first(lab, folder):

@@ -67,9 +67,7 @@ class TestEverySolution:
                 data = output.get("data", {})
                 text = "".join(str(data.get(kind, "")) for kind in ("text/plain", "text/markdown", "text/html"))
                 text += output.get("text", "")
-                assert not re.search(r"0x[0-9a-f]{6,}|/(home|root|tmp|Users)/|\b[A-Z]:\\", text), (
-                    f"{cell.id}: {text[:200]}"
-                )
+                assert not re.search(r"0x[0-9a-f]{6,}|/(home|root|tmp|Users)/|\b[A-Z]:\\", text), (cell.id, text)
 
     def test_every_picture_has_a_description(self, path):
         for cell in cells(path):
@@ -130,21 +128,14 @@ class TestEverySolutionForStudents:
         for number, recording in answered(path).items():
             given = sum(by_id[cell.id.removesuffix("-answer")].metadata.nbgrader.points for cell in recording)
             sums[number] = sums.get(number, 0) + given
-        assert sums == {
-            number: question.points
-            for number, question in CATALOGUE.everything.items()
-            if question.notebook == path.stem
-        }
+        asked = [question for question in CATALOGUE.everything.values() if question.notebook == path.stem]
+        assert sums == {question.number: question.points for question in asked}
 
     def test_every_answer_in_words_has_a_text_cell_of_its_own_just_before_its_code(self, path):
         ids = [cell.id for cell in cells(path)]
-        asked = {
-            (number, part.name)
-            for number, question in CATALOGUE.everything.items()
-            for part in question.parts
-            if question.notebook == path.stem and part.kind == "prose"
-        }
-        assert set(in_words(path)) == asked
+        questions = [question for question in CATALOGUE.everything.values() if question.notebook == path.stem]
+        prose = {(one.number, part.name) for one in questions for part in one.parts if part.kind == "prose"}
+        assert set(in_words(path)) == prose
         for (number, part), cell in in_words(path).items():
             assert cell.metadata.nbgrader.grade_id == cell.id
             assert cell.id.endswith(f"-{part.replace('_', '-')}")
@@ -177,6 +168,4 @@ def test_student_notebooks_show_no_solution_and_no_output(path):
     for cell in cells(path):
         assert "SOLUTION" not in cell.source
         assert "instructor" not in tags(cell)
-        if cell.cell_type == "code":
-            assert not cell.outputs
-            assert cell.execution_count is None
+        assert cell.cell_type != "code" or (not cell.outputs and cell.execution_count is None)

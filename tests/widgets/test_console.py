@@ -326,11 +326,14 @@ def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
 
 
 def test_one_press_of_start_makes_a_virtual_bench_move_and_its_time_waits(console):
+    before, threads = sys.getswitchinterval(), threading.active_count()
     assert not control(console, "start")["disabled"] and control(console, "start")["look"] == "main"
     event(console, "press", "start")
     assert np.ptp(console.recording["alpha"]) > 0.1
     assert rows(console, "State")["state"] == ["finished"] and output(console._bench) == 0.0
     assert console._run.late == 0
+    assert sys.getswitchinterval() == before  # and the interpreter is as it was
+    wait_until(lambda: threading.active_count() <= threads)
 
 
 def test_a_real_bench_is_connected_on_purpose_before_it_moves_and_what_is_not_there_is_told(lab, monkeypatch):
@@ -442,11 +445,3 @@ def test_an_observer_that_raises_ends_the_run_before_its_voltage_is_set(lab):
         bench.stop()
         assert output(bench) == 0.0
     assert [voltage for _, voltage in seen] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
-
-
-def test_runs_leave_the_interpreter_as_it_was(console):
-    before, threads = sys.getswitchinterval(), threading.active_count()
-    console.connect()
-    console.start()
-    assert sys.getswitchinterval() == before
-    wait_until(lambda: threading.active_count() <= threads)

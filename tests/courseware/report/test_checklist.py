@@ -18,22 +18,18 @@ from rotflex.workbook.questions import CATALOGUE
 WORDS = "Figure 1.2 shows the speed, from which the mass in Table 3 follows."
 
 
-def of_figure(**changes):
-    report = of_text(WORDS)
-    figure, table = report.sections[0].blocks
-    shown = replace(report.sections[0], blocks=(replace(figure, **changes), table))
-    return replace(report, sections=(shown, *report.sections[1:]))
+FIGURE, TABLE = 0, 1  # places of the blocks of a good report
 
 
-def of_table(**changes):
+def changed(place, **changes):
     report = of_text(WORDS)
-    figure, table = report.sections[0].blocks
-    shown = replace(report.sections[0], blocks=(figure, replace(table, **changes)))
-    return replace(report, sections=(shown, *report.sections[1:]))
+    blocks = list(report.sections[0].blocks)
+    blocks[place] = replace(blocks[place], **changes)
+    return replace(report, sections=(replace(report.sections[0], blocks=tuple(blocks)), *report.sections[1:]))
 
 
 def labelled(x, y):
-    return of_figure(axes=(Axes(x, y),))
+    return changed(FIGURE, axes=(Axes(x, y),))
 
 
 def written_table(head, row):
@@ -53,10 +49,10 @@ GOOD = {
 }
 POOR = {
     "a text": (of_text(" \n"), ["mention", "text"], [RECORDED, HERE]),
-    "a figure": (of_figure(svg=""), ["answer"], [RECORDED]),
-    "a row of a table": (of_table(rows=(("mass", "$m$", "", "kg"),)), ["answer"], [RECORDED]),
-    "a caption": (of_figure(own_caption=False), ["caption"], [FRONT]),
-    "a table's caption": (of_table(own_caption=False), ["caption"], [FRONT]),
+    "a figure": (changed(FIGURE, svg=""), ["answer"], [RECORDED]),
+    "a row of a table": (changed(TABLE, rows=(("mass", "$m$", "", "kg"),)), ["answer"], [RECORDED]),
+    "a caption": (changed(FIGURE, own_caption=False), ["caption"], [FRONT]),
+    "a table's caption": (changed(TABLE, own_caption=False), ["caption"], [FRONT]),
     "a label": (labelled("time (s)", ""), ["unit"], [RECORDED]),
     "a unit": (labelled("time", "angle (deg)"), ["unit"], [RECORDED]),
     "a mention": (of_text("The speed is shown above."), ["mention"], [RECORDED]),

@@ -45,10 +45,6 @@ def restored(own):
     return done, lines
 
 
-def test_a_notebook_in_order_stays_as_it_is():
-    assert restored(worked()) == (worked(), ())
-
-
 def test_changed_deleted_and_moved_cells_are_given_back_and_answers_stay():
     own = worked()
     own["cells"][2]["source"] = "import cmath"
@@ -183,17 +179,15 @@ def test_looking_alone_writes_nothing(tmp_path):
 
 def test_a_notebook_in_order_is_not_written(tmp_path):
     (tmp_path / "a.ipynb").write_bytes(saved(worked()))
+    assert restored(worked()) == (worked(), ())
     before = (tmp_path / "a.ipynb").stat()
     assert restore.restore(tmp_path, "a.ipynb", MASTER) == restore.Restored("a.ipynb", ())
     assert (tmp_path / "a.ipynb").stat() == before
 
 
-def test_one_that_is_not_there_is_given_new(tmp_path):
+def test_one_that_is_not_there_is_given_new_and_one_that_cannot_be_read_stays_and_is_told(tmp_path):
     assert len(restore.restore(tmp_path, "a.ipynb", MASTER).lines) == 1
     assert json.loads((tmp_path / "a.ipynb").read_bytes()) == MASTER
-
-
-def test_one_that_cannot_be_read_stays_and_what_to_do_is_said(tmp_path):
     (tmp_path / "a.ipynb").write_text("half a noteb")
     with pytest.raises(CheckError, match=r"a\.ipynb.*JSON"):
         restore.restore(tmp_path, "a.ipynb", MASTER)
