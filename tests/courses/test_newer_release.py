@@ -131,12 +131,7 @@ def test_a_class_is_graded_each_under_the_release_that_they_began_with(sandbox, 
     expected = {"ada": ("7", "8"), "bob": ("7", "8"), "grace": ("8", "9"), "eve": ("8", "9")}
     assert {name: (row["total"], row["out_of"]) for name, row in rows.items()} == expected
     older = f"Run and marked under an earlier release, {first['release']}."
-    assert {name: older in row["notes"] for name, row in rows.items()} == {
-        "ada": True,
-        "bob": True,
-        "grace": False,
-        "eve": False,
-    }
+    assert {name for name, row in rows.items() if older in row["notes"]} == {"ada", "bob"}
     assert "names the release '2025-autumn-00000000', which is not kept in" in rows["eve"]["notes"]
     again = rotflex(two, tmp_path, "regrade", "--gradebook", tmp_path / "out" / "gradebook.sqlite")
     assert again.stdout == "Nobody's marks changed.\n", again.stdout + again.stderr

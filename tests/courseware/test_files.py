@@ -52,22 +52,20 @@ def half_way(error):
     return write
 
 
-@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt(), ValueError("bug")])
+@pytest.mark.parametrize(
+    ("write", "error"),
+    [(half_way(error), type(error)) for error in (OSError(28, "No space left"), KeyboardInterrupt(), ValueError("bug"))]
+    + [(lambda path: None, FileNotFoundError)],
+    ids=["full", "stopped", "bug", "nothing written"],
+)
 @pytest.mark.parametrize("before", [b"old", None])
-def test_what_goes_wrong_half_way_leaves_the_old_file_and_nothing_else(tmp_path, error, before):
+def test_what_goes_wrong_half_way_leaves_the_old_file_and_nothing_else(tmp_path, write, error, before):
     target = tmp_path / "a.txt"
     if before is not None:
         target.write_bytes(before)
-    with pytest.raises(type(error)):
-        files.write(target, half_way(error))
+    with pytest.raises(error):
+        files.write(target, write)
     assert [path.read_bytes() for path in tmp_path.iterdir()] == [before] * (before is not None)
-
-
-def test_a_function_that_writes_nothing_is_an_error_and_leaves_the_old_file(tmp_path):
-    (tmp_path / "a.txt").write_bytes(b"old")
-    with pytest.raises(FileNotFoundError):
-        files.write(tmp_path / "a.txt", lambda path: None)
-    assert (tmp_path / "a.txt").read_bytes() == b"old"
 
 
 def test_a_rename_that_is_refused_leaves_nothing_behind(tmp_path):

@@ -35,7 +35,7 @@ MASTER = [
     master("how", f"{OTHER}\n\n{STUB}", where=("1.2", "how")),
     master("end", "## The end"),
 ]
-WHY, HOW = ("1.1", "why"), ("1.2", "how")
+WHY = ("1.1", "why")
 
 
 def cell(source, cell_id="", kind="markdown", grade_id="", attachments=None):

@@ -21,8 +21,8 @@ from solutions.true_bench import TrueBench
 
 NAME, FRIEND = "ada", "bo"  # two benches with the same arm position and nearly the same stiffness
 CHANNELS = ("theta", "alpha", "vm")
-ASKED = [("3.13", "response"), ("3.13", "figure"), *(("3.14", name) for name in ("t_s", "alpha_max_deg", "satisfied"))]
-RESPONSE, FIGURE, T_S, DEFLECTION, SATISFIED = (CATALOGUE.find(number).part(name) for number, name in ASKED)
+ASKED = [("3.13", "response"), *(("3.14", name) for name in ("t_s", "alpha_max_deg", "satisfied"))]
+RESPONSE, T_S, DEFLECTION, SATISFIED = (CATALOGUE.find(number).part(name) for number, name in ASKED)
 SIMULATED = CATALOGUE.find("3.11").part("response")
 FULL = run_again("full")
 OWN = ("3.13", "response")

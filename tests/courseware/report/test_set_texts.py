@@ -230,9 +230,8 @@ def test_spaces_that_pandoc_would_lose_are_others(latex, meant):
 
 def test_no_space_of_a_formula_is_lost_or_negative_and_columns_keep_apart():
     def in_typst(latex):
-        return pandoc.write([{"t": "Para", "c": [{"t": "Math", "c": [{"t": "DisplayMath"}, spaced(latex)]}]}], "typst")[
-            0
-        ]
+        math = {"t": "Math", "c": [{"t": "DisplayMath"}, spaced(latex)]}
+        return pandoc.write([{"t": "Para", "c": [math]}], "typst")[0]
 
     assert "#h(" not in in_typst(r"a\;b\!c\,d\:e\quad f")
     assert "a quad & b" in in_typst(r"\begin{array}{cc} a & b \end{array}")  # without brackets

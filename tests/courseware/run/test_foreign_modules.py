@@ -7,13 +7,8 @@ import pytest
 from rotflex.courseware.run import foreign_modules
 from rotflex.courseware.run.foreign_modules import foreign, imported
 
-HOMES = {
-    "course": ["my-course"],
-    "numpy": ["numpy"],
-    "PIL": ["Pillow"],
-    "pandas": ["pandas"],
-    "shared": ["pandas", "numpy"],
-}
+HOMES = {"course": ["my-course"], "numpy": ["numpy"], "PIL": ["Pillow"], "pandas": ["pandas"]}
+HOMES |= {"shared": ["pandas", "numpy"]}
 REQUIRES = {"my-course": ["NumPy>=1.26", "pillow (>=10)", 'pytest; extra == "test"'], "numpy": None, "pillow": []}
 
 

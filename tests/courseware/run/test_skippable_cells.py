@@ -54,23 +54,12 @@ def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(san
     """The whole course, solved. What an illustration draws, or runs on a bench, must leave no trace."""
     made = bundle.build(OURS)
     solved = handed_in(OURS, made.pristine)
-    runs = [
-        runner.run(
-            made.packed,
-            runner.Job(
-                "ada",
-                merged(made.pristine, solved, every_cell).notebooks,
-                5,
-                parameters=made.parameters,
-                imports=made.imports,
-            ),
-        )
-        for every_cell in (True, False)
-    ]
+    settings = {"parameters": made.parameters, "imports": made.imports}
+    notebooks = [merged(made.pristine, solved, every_cell).notebooks for every_cell in (True, False)]
+    runs = [runner.run(made.packed, runner.Job("ada", one, 5, **settings)) for one in notebooks]
     assert runs[0].problems == runs[1].problems == ()
-    in_words = {
-        where[0] for notebook in made.pristine.values() for one in notebook["cells"] if (where := where_of(one))
-    }
+    cells = [one for notebook in made.pristine.values() for one in notebook["cells"]]
+    in_words = {where[0] for one in cells if (where := where_of(one))}
     recorded = json.loads(runs[0].answers)["answers"].keys()
     assert recorded | in_words == OURS.catalogue.everything.keys()
     assert runs[0].answers == runs[1].answers
