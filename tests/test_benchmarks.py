@@ -1,7 +1,5 @@
 """Each benchmark runs, in its smallest form."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

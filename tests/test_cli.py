@@ -1,7 +1,5 @@
 """The command: what each part of it does, refuses, and leaves alone."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Units against scipy's constants, and the parameters of the parts against data sheets and the workbook."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """The counter of lines of code, on made-up files."""
 
-from __future__ import annotations
-
 import count_lines
 
 MODULE = '''"""Docstring

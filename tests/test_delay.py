@@ -1,7 +1,5 @@
 """How late the board's output may come: every experiment's loop, on the workbook's bench and on drawn ones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a student sees of an error of the course's, in a notebook that a real kernel runs."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

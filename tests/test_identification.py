@@ -1,7 +1,5 @@
 """Spectra, resonances and free decays against signals whose truth is known, and against virtual benches."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

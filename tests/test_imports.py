@@ -1,7 +1,5 @@
 """Importing the package is quick: heavy libraries load where they are used."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """The laboratory as a notebook sees it, on the virtual bench."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The house's own rules find what they are for, on made-up files."""
 
-from __future__ import annotations
-
 import lint_house
 import pytest
 

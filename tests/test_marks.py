@@ -1,7 +1,5 @@
 """A test starts no program without its marker; tests are shared among processes by file. More: tools/lint_house.py."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import re

@@ -1,7 +1,5 @@
 """Exchange with Octave, and so with MATLAB, whose files Octave reads and writes: a real one, both ways."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

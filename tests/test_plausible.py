@@ -1,7 +1,5 @@
 """Whether a recording can be one of a bench: honest ones all can, and which forged ones are found."""
 
-from __future__ import annotations
-
 import pytest
 from forged import ANOTHER, FORGED, GAIN, OURS, limited, recorded
 

@@ -1,7 +1,5 @@
 """Benches to practise on: another one each time, nobody's own, told of once an answer is given, and kept nowhere."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

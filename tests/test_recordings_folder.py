@@ -1,7 +1,5 @@
 """What is recorded at a laboratory's bench is kept, and given back where the bench is not."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

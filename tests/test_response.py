@@ -1,7 +1,5 @@
 """Measurements against analytic second-order responses, python-control, and a log of a real bench."""
 
-from __future__ import annotations
-
 import math
 
 import control

@@ -1,7 +1,5 @@
 """The boxes that warn of a real bench can be read, in JupyterLab's light theme and in its dark one."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The server's connection to a page sends each message at once."""
 
-from __future__ import annotations
-
 import importlib
 from types import SimpleNamespace
 

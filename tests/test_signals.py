@@ -1,7 +1,5 @@
 """Signals against their definitions, at the samples where rounding would show."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The closed loop against python-control, an adaptive integrator at tight tolerance, and the checked figures."""
 
-from __future__ import annotations
-
 import warnings
 
 import control

@@ -1,7 +1,5 @@
 """The answer book: what is kept, what is never lost."""
 
-from __future__ import annotations
-
 import json
 import os
 import time

@@ -1,7 +1,5 @@
 """Each bound on what a student's work may be like, at either side of its value: what just fits is taken."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,7 +1,5 @@
 """Which bench each student has, as ``course.json`` says it."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

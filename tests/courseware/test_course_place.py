@@ -1,7 +1,5 @@
 """Which folder is worked in, and what is kept for next time. (As a student meets it: tests/test_cli.py.)"""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Expressions to trees and back; symbols, functions of time and derivatives by it, as the ones that are meant."""
 
-from __future__ import annotations
-
 import cmath
 import json
 

@@ -1,7 +1,5 @@
 """What is kept of a figure: what is seen of it. And its labels, out of TeX, and where on them a unit may stand."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The form of answers: what is taken, what is refused with which hint, and that it comes back."""
 
-from __future__ import annotations
-
 import json
 import re
 from fractions import Fraction

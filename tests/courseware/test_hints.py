@@ -1,7 +1,5 @@
 """What draws a hint when it is handed in, and is recorded all the same (units of numbers: test_forms.py)."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

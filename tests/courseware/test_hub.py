@@ -1,7 +1,5 @@
 """On a JupyterHub: whose bench it is, and what `rotflex lab` leaves to it. Here, a hub is environment variables."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What is judged of a report as a whole: it gets marks, and nobody can or has to answer it."""
 
-from __future__ import annotations
-
 import pytest
 
 from rotflex.courseware import reports

@@ -1,7 +1,5 @@
 """How JupyterLab is started, and its address: with a stand-in for it, and as it is, as root and without a browser."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

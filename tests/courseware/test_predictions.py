@@ -1,7 +1,5 @@
 """Predictions: the first stands, they are shown beside the recording, cost nothing, and old files have none."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

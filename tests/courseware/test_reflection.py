@@ -1,7 +1,5 @@
 """What own answers ask each other: what is said, what is missing, and when nothing is asked at all."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import pytest

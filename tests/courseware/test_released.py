@@ -1,7 +1,5 @@
 """The course as it was handed out, and what its notebooks say of it."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """What a session knows of answers in words: what the saved notebooks of its folder hold."""
 
-from __future__ import annotations
-
 import json
 import re
 

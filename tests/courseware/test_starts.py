@@ -1,7 +1,5 @@
 """Beginning in the middle: what is asked, what is given, and what a session says of it."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

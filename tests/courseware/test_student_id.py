@@ -1,7 +1,5 @@
 """One rule for students' IDs: what it takes, what it refuses and why, and that all modules follow it."""
 
-from __future__ import annotations
-
 import ntpath
 import unicodedata
 import zipfile

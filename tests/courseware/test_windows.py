@@ -1,7 +1,5 @@
 """What Windows and macOS do differently, as far as it can be shown elsewhere: files in use, signs, names, modules."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Answers in words: found in a student's text cells, whatever an editor or the student did to them."""
 
-from __future__ import annotations
-
 import base64
 import io
 import subprocess

@@ -5,8 +5,6 @@ stand alone has its reason in the line before, ``<!-- not run: … -->``. What a
 What stands in a ``text`` fence after ``<!-- printed -->`` is what the Python before it prints.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import re

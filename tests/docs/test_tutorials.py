@@ -1,7 +1,5 @@
 """Whoever copies the files of docs/tutorials/own_course.md has the course that tests/courses releases and grades."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The figures: what they show, and how they read."""
 
-from __future__ import annotations
-
 import functools
 import io
 import itertools

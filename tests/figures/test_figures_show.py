@@ -1,7 +1,5 @@
 """The figures: how a notebook gets them."""
 
-from __future__ import annotations
-
 import base64
 import re
 import subprocess

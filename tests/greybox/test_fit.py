@@ -3,8 +3,6 @@
 Some benches are of the first draw, with the data sheet's motor and no delay: for fits that are told so.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

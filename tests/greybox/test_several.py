@@ -1,7 +1,5 @@
 """Several recordings of one bench, whose friction differs from run to run, fitted at once; each left out in turn."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

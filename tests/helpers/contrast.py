@@ -1,7 +1,5 @@
 """How well a colour stands out from another (WCAG 2.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])  #: of linear RGB

@@ -1,7 +1,5 @@
 """A class whose runs are made up: what a batch does with what comes in and what runs leave, without a sandbox."""
 
-from __future__ import annotations
-
 import json
 from base64 import b64encode
 from types import SimpleNamespace

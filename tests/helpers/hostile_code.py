@@ -4,8 +4,6 @@ out for what lies outside.
 All that is endless here ends after a minute (``END``); what grows, grows to a bound.
 """
 
-from __future__ import annotations
-
 from hostile import Attack
 
 MIB = 2**20

@@ -3,8 +3,6 @@
 Each reports what it got hold of. ``OUTSIDE`` tells it all that an insider could know: where everything lies.
 """
 
-from __future__ import annotations
-
 from hostile import CANARY, Attack
 
 # Every file that can be read, as far as that goes in a few seconds, searched for what looks like a secret.

@@ -1,7 +1,5 @@
 """Cells that together try all that a notebook's cell can do, by name. Each leaves something that can be compared."""
 
-from __future__ import annotations
-
 CELLS = {
     "first": "student, bench",
     # --- results

@@ -1,7 +1,5 @@
 """Small notebooks of a course, and what students make of them."""
 
-from __future__ import annotations
-
 import copy
 import json
 

@@ -1,7 +1,5 @@
 """A virtual bench with a plant of one's own."""
 
-from __future__ import annotations
-
 import pytest
 
 from rotflex import experiments, hil

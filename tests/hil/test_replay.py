@@ -1,7 +1,5 @@
 """A recording in the plant's place."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

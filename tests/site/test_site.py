@@ -1,7 +1,5 @@
 """The public site, built once: no warning, no dead link, nothing of the solutions, and nothing from elsewhere."""
 
-from __future__ import annotations
-
 import functools
 import html
 import http.server

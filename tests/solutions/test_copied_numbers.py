@@ -1,7 +1,5 @@
 """How often a copied number is right, on benches drawn at random: what fits one bench seldom fits another."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers that build on each other: right, right for the student's own stiffness, or given their own last answer."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Figures of responses, plotted in the ways that students plot, rightly and wrongly."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Usual mistakes on paper are called by their names, each from a formula of its own; other mistakes are not."""
 
-from __future__ import annotations
-
 import pytest
 import sympy
 from made_courses import OURS

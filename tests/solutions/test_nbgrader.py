@@ -1,7 +1,5 @@
 """nbgrader's own commands can read our notebooks: its own validator accepts the metadata of their cells."""
 
-from __future__ import annotations
-
 import sys
 from importlib.util import find_spec
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What follows from the student's own answers, link by link; and that nothing follows from what holds nothing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

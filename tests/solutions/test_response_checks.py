@@ -1,7 +1,5 @@
 """Responses and what is measured on them, held against the experiment run again."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The check of the spectrum function: each of the three peaks counts, in every signal, by its place and its height."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

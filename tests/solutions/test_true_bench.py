@@ -1,7 +1,5 @@
 """A student's bench as it really is, whichever the course gives them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

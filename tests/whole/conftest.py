@@ -1,7 +1,5 @@
 """What tests of the whole share."""
 
-from __future__ import annotations
-
 import pytest
 from remembered import remembered
 

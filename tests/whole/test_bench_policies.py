@@ -1,7 +1,5 @@
 """The whole course on every sort of bench that its settings may give: the solutions are right on each."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The sample recordings of the workbook's Table 6."""
 
-from __future__ import annotations
-
 import importlib.util
 
 import numpy as np

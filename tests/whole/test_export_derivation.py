@@ -1,7 +1,5 @@
 """The derivation as a page: formulas drawn, nothing from a network, in step with its notebook."""
 
-from __future__ import annotations
-
 import html
 import re
 

@@ -1,7 +1,5 @@
 """A first minute: `rotflex lab`, the page that opens, four presses of Shift+Enter, Start; the arm swings."""
 
-from __future__ import annotations
-
 import browser
 import pytest
 

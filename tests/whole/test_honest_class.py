@@ -5,8 +5,6 @@ alone, and the faulty one fails. `make test-all` grades every way alone. Ways th
 merged, not run: the same cells would run. ``benchmarks/honest.py`` runs all ways at home, too.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import unicodedata
 from functools import cached_property

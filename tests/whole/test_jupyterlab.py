@@ -3,8 +3,6 @@
 It is served below a prefix, as a hub does.
 """
 
-from __future__ import annotations
-
 import json
 
 import browser

@@ -1,7 +1,5 @@
 """In JupyterLab, what is the course's can neither be changed nor deleted; answers can be written in."""
 
-from __future__ import annotations
-
 import browser
 import pytest
 

@@ -3,8 +3,6 @@
 What it asks of single slips stands in ``test_single_slips.py``; of right ways of every kind, in ``test_right_ways.py``.
 """
 
-from __future__ import annotations
-
 import pytest
 from reflections import NOTHING, asked_of, said_by
 from right_ways import WAYS, worked

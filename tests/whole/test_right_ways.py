@@ -4,8 +4,6 @@ And ``lab.reflect()`` asks nothing of any. At a landing, ways of answering diffe
 `make test-all` each is tried by itself, too, and readings that carry on are tried on each student.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

@@ -3,8 +3,6 @@
 And whether ``lab.reflect()`` asks about it, before it costs anything.
 """
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """A whole class on the whole course, against marks worked out by hand (see ``whole_class.py``)."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

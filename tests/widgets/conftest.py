@@ -1,7 +1,5 @@
 """A student's session and model, for the explorers."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

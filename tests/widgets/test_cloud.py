@@ -1,7 +1,5 @@
 """The cloud of poles, and the regulator that placed poles are compared with."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

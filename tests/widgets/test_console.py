@@ -1,7 +1,5 @@
 """The bench console without a page: runs, stops, and always 0 V in the end."""
 
-from __future__ import annotations
-
 import asyncio
 import subprocess
 import sys

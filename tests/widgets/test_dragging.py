@@ -1,7 +1,5 @@
 """Where poles come to lie when they are dragged: a pair, two real poles, and across the border of stability."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The explorers without a page: what they show, what they do with events, what they leave on paper."""
 
-from __future__ import annotations
-
 import asyncio
 import csv
 import io

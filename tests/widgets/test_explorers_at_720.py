@@ -1,7 +1,5 @@
 """The explorers in JupyterLab on a small screen: all that changes is in view, and no key reaches the notebook."""
 
-from __future__ import annotations
-
 import browser
 import explorer_notebooks
 import pytest

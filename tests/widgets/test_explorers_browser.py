@@ -1,7 +1,5 @@
 """The explorers in the JupyterLab that students use: opened, dragged, typed at, stopped."""
 
-from __future__ import annotations
-
 import json
 
 import browser

@@ -1,7 +1,5 @@
 """Margins and loop gain, held against python-control."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

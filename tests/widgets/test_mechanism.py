@@ -1,7 +1,5 @@
 """Servo and arm from above, held against the angles themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

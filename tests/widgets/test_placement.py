@@ -1,7 +1,5 @@
 """Pole placement for the explorer: against python-control, scipy, and the workbook's printed results."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The pole explorer without a page: what it shows, what it does with events."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

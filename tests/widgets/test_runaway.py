@@ -1,7 +1,5 @@
 """What an unstable loop does: it swings up, meets a limit of the bench, and is stopped."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp

@@ -1,7 +1,5 @@
 """The catalogue against the workbook: numbers, sections, outcome codes."""
 
-from __future__ import annotations
-
 import keyword
 import re
 

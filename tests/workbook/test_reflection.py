@@ -3,8 +3,6 @@
 All slips, carried on, and all right ways are in ``tests/whole/test_reflections.py``.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from datetime import datetime, timedelta

@@ -1,7 +1,5 @@
 """The outline of a report and its text, from what is recorded."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

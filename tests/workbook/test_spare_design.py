@@ -1,7 +1,5 @@
 """The gain to go on with: no bench is stopped by it, and it is taken only where the student's own is of no use."""
 
-from __future__ import annotations
-
 import re
 
 import control

@@ -1,7 +1,5 @@
 """What the checklist finds missing in a report, one thing at a time; and in the reports of the solved notebooks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import datetime
 

@@ -1,7 +1,5 @@
 """A report put together of a student's folder: answers, texts and captions of the saved notebook; and what is said."""
 
-from __future__ import annotations
-
 import base64
 import json
 from datetime import datetime

@@ -1,7 +1,5 @@
 """Figures for paper: drawn from numbers, told apart in grey, and always the same."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A student's own PDF as the report: what is taken, what is said of it, and what no list asks for any more."""
 
-from __future__ import annotations
-
 import functools
 import os
 import zipfile

@@ -1,7 +1,5 @@
 """What a report makes of a student's text, in both formats: each trap of the way through pandoc and typst."""
 
-from __future__ import annotations
-
 import html
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What a check at home finds in a student's folder, and how it says so. The kernels are real."""
 
-from __future__ import annotations
-
 import copy
 import json
 import os

@@ -1,7 +1,5 @@
 """What a check at home says of one part, from what was recorded now and before: without running anything."""
 
-from __future__ import annotations
-
 import pytest
 
 from rotflex.courseware.run.asked import Asked

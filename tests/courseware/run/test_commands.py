@@ -1,7 +1,5 @@
 """The students' commands: what they say, what they write, and how they end."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Notebooks are run as JupyterLab would, with a real kernel each; whatever a cell does, others run, and it is told."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -1,7 +1,5 @@
 """The students' commands in a notebook: they run as programs, and not where a program runs the notebook."""
 
-from __future__ import annotations
-
 import sys
 from types import SimpleNamespace
 

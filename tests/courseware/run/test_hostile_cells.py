@@ -3,8 +3,6 @@
 What they are read by runs beside the class that is graded, in the same process, and has no limits but its own.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Names that an answer uses, or that a cell binds, wherever in a statement: by these a cell is run or left out."""
 
-from __future__ import annotations
-
 import builtins
 
 import pytest

@@ -1,7 +1,5 @@
 """Which of a student's files come along to a run, and what is told of the others."""
 
-from __future__ import annotations
-
 from pathlib import PurePosixPath
 
 from rotflex.courseware.run import own_files

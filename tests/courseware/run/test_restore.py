@@ -1,7 +1,5 @@
 """What restoring a notebook gives back, and what it leaves as it is."""
 
-from __future__ import annotations
-
 import copy
 import json
 

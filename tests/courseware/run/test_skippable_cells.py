@@ -1,7 +1,5 @@
 """Cells that only show something are left out of a graded run, and nothing comes out differently."""
 
-from __future__ import annotations
-
 import json
 
 from made_courses import OURS

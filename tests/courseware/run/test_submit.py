@@ -1,7 +1,5 @@
 """Work packed to be handed in, and its receipt."""
 
-from __future__ import annotations
-
 import json
 import zipfile
 from datetime import UTC, datetime

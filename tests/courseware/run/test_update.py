@@ -1,7 +1,5 @@
 """A half-done notebook brought to another release: the course's cells are new, and what a student wrote is there."""
 
-from __future__ import annotations
-
 import copy
 import json
 import os

@@ -1,7 +1,5 @@
 """The explorers' colours, read from their style sheet: contrast (WCAG 2.2), and what a colour-blind reader sees."""
 
-from __future__ import annotations
-
 import itertools
 import re
 

@@ -1,7 +1,5 @@
 """Drawings that move: how they are packed, what is refused, and where the page's script puts a point."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Plots on the page: what their legends name, where a drag ends, how high they are, who hears the keys."""
 
-from __future__ import annotations
-
 import browser
 import explorer_page
 import numpy as np

@@ -1,7 +1,5 @@
 """A results table of any course, as an explorer."""
 
-from __future__ import annotations
-
 import csv
 import io
 

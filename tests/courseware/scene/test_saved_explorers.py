@@ -1,7 +1,5 @@
 """What a saved notebook has in the place of an explorer."""
 
-from __future__ import annotations
-
 import copy
 import importlib
 

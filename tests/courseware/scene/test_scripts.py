@@ -1,7 +1,5 @@
 """The explorers' scripts: all go to the page, as one module, and a linter sees that module."""
 
-from __future__ import annotations
-
 import check_scripts
 import pytest
 from checkout import ROOT
