@@ -88,22 +88,21 @@ def asked(uri: str, *words: str, code: int = 0) -> dict[str, list[Finding]]:
     return found
 
 
-# --- benches of each kind ---------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("uri", [VIRTUAL, "virtual"])
 def test_on_a_virtual_bench_all_is_well(uri):
     found = asked(uri)
     assert [one.what for ones in found.values() for one in ones] == ALL
     assert {one.level for ones in found.values() for one in ones} == {Level.OK}
-    assert found["samples at 500 Hz"][0].said.startswith("They come, and time waits for the program")
+    assert "time waits for the program" in found["samples at 500 Hz"][0].said
     assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg."
     assert found["commissioned"][0].said == "This bench is asked for none."
 
 
-def test_people_get_a_line_each_and_what_to_do_below(snapshot):
+def test_people_get_a_line_each_and_what_to_do_below():
     done = CliRunner().invoke(app, ["doctor", "--bench", VIRTUAL, "--seconds", "0.1"])
-    assert [line[:25] + re.sub(r"\d.*", "#", line[25:]) for line in done.output.splitlines()] == snapshot
+    lines = done.output.splitlines()
+    assert [line[5:25].strip() for line in lines if line.startswith("ok ")] == ALL
+    assert re.fullmatch(" {25}→ .* rotflex bench watch.", lines[ALL.index("encoders") + 1])
 
 
 def test_in_wall_time_the_period_is_told():
@@ -119,7 +118,7 @@ def test_of_a_replay_it_is_said_that_there_is_no_board(tmp_path):
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False).save("run.mat")
     found = asked("replay:run.mat")
     assert list(found) == ["bench", "software", "board"]
-    assert found["board"][0].said == "A recording is in the plant's place: there is no board to be looked at."
+    assert "no board" in found["board"][0].said
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -142,15 +141,16 @@ def test_a_board_with_a_clock_of_its_own_is_looked_at_in_its_time(installed):
     assert cards[0]._inner.largest == [0.0, 0.0]
 
 
-# --- a bench that was commissioned, or not ----------------------------------------------------------------------------
-
-
-def test_a_bench_that_was_not_commissioned_is_told_to_be(installed):
+def test_a_bench_that_was_not_commissioned_or_changed_since_is_told_to_be(installed):
     installed()
-    bench_file.save("bench.toml", BenchFile(SIMULATOR))
+    told = BenchFile(SIMULATOR)
+    bench_file.save("bench.toml", told)
     (one,) = asked("bench.toml")["commissioned"]
     assert (one.level, one.to_do) == (Level.WARN, "rotflex bench setup")
-    assert one.said.startswith("This bench has not been commissioned as it is wired now")
+    told = replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})).with_signs(link_sign=1)
+    bench_file.save("bench.toml", told)
+    (one,) = asked("bench.toml")["commissioned"]
+    assert one.level is Level.WARN and "link_sign was -1 and is 1" in one.said
 
 
 def test_a_bench_that_was_commissioned_says_when_and_how_it_is_wired(installed):
@@ -164,15 +164,6 @@ def test_a_bench_that_was_commissioned_says_when_and_how_it_is_wired(installed):
     assert "amplifier VoltPAQ-X1, cable_gain 3, motor_sign -1, servo_sign 1, link_sign -1." in found["bench"][0].said
 
 
-def test_a_bench_that_changed_since_says_what(installed):
-    installed()
-    told = BenchFile(SIMULATOR)
-    told = replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})).with_signs(link_sign=1)
-    bench_file.save("bench.toml", told)
-    (one,) = asked("bench.toml")["commissioned"]
-    assert one.level is Level.WARN and "link_sign was -1 and is 1" in one.said
-
-
 def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, settings):
     installed()
     kept = Unfinished(100, settings, {"sample_time": 0.002})
@@ -183,17 +174,14 @@ def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, se
     assert one.to_do == "rotflex bench unfinished --out FOLDER"
 
 
-# --- what fails -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("uri", "what", "said"),
     [
-        ("nowhere.toml", "address", "There is no nowhere.toml"),
-        ("virtul", "address", "There is no bench at 'virtul'"),
+        ("nowhere.toml", "address", "nowhere.toml"),
+        ("virtul", "address", "'virtul'"),
         ("replay:nowhere.mat", "address", "nowhere.mat"),
-        ("quanser:q2_usb/7", "board", "The specified board was not found (error -1073)"),
-        ("serial:/dev/nowhere?supply=12", "board", "The serial port '/dev/nowhere' cannot be opened"),
+        ("quanser:q2_usb/7", "board", "(error -1073)"),
+        ("serial:/dev/nowhere?supply=12", "board", "'/dev/nowhere'"),
     ],
 )
 def test_what_is_not_there_is_a_fault(installed, uri, what, said):
@@ -229,34 +217,21 @@ def test_one_thing_that_fails_does_not_keep_the_others_from_being_looked_at(inst
     assert found["watchdog"][0].level is Level.OK
 
 
-class Deaf(Watched):
-    """Its watchdog never expires."""
-
-    def watchdog_start(self, timeout: float) -> None:
-        super().watchdog_start(1e9)
+def watchdog(kind, **verbs):
+    """A kind of board with other verbs of the watchdog."""
+    return type(f"Other{kind.__name__}", (kind,), verbs)
 
 
-class Hasty(Watched):
-    """Its watchdog expires in a hundredth of its time-out."""
-
-    def watchdog_start(self, timeout: float) -> None:
-        super().watchdog_start(timeout / 100)
-
-
-class Open(Watched):
-    """An expired watchdog keeps no voltage out."""
-
-    def write_analog(self, channels, num_channels, buffer) -> None:
-        if self._watchdog.expired:
-            self.watchdog_clear()
-        super().write_analog(channels, num_channels, buffer)
+def write_all_the_same(board, channels, num_channels, buffer):
+    if board._watchdog.expired:
+        board.watchdog_clear()
+    Watched.write_analog(board, channels, num_channels, buffer)
 
 
-class Stuck(Joined):
-    """An expired watchdog leaves the outputs as they are."""
-
-    def watchdog_set_analog_expiration_state(self, channels, num_channels, voltages) -> None:
-        pass
+DEAF = watchdog(Watched, watchdog_start=lambda board, timeout: VirtualBoard.watchdog_start(board, 1e9))
+HASTY = watchdog(Watched, watchdog_start=lambda board, timeout: VirtualBoard.watchdog_start(board, timeout / 100))
+OPEN = watchdog(Watched, write_analog=write_all_the_same)
+STUCK = watchdog(Joined, watchdog_set_analog_expiration_state=lambda *_: None)  # leaves the outputs as they are
 
 
 LOOPED = BenchFile("usual:board", wiring={"loopback_output": 1, "loopback_input": 1})
@@ -272,10 +247,11 @@ def watchdog_of(board: VirtualBoard, told: BenchFile = LOOPED) -> list[Finding]:
 @pytest.mark.parametrize(
     ("kind", "level", "said"),
     [
-        (Deaf, Level.FAIL, "Left alone for 0.4 s it has not expired."),
-        (Hasty, Level.FAIL, "It expired though it was reloaded after 0.02 s; its time-out is 0.2 s."),
-        (Open, Level.WARN, "; but a voltage is taken all the same before it is cleared."),
+        (DEAF, Level.FAIL, "Left alone for 0.4 s it has not expired."),
+        (HASTY, Level.FAIL, "It expired though it was reloaded after 0.02 s; its time-out is 0.2 s."),
+        (OPEN, Level.WARN, "; but a voltage is taken all the same before it is cleared."),
     ],
+    ids=["deaf", "hasty", "open"],
 )
 def test_a_watchdog_that_does_not_do_what_it_is_for(kind, level, said):
     one = watchdog_of(kind(PARAMETERS), BenchFile("usual:board"))[0]
@@ -286,7 +262,7 @@ def test_where_a_cable_joins_an_output_and_an_input_it_is_seen_that_the_watchdog
     board = Joined(PARAMETERS)
     assert watchdog_of(board)[0] == Finding("watchdog", Level.OK, "Of 2 V on the loopback's output it left 0.00 V.")
     assert board.largest == [0.0, 2.0]
-    one = watchdog_of(Stuck(PARAMETERS))[0]
+    one = watchdog_of(STUCK(PARAMETERS))[0]
     assert one.level is Level.FAIL and one.said == "Of 2 V on the loopback's output it left 2.00 V."
 
 

@@ -13,11 +13,14 @@ import pytest
 from checkout import ROOT
 from made_courses import copied
 from made_notebooks import answer, code, notebook, saved, text
+from typer.main import get_command
 from typer.testing import CliRunner
 
-from rotflex import cli
+from rotflex import __version__, cli
 from rotflex.courseware import course_place
 from rotflex.hil.student_benches import DRAW
+from rotflex.instructor.isolation.layers import Layer
+from rotflex.instructor.isolation.selftest import Attempt
 from rotflex.lab import Lab
 
 
@@ -48,13 +51,12 @@ def opened(monkeypatch):
     return calls
 
 
-# --- help -------------------------------------------------------------------------------------------------------------
-
-
-def test_help_lists_the_commands_and_the_exit_codes(snapshot):
-    """Each command with the beginning of its line."""
-    lines = [re.sub(r"[│╭╮╰╯─]", "", line).rstrip() for line in rotflex("--help").output.splitlines()]
-    assert [line for line in lines if re.match(r"  ?[a-z]", line)] == snapshot
+def test_help_lists_the_commands_and_the_exit_codes():
+    shown = get_command(cli.app).commands
+    own = "lab doctor check submit restore bench"
+    grading = "release notebooks check-course grade regrade report mark comment history roster score publish"
+    more = "request answer requests outcomes sheets export forget copy class"
+    assert sorted(shown) == sorted(f"{own} {grading} {more}".split())
     for command, codes in (("grade", "0123"), ("check", "012")):
         shown = " ".join(re.sub("│", " ", rotflex(command, "--help").output).split())
         assert re.search(".*".join(rf"\b{code} [a-z]" for code in codes), shown), command
@@ -76,29 +78,24 @@ def test_help_does_not_load_what_only_a_command_needs():
     assert done.stdout.strip() == "[]"
 
 
-def test_the_version_is_shown():
-    from rotflex import __version__
-
-    assert rotflex("--version").output.strip() == f"rotflex {__version__}"
-
-
-# --- lab --------------------------------------------------------------------------------------------------------------
+def test_python_dash_m_is_the_command_and_shows_the_version():
+    done = subprocess.run([sys.executable, "-m", "rotflex", "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, f"rotflex {__version__}")
 
 
 def test_lab_fills_a_new_folder_and_opens_it(course, opened):
-    done = rotflex("lab", "work", "--student", "Ada")
-    assert done.exit_code == 0
+    """With the ID as it is kept; recordings come with a release alone, never from a checkout."""
+    assert rotflex("lab", "work", "--student", " ju\u0308rgen").exit_code == 0
     assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "01_next.ipynb", "course.json"}
-    assert json.loads(Path("work/course.json").read_text()) == {"student": "Ada", "draw": DRAW}
+    assert about_work() == {"student": "j\u00fcrgen", "draw": DRAW}
     assert opened == [(Path("work"), [])]
+    (course / "notebooks" / "course.json").write_text(json.dumps(RELEASED))
+    rotflex("lab", "released", "--student", "ada")
+    assert Path("released/data/log.mat").read_text() == "data"
 
 
-def test_recordings_come_with_a_release_that_has_them_and_never_from_a_checkout(course, opened, tmp_path):
-    rotflex("lab", "trial", "--student", "ada")
-    assert not Path("trial/data").exists()
-    (tmp_path / "course" / "notebooks" / "course.json").write_text(json.dumps(RELEASED))
-    rotflex("lab", "work", "--student", "ada")
-    assert Path("work/data/log.mat").read_text() == "data"
+def about_work():
+    return json.loads(Path("work/course.json").read_text(encoding="utf-8"))
 
 
 def test_work_that_begins_in_a_checkout_has_the_bench_of_now_with_and_without_an_id(course, opened, monkeypatch):
@@ -117,19 +114,13 @@ def test_work_that_was_begun_under_the_first_draw_stays_there(course, opened):
     Path("work").mkdir()
     Path("work/course.json").write_text('{"student": "ada"}')
     assert rotflex("lab", "work", "--student", "eve").exit_code == 0
-    assert json.loads(Path("work/course.json").read_text()) == {"student": "eve"}
+    assert about_work() == {"student": "eve"}
 
 
-@pytest.mark.parametrize("student", ["", "a/b", "x" * 81, "nul", "a\nb"])
-def test_lab_refuses_what_cannot_be_an_id_before_it_does_anything(course, opened, student):
-    done = rotflex("lab", "work", "--student", student)
-    assert done.exit_code == 2 and "cannot be a student's ID" in " ".join(done.output.split())
+def test_lab_refuses_what_cannot_be_an_id_before_it_does_anything(course, opened):
+    done = rotflex("lab", "work", "--student", "a/b")
+    assert done.exit_code == 2 and "'a/b'" in done.output
     assert not Path("work").exists() and opened == []
-
-
-def test_lab_writes_the_id_as_it_is_kept(course, opened):
-    assert rotflex("lab", "work", "--student", " ju\u0308rgen").exit_code == 0
-    assert json.loads(Path("work/course.json").read_text(encoding="utf-8")) == {"student": "j\u00fcrgen", "draw": DRAW}
 
 
 def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):
@@ -141,18 +132,17 @@ def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opene
 
 def test_lab_never_overwrites_a_students_work(course, opened):
     Path("work").mkdir()
-    Path("work/00_start.ipynb").write_text("my work")
-    Path("work/course.json").write_text('{"student": "ada"}')
-    Path("work/answers.json").write_text("{}")
+    kept = {"00_start.ipynb": "my work", "course.json": '{"student": "ada"}', "answers.json": "{}"}
+    for name, content in kept.items():
+        Path("work", name).write_text(content)
     done = rotflex("lab", "work")
-    assert Path("work/00_start.ipynb").read_text() == "my work"
-    assert Path("work/01_next.ipynb").read_text() == "01_next.ipynb"
-    assert Path("work/course.json").read_text() == '{"student": "ada"}'
-    assert Path("work/answers.json").read_text() == "{}"
+    assert {path.name: path.read_text() for path in Path("work").iterdir()} == {
+        **kept,
+        "01_next.ipynb": "01_next.ipynb",
+    }
     assert "01_next.ipynb" in done.output and "00_start.ipynb" not in done.output
 
 
-NOBODY_YET = "There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.\n"
 RELEASED = {"student": "", "release": "2026-x", "draw": 1, "title": "T", "term": "2026", "bench": {"which": "own"}}
 
 
@@ -167,9 +157,9 @@ def released(course):
 
 def test_lab_writes_down_the_release_and_whose_folder_it_is(released, opened):
     assert rotflex("lab", "work").exit_code == 0
-    assert json.loads(Path("work/course.json").read_text()) == RELEASED
+    assert about_work() == RELEASED
     assert rotflex("lab", "work", "--student", "Ada").exit_code == 0
-    assert json.loads(Path("work/course.json").read_text()) == {**RELEASED, "student": "Ada"}
+    assert about_work() == {**RELEASED, "student": "Ada"}
 
 
 @pytest.mark.parametrize("about", [None, {"student": "ada"}, {"student": "ada", "release": "2025-y", "with": ["bob"]}])
@@ -187,12 +177,10 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
     cells = json.loads(Path("work/00_start.ipynb").read_text())["cells"]
     assert [cell["source"] for cell in cells] == ["# New", "k = 3.5", "1"]
     assert json.loads(Path("work/.before-2026-x/00_start.ipynb").read_text()) == begun
-    assert json.loads(Path("work/course.json").read_text()) == {**(about or {"student": ""}), **RELEASED} | (
-        about or {}
-    ) | {"release": "2026-x"}
+    assert about_work() == {**RELEASED, **(about or {}), "release": "2026-x"}
     assert Path("work/answers.json").read_text() == "{}"
     before = {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")}
-    assert rotflex("lab", "work").output == ("" if about else NOBODY_YET)
+    assert ("--student YOUR-ID" in rotflex("lab", "work").output) == (about is None)
     assert {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")} == before
 
 
@@ -209,9 +197,9 @@ def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, ope
     Path("work/00_start.ipynb").write_text("{")
     Path("work/course.json").write_text('{"student": "ada", "release": "2025-y"}')
     for _ in range(2):
-        assert "00_start.ipynb could not be read, and stays as it is" in rotflex("lab", "work").output
+        assert "00_start.ipynb could not be read" in rotflex("lab", "work").output
     assert Path("work/00_start.ipynb").read_text() == "{"
-    assert json.loads(Path("work/course.json").read_text())["release"] == "2025-y"
+    assert about_work()["release"] == "2025-y"
 
 
 def test_lab_leaves_a_broken_course_file_and_tells_unless_it_is_given_the_student(released, opened):
@@ -220,10 +208,7 @@ def test_lab_leaves_a_broken_course_file_and_tells_unless_it_is_given_the_studen
     assert 'course.json should be {"student": "your id"}' in " ".join(rotflex("lab", "work").output.split())
     assert Path("work/course.json").read_text() == '{"student": "ada"'
     assert rotflex("lab", "work", "--student", "ada").exit_code == 0
-    assert json.loads(Path("work/course.json").read_text()) == {**RELEASED, "student": "ada"}
-
-
-# --- whose folder it is -----------------------------------------------------------------------------------------------
+    assert about_work() == {**RELEASED, "student": "ada"}
 
 
 @pytest.fixture
@@ -231,30 +216,25 @@ def at_a_terminal(monkeypatch):
     monkeypatch.setattr(cli, "_at_a_terminal", lambda: True)
 
 
-def named():
-    return json.loads(Path("work/course.json").read_text())["student"]
-
-
 def test_lab_asks_for_the_id_where_there_is_none_and_once_only(course, opened, at_a_terminal):
     done = CliRunner().invoke(cli.app, ["lab", "work"], input="a/b\nAda\n")
     assert done.output.count("Your student ID") == 2 and "'a/b'" in done.output
-    assert named() == "Ada" and len(opened) == 1
+    assert about_work()["student"] == "Ada" and len(opened) == 1
     assert "Your student ID" not in rotflex("lab", "work").output
 
 
 def test_who_gives_no_id_can_work_and_is_told(course, opened, at_a_terminal):
     done = CliRunner().invoke(cli.app, ["lab", "work"], input="\n")
-    assert done.exit_code == 0 and NOBODY_YET in done.output and len(opened) == 1
+    assert done.exit_code == 0 and "--student YOUR-ID" in done.output and len(opened) == 1
     assert not Path("work/course.json").exists()
 
 
-def test_lab_asks_nothing_of_who_opens_the_courses_own_notebooks(course, opened, at_a_terminal, monkeypatch):
+def test_lab_opens_the_courses_own_notebooks_as_they_are_and_asks_nothing(course, opened, at_a_terminal, monkeypatch):
     monkeypatch.chdir(course)
+    before = {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()}
     assert rotflex("lab").output == ""
     assert opened == [(Path("notebooks"), [])] and course_place.remembered() is None
-
-
-# --- which folder it is -----------------------------------------------------------------------------------------------
+    assert {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()} == before
 
 
 @pytest.mark.parametrize(("inside", "words"), [(".", ()), ("data", ()), (".", ("work",)), ("data", (".",))])
@@ -282,26 +262,11 @@ def test_lab_comes_back_to_the_folder_of_last_time_from_anywhere(course, opened,
     assert opened[-1] == (Path("new"), [])
 
 
-def test_python_dash_m_is_the_command():
-    done = subprocess.run(
-        [sys.executable, "-m", "rotflex", "lab", "--help"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0 and "Usage: rotflex lab" in done.stdout
-
-
-def test_lab_started_where_the_notebooks_are_leaves_them_as_they_are(course, opened, monkeypatch):
-    monkeypatch.chdir(course)
-    before = {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()}
-    assert rotflex("lab").exit_code == 0
-    assert {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()} == before
-
-
 @pytest.mark.parametrize(
     ("words", "folder", "options"),
     [
-        (["work", "--", "--no-browser", "--port", "8890"], "work", ["--no-browser", "--port", "8890"]),
         (["--", "--no-browser"], "notebooks", ["--no-browser"]),
-        (["--student", "ada", "work", "--", "--no-browser"], "work", ["--no-browser"]),
+        (["--student", "ada", "work", "--", "--no-browser", "--port", "1"], "work", ["--no-browser", "--port", "1"]),
     ],
 )
 def test_lab_hands_on_jupyterlabs_own_options(course, opened, words, folder, options):
@@ -315,10 +280,6 @@ def test_lab_refuses_two_folders_and_a_file(course, opened):
     done = rotflex("lab", "c")
     assert done.exit_code == 2 and "c is not a folder" in done.output
     assert opened == []
-
-
-def test_the_course_of_this_checkout_is_found():
-    assert cli.course_folder() == ROOT
 
 
 STUB = """
@@ -372,29 +333,18 @@ def test_jupyterlabs_exit_code_is_the_commands(tmp_path, monkeypatch):
     assert cli.open_jupyterlab(tmp_path, []) == 7
 
 
-# --- release and notebooks --------------------------------------------------------------------------------------------
-
-
 def test_release_says_what_it_made_and_keeps_it(tmp_path):
     course = copied(tmp_path / "course", ["00_start.ipynb"])
     done = rotflex("release", tmp_path / "out", "--course", course)
     assert done.exit_code == 0, done.output
-    assert (tmp_path / "out" / "rotflex-course" / "notebooks" / "00_start.ipynb").exists()
-    assert (tmp_path / "out" / "rotflex-course.zip").exists()
-    assert "00_start.ipynb" in done.output
+    notebooks = tmp_path / "out" / "rotflex-course" / "notebooks"
+    assert (notebooks / "00_start.ipynb").exists() and "00_start.ipynb" in done.output
     (kept,) = (tmp_path / "course" / "releases").iterdir()
     assert kept.read_bytes() == (tmp_path / "out" / "rotflex-course.zip").read_bytes()
     assert f"Release {kept.stem}, kept as {kept}" in done.output
-    about = json.loads((tmp_path / "out" / "rotflex-course" / "notebooks" / "course.json").read_text())
-    assert about == {
-        "student": "",
-        "title": "rotflex-course",
-        "term": "",
-        "draw": DRAW,
-        "bench": {"which": "own"},
-        "reflect": "on",
-        "release": kept.stem,
-    }
+    about = {"student": "", "title": "rotflex-course", "term": "", "draw": DRAW, "bench": {"which": "own"}}
+    written = json.loads((notebooks / "course.json").read_text())
+    assert written == {**about, "reflect": "on", "release": kept.stem}
 
 
 def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
@@ -421,7 +371,6 @@ def test_a_place_without_a_course_is_an_error_in_words(tmp_path, monkeypatch, co
     done = rotflex(*command)
     assert done.exit_code == 2
     assert "rotflex:" in done.output and str(tmp_path) in "".join(done.output.split())
-    assert "Traceback" not in done.output
 
 
 def test_notebooks_are_derived_anew(tmp_path):
@@ -440,68 +389,47 @@ def test_without_the_instructors_libraries_a_command_says_what_to_install(monkey
     assert "pip install rotflex-instructor" in " ".join(done.output.split())
 
 
-# --- grade ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def isolated(monkeypatch):
     """As if the isolation had been examined."""
     monkeypatch.setattr("rotflex.instructor.running.isolation_report.check", lambda: None)
 
 
-def hand_in_nonsense(folder, student="ada"):
-    (folder / "in").mkdir(exist_ok=True)
+def graded(folder, *options, student="ada", out="out"):
+    """Grade something that is not a zip."""
+    (folder / "in").mkdir()
     (folder / "in" / f"{student}.zip").write_bytes(b"not a zip")
+    return rotflex("grade", folder / "in", "--out", folder / out, "--course", ROOT, *options)
 
 
-def test_grade_refuses_where_it_cannot_isolate_and_names_layer_and_remedy(tmp_path, monkeypatch):
-    from rotflex.instructor.isolation.layers import Layer
+LACKING = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True)
 
-    lacking = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True)
-    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: [lacking])
-    hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
-    assert done.exit_code == 3
+
+@pytest.mark.parametrize(
+    ("layers", "attempts", "user", "options", "named"),
+    [
+        ([LACKING], [], 1000, [], ["not there", "apt-get install bubblewrap", "--unsafe-no-isolation"]),
+        ([], [Attempt("network", False, "reached a listener outside", True)], 1000, [], ["reached a listener outside"]),
+        ([LACKING], [], 0, ["--unsafe-no-isolation"], ["not for root"]),
+    ],
+    ids=["missing layer", "broke out", "root"],
+)
+def test_grade_runs_nobodys_code_unisolated(tmp_path, monkeypatch, layers, attempts, user, options, named):
+    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: layers)
+    monkeypatch.setattr("rotflex.instructor.isolation.selftest.run_all", lambda: attempts)
+    monkeypatch.setattr("os.geteuid", lambda: user)
+    done = graded(tmp_path, *options)
     said = " ".join(done.output.split())
-    assert "cannot be run in isolation here" in said
-    assert "bubblewrap: the program bwrap is not there" in said and "apt-get install bubblewrap" in said
-    assert "with your own rights" in said and "--unsafe-no-isolation" in said
+    assert done.exit_code == 3 and all(fragment in said for fragment in named)
     assert not (tmp_path / "out").exists()
-
-
-def test_grade_stops_where_the_self_test_broke_out(tmp_path, monkeypatch):
-    from rotflex.instructor.isolation.selftest import Attempt
-
-    out = Attempt("network", False, "reached a listener outside", True)
-    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: [])
-    monkeypatch.setattr("rotflex.instructor.isolation.selftest.run_all", lambda: [out])
-    hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
-    assert done.exit_code == 3
-    assert "reached a listener outside" in " ".join(done.output.split())
-    assert not (tmp_path / "out").exists()
-
-
-def test_grade_without_isolation_is_refused_for_root(tmp_path, monkeypatch):
-    monkeypatch.setattr("os.geteuid", lambda: 0)
-    hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT, "--unsafe-no-isolation")
-    assert done.exit_code == 3
-    assert "not for root" in done.output
 
 
 def test_grade_without_isolation_is_stamped_on_everything(tmp_path, monkeypatch):
     monkeypatch.setattr("os.geteuid", lambda: 1000)
-    hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT, "--unsafe-no-isolation")
+    done = graded(tmp_path, "--unsafe-no-isolation")
+    files = [tmp_path / "out" / name for name in ("grades.csv", "ada/feedback.html", "ada/marks.json")]
     assert done.exit_code == 1
-    for said in (
-        done.output,
-        (tmp_path / "out" / "grades.csv").read_text(),
-        (tmp_path / "out" / "ada" / "feedback.html").read_text(),
-        (tmp_path / "out" / "ada" / "marks.json").read_text(),
-    ):
-        assert "Run without isolation." in said
+    assert all("Run without isolation." in said for said in (done.output, *(path.read_text() for path in files)))
 
 
 @pytest.mark.parametrize("make", [lambda path: None, Path.mkdir], ids=["missing", "empty"])
@@ -514,8 +442,7 @@ def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated
 
 
 def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):
-    hand_in_nonsense(tmp_path, "[red]ada")
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT)
+    done = graded(tmp_path, student="[red]ada")
     assert done.exit_code == 1
     assert "[red]ada" in done.output  # not taken for markup
     assert "Run in isolation." in done.output
@@ -523,20 +450,16 @@ def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):
 
 
 def test_results_among_the_submissions_are_refused(tmp_path, isolated):
-    hand_in_nonsense(tmp_path)
-    done = rotflex("grade", tmp_path / "in", "--out", tmp_path / "in" / "out", "--course", ROOT)
-    assert done.exit_code == 2
-    assert "among the submissions" in done.output
+    done = graded(tmp_path, out="in/out")
+    assert done.exit_code == 2 and not (tmp_path / "in" / "out").exists()
 
 
 def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_path, isolated):
-    hand_in_nonsense(tmp_path)
-    assert rotflex("grade", tmp_path / "in", "--out", tmp_path / "out", "--course", ROOT).exit_code == 1
+    assert graded(tmp_path).exit_code == 1
     book = ("--gradebook", tmp_path / "out" / "gradebook.sqlite")
     assert "Nobody's marks changed" in rotflex("regrade", *book, "--course", ROOT, "--question", "2.11").output
     given = ("mark", "ada", "2.11", "explanation", "0.5", "--reason", "Told me \x1b[31m.", "--by", "prof")
     assert rotflex(*given, *book).exit_code == 0
-    assert rotflex("mark", "ada", "2.11", "explanation", "5", "--reason", "?", "--by", "prof", *book).exit_code == 2
     done = rotflex("history", "ada", "--question", "2.11", *book)
     assert "0 (missing) → 0.5 (given by a person)" in done.output
     assert "prof: Told me \\x1b[31m." in done.output
@@ -558,22 +481,8 @@ def test_a_slip_in_the_name_of_a_gradebook_makes_no_new_one(tmp_path, words):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_roster_is_taken_in(tmp_path):
-    (tmp_path / "class.csv").write_text("ID,Name\nada,Ada\nbob,Bob\n")
-    done = rotflex("roster", tmp_path / "class.csv", "--gradebook", tmp_path / "book.sqlite")
-    assert (done.exit_code, re.findall(r"\d+", done.output.splitlines()[0])) == (0, ["2", "0", "0"])
-
-
-# --- doctor -----------------------------------------------------------------------------------------------------------
-
-
 def test_doctor_shows_the_layers_and_says_what_to_do(monkeypatch):
-    from rotflex.instructor.isolation.layers import Layer
-
-    layers = [
-        Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True),
-        Layer("cgroups", False, "not to be had", "", False),
-    ]
+    layers = [LACKING, Layer("cgroups", False, "not to be had", "", False)]
     monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: layers)
     done = rotflex("doctor")
     assert done.exit_code == 3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import math
 import sys
@@ -41,10 +42,6 @@ def connected(laboratory: miswired.Laboratory):
     return lambda told, setup: real.bench("test", laboratory, replace(setup, simulated=True))
 
 
-def expected(motor: int, servo: int, link: int) -> dict[str, int]:
-    return {"motor_sign": motor, "servo_sign": servo, "link_sign": link}
-
-
 @pytest.mark.parametrize("signs", miswired.SIGNS)
 def test_each_combination_of_signs_is_found_on_the_makers_package_and_its_file_closes_a_loop(
     signs, monkeypatch, tmp_path
@@ -53,23 +50,18 @@ def test_each_combination_of_signs_is_found_on_the_makers_package_and_its_file_c
     modules, opened = quanser_double.package(laboratory)
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
-    done = commission(
-        BenchFile(SIMULATOR, wiring={"potentiometer": 0}),
-        lambda told, setup: hil.open(told.address, setup=setup),
-        miswired.Person(laboratory),
-    )
-    assert {name: done.wiring[name] for name in SIGNS} == expected(*signs)
+    told = BenchFile(SIMULATOR, wiring={"potentiometer": 0})
+    done = commission(told, lambda told, setup: hil.open(told.address, setup=setup), miswired.Person(laboratory))
+    assert tuple(done.wiring[name] for name in SIGNS) == signs
     assert laboratory.moved < 30 * DEG
     assert not done.record["provisional"]
-    measured = done.record["measured"]
+    measured, true = done.record["measured"], laboratory.spec.parameters
     assert measured["counts_per_turn"] == 4096
     assert measured["potentiometer_gap_deg"] == pytest.approx(170, abs=3)
-    natural = (laboratory.spec.parameters.K_s / laboratory.spec.parameters.J_l) ** 0.5
-    assert measured["natural_frequency_Hz"] * HZ == pytest.approx(natural, rel=0.01)
+    assert measured["natural_frequency_Hz"] * HZ == pytest.approx(math.sqrt(true.K_s / true.J_l), rel=0.01)
     assert all(board.terminals.commanded == [0.0, 0.0] for board in laboratory.made)
     bench_file.save(tmp_path / "bench.toml", done)
     with hil.open(str(tmp_path / "bench.toml")) as bench:
-        bench.require_commissioned()
         experiments.tracking(bench, GAIN, duration=0.5, progress=False)
     assert all(not card.is_valid() for card in opened)
 
@@ -130,20 +122,24 @@ def test_what_is_wrong_with_the_bench_is_named(spec, wiring, person, named):
         commission(told, connected(laboratory), miswired.Person(laboratory, **person))
 
 
+@contextlib.contextmanager
+def unguarded(laboratory):
+    """A bench on which what is measured by driving can be measured alone."""
+    with connected(laboratory)(TOLD, TOLD.setup()) as bench:
+        bench.safety = replace(bench.safety, guard=None)
+        yield bench
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.001, 0.002, 0.004])
 def test_the_delay_is_found(delay):
     spec = replace(preset("real_bench"), timing=Timing(delay=delay))
-    laboratory = miswired.Laboratory(1, 1, -1, spec)
-    with connected(laboratory)(TOLD, TOLD.setup()) as bench:
-        bench.safety = replace(bench.safety, guard=None)
+    with unguarded(miswired.Laboratory(1, 1, -1, spec)) as bench:
         assert driven.loop_delay(bench, spec.parameters.K_s) == pytest.approx(delay, abs=0.0008)
 
 
 def test_breakaway_is_the_friction_of_each_way():
     friction = preset("real_bench").parameters
-    laboratory = miswired.Laboratory(1, 1, -1)
-    with connected(laboratory)(TOLD, TOLD.setup()) as bench:
-        bench.safety = replace(bench.safety, guard=None)
+    with unguarded(miswired.Laboratory(1, 1, -1)) as bench:
         found = driven.breakaway(bench)
     for volts, torque in zip(found, friction.servo_friction, strict=True):
         assert 0 <= volts - torque / friction.torque_per_volt < 0.06
@@ -167,19 +163,15 @@ def test_whoever_says_no_has_no_motor_driven_and_nothing_recorded():
 def test_the_rising_voltage_ends_at_the_limit_however_late_the_last_sample_comes(monkeypatch):
     """Beyond it the bench refuses, and says of a motor without power that more was asked for than is allowed."""
     asked = []
-    monkeypatch.setattr(
-        driven,
-        "_drive",
-        lambda bench, voltage, until, longest: asked.append([voltage(longest + late) for late in (0, 1)]),
-    )
-    laboratory = miswired.Laboratory(1, 1, -1)
-    with connected(laboratory)(TOLD, TOLD.setup()) as bench:
+
+    def drive(bench, voltage, until, longest):
+        asked.append([voltage(longest + late) for late in (0, 1)])
+
+    monkeypatch.setattr(driven, "_drive", drive)
+    with connected(miswired.Laboratory(1, 1, -1))(TOLD, TOLD.setup()) as bench:
         with pytest.raises(BenchError, match="2 V"):
             driven.motor_sign(bench)
         assert asked == [[bench.limits.voltage] * 2]
-
-
-# --- where time does not wait -----------------------------------------------------------------------------------------
 
 
 class Paused(miswired.Laboratory):
@@ -215,7 +207,7 @@ def test_where_time_does_not_wait_it_goes_as_well_and_the_record_says_how_sample
     laboratory = Paused(-1, 1, 1)
     laboratory.every = every
     done = commission(TOLD, laboratory.connect, miswired.Person(laboratory))
-    assert {name: done.wiring[name] for name in SIGNS} == expected(-1, 1, 1)
+    assert [done.wiring[name] for name in SIGNS] == [-1, 1, 1]
     measured = done.record["measured"]
     assert measured["delay_s"] == pytest.approx(0.001, abs=0.001)
     assert (measured["late"] > 0) == (every > 0) and measured["missed"] == 0
@@ -228,9 +220,6 @@ def test_a_computer_that_is_too_busy_for_the_delay_says_so():
         laboratory.every = 5
         with pytest.raises(BenchError, match=r"late in .* steps"):
             driven.loop_delay(bench, 1.6)
-
-
-# --- the person at the bench ------------------------------------------------------------------------------------------
 
 
 @pytest.fixture

@@ -12,8 +12,6 @@ from rotflex import config, units
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, RotflexError
 
-# --- units -----------------------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(
     ("unit", "in_si"),
@@ -32,9 +30,6 @@ def test_units_are_those_of_scipy(unit, in_si):
     assert unit == pytest.approx(in_si, rel=1e-12)
 
 
-# --- the servo -------------------------------------------------------------------------------------------------------
-
-
 def test_motor_is_that_of_the_data_sheet():
     servo = srv02()
     assert servo.R_m == 2.6
@@ -43,28 +38,19 @@ def test_motor_is_that_of_the_data_sheet():
     assert (servo.eta_g, servo.eta_m) == (0.90, 0.69)
 
 
-@pytest.mark.parametrize(("gear", "ratio"), [("high", 70), ("low", 14)])
-def test_gear_ratio(gear, ratio):
-    assert srv02(gear=gear).K_g == ratio
-
-
 @pytest.mark.parametrize(
-    ("gear", "load", "J_eq", "rel"),
+    ("gear", "load", "ratio", "J_eq", "rel"),
     [
-        ("high", "none", 2.08418e-3, 3e-6),
-        ("high", "disc", 2.13418e-3, 3e-6),
-        ("high", "bar", 2.28346e-3, 3e-6),
-        ("low", "none", 9.76e-5, 5e-4),
+        ("high", "none", 70, 2.0841792e-3, 3e-7),  # as in the printed matrices, whose conversion factors are rounded
+        ("high", "disc", 70, 2.13418e-3, 3e-6),
+        ("high", "bar", 70, 2.28346e-3, 3e-6),
+        ("low", "none", 14, 9.76e-5, 5e-4),
     ],
 )
-def test_equivalent_inertia_of_gear_and_load(gear, load, J_eq, rel):
-    assert srv02(gear=gear, load=load).J_eq == pytest.approx(J_eq, rel=rel)
-
-
-def test_equivalent_inertia_is_the_one_behind_the_printed_matrices():
-    # The printed digits come from slightly rounded conversion factors: 2e-7 of the value.
-    assert srv02().J_eq == pytest.approx(2.0841792e-3, rel=3e-7)
-    assert 1 / srv02().J_eq == pytest.approx(479.8052, abs=1e-4)
+def test_ratio_and_equivalent_inertia_of_gear_and_load(gear, load, ratio, J_eq, rel):
+    servo = srv02(gear=gear, load=load)
+    assert servo.K_g == ratio
+    assert servo.J_eq == pytest.approx(J_eq, rel=rel)
 
 
 @pytest.mark.parametrize("gear", ["high", "low"])
@@ -86,15 +72,8 @@ def test_torque_per_volt_and_damping_with_back_emf():
     servo = srv02()
     assert servo.torque_per_volt == pytest.approx(0.128453, abs=5e-7)
     assert servo.back_emf_damping + servo.B_eq == pytest.approx(0.073035, abs=5e-7)
-
-
-def test_at_the_no_load_speed_the_motor_gives_no_torque():
-    servo = srv02()
     no_load_speed = 6.0 / (servo.K_g * servo.k_m)
     assert servo.torque_per_volt * 6.0 - servo.back_emf_damping * no_load_speed == pytest.approx(0, abs=1e-14)
-
-
-# --- sensors and amplifiers ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("encoder", "counts"), [("E", 4096), ("EHR", 8192)])
@@ -128,37 +107,27 @@ def test_motor_voltage_is_limited_by_board_and_cable_or_by_the_amplifier(amplifi
     assert srv02(amplifier=amplifier, cable_gain=cable_gain).V_max == V_max
 
 
-# --- the joint -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
-    ("position", "inches", "J_l"), [(1, 8.25, 3.278e-3), (2, 9.25, 3.617e-3), (3, 10.25, 3.994e-3)]
+    ("position", "inches", "J_l", "of_millimetres"),
+    [(1, 8.25, 3.278e-3, 3.278e-3), (2, 9.25, 3.617e-3, 3.612e-3), (3, 10.25, 3.994e-3, 3.983e-3)],
 )
-def test_inertia_of_the_link_from_the_anchors_in_inches(position, inches, J_l):
+def test_inertia_of_the_link_from_the_anchors_in_inches_and_in_rounded_millimetres(
+    position, inches, J_l, of_millimetres
+):
     arm = joint(position)
     assert arm.arm_position == position
     assert arm.d_12 == pytest.approx(inches * 0.0254, rel=1e-12)
     assert arm.J_l == pytest.approx(J_l, abs=5e-7)
-
-
-@pytest.mark.parametrize(
-    ("position", "d_12", "J_l"), [(1, 0.210, 3.278e-3), (2, 0.235, 3.612e-3), (3, 0.260, 3.983e-3)]
-)
-def test_inertia_of_the_link_from_lengths_rounded_to_millimetres(position, d_12, J_l):
-    arm = config.Joint(arm_position=position, d_12=d_12, m_1=0.064, L_1=0.298, m_2=0.030, L_2=0.156)
-    assert arm.J_l == pytest.approx(J_l, abs=5e-7)
-
-
-@pytest.mark.parametrize(("position", "printed"), [(1, 3.28e-3), (2, 3.62e-3), (3, 3.99e-3)])
-def test_inertia_of_the_link_rounds_to_what_is_printed(position, printed):
-    assert joint(position).J_l == pytest.approx(printed, abs=5e-6)
+    lengths = {"d_12": round(arm.d_12 + 1e-9, 3), "L_1": 0.298, "L_2": 0.156}
+    assert config.Joint(arm_position=position, m_1=0.064, m_2=0.030, **lengths).J_l == pytest.approx(
+        of_millimetres, abs=5e-7
+    )
 
 
 def test_arm_is_that_of_the_workbook_to_the_millimetre():
     arm = joint()
     assert (arm.m_1, arm.m_2, arm.B_l) == (0.064, 0.030, 0.0)
-    assert round(arm.L_1, 3) == 0.298
-    assert round(arm.L_2, 3) == 0.156
+    assert (round(arm.L_1, 3), round(arm.L_2, 3)) == (0.298, 0.156)
 
 
 @settings(deadline=None)
@@ -166,9 +135,6 @@ def test_arm_is_that_of_the_workbook_to_the_millimetre():
 def test_moving_the_top_arm_out_by_x_adds_what_the_parallel_axis_theorem_says(d, x):
     near, far = config.Joint(arm_position=1, d_12=d), config.Joint(arm_position=1, d_12=d + x)
     assert far.J_l - near.J_l == pytest.approx(0.030 * (2 * d * x + x**2), rel=1e-9)
-
-
-# --- refusals --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

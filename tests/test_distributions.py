@@ -18,13 +18,30 @@ pytestmark = pytest.mark.slow
 BUILD = "import sys, hatchling.build; print(hatchling.build.build_wheel(sys.argv[1]))"
 
 
-def built(project: Path, folder: Path) -> Path:
-    """A wheel of a project."""
-    done = subprocess.run(
-        [sys.executable, "-c", BUILD, str(folder)], cwd=project, capture_output=True, text=True, check=False
+def ran(command, folder, **environment):
+    """A program of Python, in a folder."""
+    return subprocess.run(
+        [sys.executable, *map(str, command)],
+        cwd=folder,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
+
+
+def built(project: Path, folder: Path, what: str = "wheel") -> Path:
+    """A wheel of a project, or its source distribution."""
+    done = ran(["-c", BUILD.replace("wheel", what), folder], project)
     assert done.returncode == 0, done.stderr
     return folder / done.stdout.strip().splitlines()[-1]
+
+
+@pytest.fixture
+def alone(wheels, tmp_path):
+    """The students' wheel by itself."""
+    shutil.unpack_archive(wheels[0], tmp_path / "alone", "zip")
+    return tmp_path / "alone"
 
 
 @pytest.fixture(scope="module")
@@ -38,21 +55,14 @@ def installed(wheels, tmp_path_factory):
     """Both wheels unpacked as pip would, in front of what this environment has."""
     folder = tmp_path_factory.mktemp("installed")
     for wheel in wheels:
-        with zipfile.ZipFile(wheel) as packed:
-            packed.extractall(folder)
+        shutil.unpack_archive(wheel, folder, "zip")
     return folder
 
 
 def rotflex(installed, folder, *words, **environment):
     """The command from the wheels, in a folder that has nothing to do with the checkout."""
-    return subprocess.run(
-        [sys.executable, "-P", "-m", "rotflex.cli", *map(str, words)],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(installed), "COLUMNS": "200", **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    settings = {"PYTHONPATH": str(installed), "COLUMNS": "200"} | environment
+    return ran(["-P", "-m", "rotflex.cli", *words], folder, **settings)
 
 
 def names(wheel):
@@ -72,15 +82,7 @@ def test_together_they_hold_every_module_once_and_the_students_none_of_the_instr
 
 
 def test_a_source_distribution_for_students_has_no_solution_no_key_and_builds_the_same_wheel(wheels, tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", BUILD.replace("wheel", "sdist"), str(tmp_path)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    shutil.unpack_archive(tmp_path / done.stdout.strip().splitlines()[-1], tmp_path)
+    shutil.unpack_archive(built(ROOT, tmp_path, "sdist"), tmp_path)
     (folder,) = (path for path in tmp_path.iterdir() if path.is_dir())
     assert {path.name for path in folder.iterdir() if path.is_dir()} == {"rotflex", "notebooks"}
     assert not (folder / "rotflex" / "instructor").exists()
@@ -94,23 +96,13 @@ def test_the_instructors_distribution_needs_the_students_of_its_version(installe
     assert f"Requires-Dist: rotflex=={__version__}\n" in (about / "METADATA").read_text(encoding="utf-8")
 
 
-def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_instructors(wheels, tmp_path):
-    alone = tmp_path / "alone"
-    with zipfile.ZipFile(wheels[0]) as packed:
-        packed.extractall(alone)
+def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_instructors(alone, tmp_path):
     shown = rotflex(alone, tmp_path, "--help").stdout
     assert " lab " in shown and " grade " not in shown
     assert "is written" in rotflex(alone, tmp_path, "bench", "notebook").stdout  # for who sets up a laboratory's bench
     assert "A real bench, commissioned" in (tmp_path / "commissioning.ipynb").read_text(encoding="utf-8")
     code = "from pathlib import Path; from rotflex.cli import fill; print(fill(Path('work'), 'ada'))"
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(alone)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran(["-P", "-c", code], tmp_path, PYTHONPATH=str(alone))
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "work" / "00_start.ipynb").exists()
 
@@ -146,10 +138,8 @@ def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
     assert (tmp_path / "out" / "grades.csv").exists()
 
 
-def test_students_check_and_pack_their_work_with_their_own_wheel_alone(wheels, tmp_path):
-    alone, work = tmp_path / "alone", tmp_path / "work"
-    with zipfile.ZipFile(wheels[0]) as packed:
-        packed.extractall(alone)
+def test_students_check_and_pack_their_work_with_their_own_wheel_alone(alone, tmp_path):
+    work = tmp_path / "work"
     assert not (alone / "rotflex" / "instructor").exists()
     shutil.copytree(alone / "rotflex" / "_course" / "notebooks", work)
     start = work / "00_start.ipynb"

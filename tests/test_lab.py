@@ -1,6 +1,7 @@
 """The laboratory as a notebook sees it, on the virtual bench."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -29,9 +30,11 @@ def quiet(student="ada", **more):
     return rotflex.lab.start(student, quiet=True, **more)
 
 
-def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder, snapshot):
+def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder):
     rotflex.lab.start("ada")
-    assert capsys.readouterr().out.splitlines() == snapshot
+    position = student_bench(student_seed("ada")).joint.arm_position
+    said = capsys.readouterr().out
+    assert re.fullmatch(rf"Student +ada\nBench .* position {position}, .* type E\nAnswers +answers\.json\n", said)
     lines = []
     for bench in ({"which": "own"}, {"which": "same", "seed": 3}, {"which": "preset", "preset": "real_bench"}):
         (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}))
@@ -188,14 +191,19 @@ def test_every_question_can_be_left_empty(capsys):
     assert all(line.endswith("not answered yet") for line in out)
 
 
-def test_progress_and_summary_tell_what_is_missing(capsys, snapshot):
+def test_progress_and_summary_tell_what_is_missing(capsys):
     lab = quiet()
     lab.answer("2.12", J_l=3.6e-3, K_s=1.3)
     lab.answer("2.11", omega_n=19.9)
     capsys.readouterr()
     lab.progress("02_finding_stiffness")
+    said = capsys.readouterr().out
+    assert re.search(r"^2\.9 .*: missing: sweep, figure\n2\.10 .*: missing: spectrum, figure\n", said)
+    assert re.search(r"\n2\.11 .*: missing: explanation\n2\.12 .*: answered\n", said)
     lab.summary()
-    assert capsys.readouterr().out.splitlines() == snapshot
+    said = capsys.readouterr().out
+    assert re.search("^00_start +0 of 1 .*\n01_modeling_prelab +0 of 8 .*\n02_finding_stiffness +1 of 4 ", said)
+    assert len(said.splitlines()) == 12  # eleven notebooks, and that words are read from them
     lab.progress()
     assert len(capsys.readouterr().out.splitlines()) == len(lab.questions) + 1
     lab.answer("Table 2", omega_n=19.9)
@@ -203,11 +211,10 @@ def test_progress_and_summary_tell_what_is_missing(capsys, snapshot):
 
 
 def test_answers_go_into_the_given_folder(tmp_path):
-    place = tmp_path / "elsewhere"
-    place.mkdir()
-    quiet(folder=place).answer("2.12", K_s=1.3)
-    assert (place / "answers.json").exists()
-    assert not (tmp_path / "answers.json").exists()
+    (tmp_path / "elsewhere").mkdir()
+    quiet(folder=tmp_path / "elsewhere").answer("2.12", K_s=1.3)
+    assert [path.name for path in tmp_path.rglob("answers.json")] == ["answers.json"]
+    assert (tmp_path / "elsewhere" / "answers.json").exists()
 
 
 def test_functions_are_tried_on_inputs_of_the_students_seed_or_of_the_environments(monkeypatch, folder):
@@ -285,13 +292,6 @@ def test_a_whole_course_of_answers_stays_within_the_size_of_the_file(folder):
     assert (folder / "answers.json").stat().st_size < 0.8 * MAX_BYTES
 
 
-def test_importing_the_laboratory_leaves_the_heavy_libraries_alone():
-    heavy = ["sympy", "matplotlib", "scipy.signal", "scipy.optimize", "scipy.io", "control", "ipywidgets", "tqdm"]
-    code = f"import sys, rotflex.lab; print([name for name in {heavy} if name in sys.modules])"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert out.strip() == "[]"
-
-
 def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
     code = (
         "import sys, rotflex.lab; lab = rotflex.lab.start('ada');"
@@ -300,9 +300,6 @@ def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
         "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
-
-
-# --- what a cell waits for --------------------------------------------------------------------------------------------
 
 
 def test_a_cell_that_waits_says_for_which_questions_and_one_that_does_not_says_nothing(capsys):

@@ -1,6 +1,10 @@
-"""The house's own rules find what they are for, on made-up files."""
+"""The house's own rules and counts, on made-up files."""
 
+import subprocess
+
+import count_lines
 import lint_house
+import marks
 import pytest
 
 
@@ -30,3 +34,71 @@ def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
     assert lint_house.main() == 1
     places = [line.partition(": ")[0] for line in capsys.readouterr().out.splitlines()]
     assert places == ["rotflex/courseware/kinds.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]
+
+
+@pytest.mark.parametrize("program", marks.PROGRAMS)
+def test_a_program_does_not_start_in_a_test_without_its_marker(program):
+    done = subprocess.run([program, "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (97, "")
+    assert f"needs the marker {marks.PROGRAMS[program]}" in done.stderr
+
+
+MODULE = '''"""Docstring
+of a module."""
+
+# A comment.
+import math  # with a comment: counts
+
+class Point:
+    """Docstring in one line."""
+
+    def length(self):
+        """Docstring.
+
+        With a blank line.
+        """
+        # comment
+        return math.hypot(
+            self.x,
+
+            self.y,
+        )
+
+
+HELP = """A string
+# that is no comment
+
+and no docstring"""
+'''
+
+
+def test_docstrings_comments_and_blank_lines_do_not_count():
+    # import, class, def, return and its brackets: 4 lines, and 3 of the string.
+    assert count_lines.code_lines(MODULE) == 3 + 4 + 3
+    assert count_lines.code_lines('"""Nothing but a docstring."""\n') == 0
+    assert count_lines.code_lines("") == 0
+
+
+def test_a_module_belongs_to_the_room_with_the_longest_pattern(tmp_path):
+    for name in ("rotflex/a.py", "rotflex/cli.py", "rotflex/hil/b.py", "rotflex/hil/serial/c.py", "rotflex/new/d.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    patterns = {"serial": "rotflex/hil/serial/**/*.py", "hil": "rotflex/hil/**/*.py", "rest": "rotflex/cli.py"}
+    rooms = {room: (9, [pattern]) for room, pattern in (patterns | {"core": "rotflex/*.py"}).items()}
+    found = count_lines.rooms_of_modules(tmp_path, rooms)
+    expected = {"a": "core", "cli": "rest", "b": "hil", "c": "serial", "d": None}
+    assert {path.stem: room for path, room in found.items()} == expected
+
+
+def test_a_room_over_its_budget_and_a_module_in_no_room_fail(tmp_path, monkeypatch, capsys):
+    for name in ("rotflex/a.py", "rotflex/new/b.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("one = 1\ntwo = 2\n", encoding="utf-8")
+    monkeypatch.setattr(count_lines, "ROOT", tmp_path)
+    monkeypatch.setattr(count_lines, "ROOMS", {"core": (1, ("rotflex/*.py",))})
+    assert count_lines.main() == 1
+    shown = capsys.readouterr().out
+    assert "core: 2 lines of code, and its budget is 1" in shown
+    assert "new/b.py is in no room" in shown
+    monkeypatch.setattr(count_lines, "ROOMS", {"core": (2, ("rotflex/*.py",)), "new": (2, ("rotflex/new/*.py",))})
+    assert count_lines.main() == 0

@@ -23,52 +23,39 @@ STRUCTURES = (
     "data_vm.time = t; data_vm.signals.values = vm; "
 )
 NAMED = "data_theta data_alpha data_vm"
+USUAL = f"-v7 log.mat {NAMED}"
+IN_ROWS = "data_theta = data_theta'; data_alpha = data_alpha'; data_vm = data_vm'; "
+NESTED = "log.run.data_theta = data_theta; log.run.data_alpha = data_alpha; log.data_vm = data_vm; "
+COLUMNS = "t_s = t; theta_ref_deg = 20*ones(50,1); theta_deg = theta; alpha_deg = alpha; vm_V = vm; "
+VECTORS = "log.mat t_s theta_ref_deg theta_deg alpha_deg vm_V"
 SAVED = {
-    "version 5": (MADE + MATRICES, f"-v6 log.mat {NAMED}"),
-    "version 7": (MADE + MATRICES, f"-v7 log.mat {NAMED}"),
-    "version 4": (MADE + MATRICES, f"-v4 log.mat {NAMED}"),
-    "everything that was there": (MADE + MATRICES + "note = 'x'; list = {1, 'a'}; other.x = {}; ", "-v7 log.mat"),
-    "a row for each signal": (
-        MADE + MATRICES + "data_theta = data_theta'; data_alpha = data_alpha'; data_vm = data_vm'; ",
-        f"-v7 log.mat {NAMED}",
-    ),
-    "as the workbook spells it once": (MADE + MATRICES + "data_Vm = data_vm; clear data_vm; ", "-v7 log.mat"),
-    "structures with time": (MADE + STRUCTURES, f"-v7 log.mat {NAMED}"),
+    "version 5": (MATRICES, f"-v6 log.mat {NAMED}"),
+    "version 7": (MATRICES, USUAL),
+    "version 4": (MATRICES, f"-v4 log.mat {NAMED}"),
+    "everything that was there": (MATRICES + "note = 'x'; list = {1, 'a'}; other.x = {}; ", "-v7 log.mat"),
+    "a row for each signal": (MATRICES + IN_ROWS, USUAL),
+    "as the workbook spells it once": (MATRICES + "data_Vm = data_vm; clear data_vm; ", "-v7 log.mat"),
+    "structures with time": (STRUCTURES, USUAL),
     "structures with time in rows": (
-        MADE + STRUCTURES + "data_alpha.time = t'; data_alpha.signals.values = alpha'; data_vm.time = t'; ",
+        STRUCTURES + "data_alpha.time = t'; data_alpha.signals.values = alpha'; data_vm.time = t'; ",
         f"-v6 log.mat {NAMED}",
     ),
     "two signals in one": (
-        MADE + STRUCTURES + "data_theta.signals = struct('values', [20*ones(50,1) theta]); ",
-        f"-v7 log.mat {NAMED}",
+        STRUCTURES + "data_theta.signals = struct('values', [20*ones(50,1) theta]); ",
+        USUAL,
     ),
-    "nested structures": (
-        MADE + MATRICES + "log.run.data_theta = data_theta; log.run.data_alpha = data_alpha; log.data_vm = data_vm; ",
-        "-v7 log.mat log",
-    ),
-    "structures in structures, version 5": (
-        MADE + STRUCTURES + "log.data_theta = data_theta; log.data_alpha = data_alpha; log.data_vm = data_vm; ",
-        "-v6 log.mat log",
-    ),
-    "vectors in columns": (
-        MADE + "t_s = t; theta_ref_deg = 20*ones(50,1); theta_deg = theta; alpha_deg = alpha; vm_V = vm; ",
-        "-v7 log.mat t_s theta_ref_deg theta_deg alpha_deg vm_V",
-    ),
-    "vectors in rows": (
-        MADE + "t_s = t'; theta_ref_deg = 20*ones(1,50); theta_deg = theta'; alpha_deg = alpha; vm_V = vm'; ",
-        "-v6 log.mat t_s theta_ref_deg theta_deg alpha_deg vm_V",
-    ),
-    "single precision": (
-        MADE + MATRICES + "data_theta = single(data_theta); ",
-        f"-v7 log.mat {NAMED}",
-    ),
+    "nested structures": (MATRICES + NESTED, "-v7 log.mat log"),
+    "structures in structures, version 5": (STRUCTURES + NESTED, "-v6 log.mat log"),
+    "vectors in columns": (COLUMNS, f"-v7 {VECTORS}"),
+    "vectors in rows": (COLUMNS + "t_s = t'; theta_ref_deg = 20*ones(1,50); theta_deg = theta'; ", f"-v6 {VECTORS}"),
+    "single precision": (MATRICES + "data_theta = single(data_theta); ", USUAL),
 }
 
 
 @pytest.mark.parametrize("layout", SAVED)
 def test_what_octave_saves_is_read(tmp_path, layout):
     program, how = SAVED[layout]
-    octave(f"{program} save {how}", tmp_path)
+    octave(f"{MADE}{program} save {how}", tmp_path)
     read = Recording.load(tmp_path / "log.mat")
     assert set(read.channels) == {"theta_ref", "theta", "alpha", "vm"}
     np.testing.assert_allclose(read.time, T, atol=1e-8)
@@ -98,10 +85,7 @@ def test_what_octave_saves_otherwise_is_told_with_what_to_do(tmp_path, how, what
 @pytest.mark.parametrize(
     ("program", "told"),
     [
-        (
-            "one.data_vm = [t vm]; two.data_vm = [t 2*vm]; save -v7 log.mat one two",
-            r"one\.data_vm.*two\.data_vm",
-        ),
+        ("one.data_vm = [t vm]; two.data_vm = [t 2*vm]; save -v7 log.mat one two", r"one\.data_vm.*two\.data_vm"),
         ("data_vm.time = t; data_vm.values = vm; save -v7 log.mat data_vm", "data_vm is a structure"),
         ("t_s = t; vm_V = vm(2:end); save -v7 log.mat t_s vm_V", "t_s and vm_V"),
         ("s.x = 3; save -v7 log.mat s", "data_theta, data_alpha, data_vm"),
@@ -111,9 +95,6 @@ def test_what_cannot_be_understood_is_told(tmp_path, program, told):
     octave(MADE + program, tmp_path)
     with pytest.raises(RecordingError, match=told):
         Recording.load(tmp_path / "log.mat")
-
-
-# --- the other way ----------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

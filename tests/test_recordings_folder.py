@@ -137,9 +137,6 @@ def test_a_bench_whose_name_the_course_does_not_have_is_told_before_anything_is_
     assert capsys.readouterr().out == ""
 
 
-# --- which count, and what marking gets to see of them ----------------------------------------------------------------
-
-
 def keep(store, *settings, seconds=0.1):
     time = np.arange(round(seconds / 0.002) + 1) * 0.002
     for metadata in settings:
@@ -181,9 +178,6 @@ def test_evidence_is_plain_data_and_what_cannot_be_read_is_named(tmp_path):
     assert one["channels"] == {name: pytest.approx([0.0, 0.002, 0.004]) for name in ("theta", "alpha", "vm")}
     assert found["left_out"][0].startswith("002-x.mat cannot be read as a .mat file")
     assert evidence(tmp_path / "nowhere") == {"recordings": [], "left_out": []}
-
-
-# --- what goes wrong --------------------------------------------------------------------------------------------------
 
 
 def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
@@ -239,10 +233,3 @@ def test_a_run_that_cannot_be_kept_is_not_lost_and_its_place_is_told(tmp_path, m
     saved[0].rename(tmp_path / "recordings" / "001-free-decay.mat")  # as it would have been kept
     with store.bench(1) as given:
         np.testing.assert_allclose(short(given)["vm"], bench.kept["vm"], atol=1e-9)
-
-
-def test_a_folder_that_cannot_be_made_is_told(here, tmp_path):
-    (tmp_path / "ada/recordings").write_text("a file")
-    t = np.arange(10) * 0.002
-    with pytest.raises(RecordingError, match="recordings"):
-        RecordingsFolder(tmp_path / "ada").keep(Recording.of(t, theta=t, alpha=t), {})

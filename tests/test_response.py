@@ -46,56 +46,36 @@ def changed(recording, **channels):
     return Recording.of(recording.time, recording.metadata, **values)
 
 
-# --- right figures ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("zeta", "omega_n"), [(0.6, 20), (0.4, 25), (0.8, 30)])
-def test_overshoot_and_peak_time_are_those_of_the_formulas(zeta, omega_n):
-    steps = response.measure(wave([-1, 1, -1], zeta, omega_n, hold=1.5, start=-1))
-    assert [step.direction for step in steps] == [1, -1]
-    for step in steps:
-        root = math.sqrt(1 - zeta**2)
-        assert step.overshoot == pytest.approx(100 * math.exp(-math.pi * zeta / root), abs=0.01)
-        assert step.peak_time == pytest.approx(math.pi / (omega_n * root), abs=SAMPLE_TIME)
-        assert step.size == pytest.approx(40 * DEG)
-        assert step.steady_state_error == pytest.approx(0, abs=1e-3 * DEG)
-
-
 @pytest.mark.parametrize(("zeta", "omega_n"), [(0.6, 20), (0.35, 25), (0.9, 30), (0.7, 12)])
-def test_settling_time_is_that_of_python_control_for_two_per_cent_of_the_step(zeta, omega_n):
+def test_figures_are_those_of_python_control_for_two_per_cent_of_the_step(zeta, omega_n):
     """4 % of the final value is 2 % of a step from -20 to 20 deg."""
     t = np.arange(0, 1.5, SAMPLE_TIME)
     servo = control.tf([omega_n**2], [1, 2 * zeta * omega_n, omega_n**2])
     expected = control.step_info(servo, T=t, SettlingTimeThreshold=0.02, yfinal=1)
-    (step,) = response.measure(wave([-1, 1], zeta, omega_n, hold=1.5, start=-1))
-    assert step.settling_time == pytest.approx(expected["SettlingTime"], abs=SAMPLE_TIME)
-    assert step.overshoot == pytest.approx(expected["Overshoot"], abs=0.02)
-    assert step.peak_time == pytest.approx(expected["PeakTime"], abs=SAMPLE_TIME)
-
-
-def test_settling_time_runs_to_the_first_sample_that_stays_in_the_band():
-    t = np.arange(1000) * SAMPLE_TIME
-    theta = np.full(1000, 20.0)
-    theta[:200] = -20
-    theta[300] = 20.81  # the last sample outside ±0.8 deg
-    theta[310] = 20.79
-    reference = np.where(np.arange(1000) < 100, -20.0, 20.0)
-    (step,) = response.measure(Recording.of(t, theta_ref=reference * DEG, theta=theta * DEG))
-    assert step.start == pytest.approx(100 * SAMPLE_TIME)
-    assert step.settling_time == pytest.approx(201 * SAMPLE_TIME)
-    assert step.overshoot == pytest.approx(100 * 0.81 / 40)
-    assert step.peak_time == pytest.approx(200 * SAMPLE_TIME)
+    steps = response.measure(wave([-1, 1, -1], zeta, omega_n, hold=1.5, start=-1))
+    assert [step.direction for step in steps] == [1, -1]
+    for step in steps:
+        assert step.settling_time == pytest.approx(expected["SettlingTime"], abs=SAMPLE_TIME)
+        assert step.overshoot == pytest.approx(expected["Overshoot"], abs=0.02)
+        assert step.peak_time == pytest.approx(expected["PeakTime"], abs=SAMPLE_TIME)
+        assert step.size == pytest.approx(40 * DEG)
+        assert step.steady_state_error == pytest.approx(0, abs=1e-3 * DEG)
 
 
 @pytest.mark.parametrize("outside", [0.81, -0.81])
 @pytest.mark.parametrize("size", [20.0, -20.0])
-def test_the_band_has_two_edges_upwards_and_downwards(size, outside):
+def test_settling_time_runs_to_the_first_sample_that_stays_in_the_band(size, outside):
+    """The band of ±0.8 deg has two edges, upwards and downwards."""
     reference, theta = (np.where(np.arange(1000) < begin, -size, size) for begin in (100, 200))
     theta[300] += outside
-    (step,) = response.measure(
-        Recording.of(np.arange(1000) * SAMPLE_TIME, theta_ref=reference * DEG, theta=theta * DEG)
-    )
+    theta[310] += outside * 0.79 / 0.81
+    t = np.arange(1000) * SAMPLE_TIME
+    (step,) = response.measure(Recording.of(t, theta_ref=reference * DEG, theta=theta * DEG))
+    assert step.start == pytest.approx(100 * SAMPLE_TIME)
     assert step.settling_time == pytest.approx(201 * SAMPLE_TIME)
+    if size * outside > 0:
+        assert step.overshoot == pytest.approx(100 * 0.81 / 40)
+        assert step.peak_time == pytest.approx(200 * SAMPLE_TIME)
 
 
 def test_a_rate_limited_step_counts_from_the_start_of_its_ramp():
@@ -134,9 +114,6 @@ def test_a_recording_of_the_servo_alone_is_measured_without_deflection_and_volta
     findings = response.verdict(summary)
     assert [finding.met for finding in findings[2:]] == [None, None]
     assert "not measured" in findings[3].words
-
-
-# --- conventions -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("ramped", [False, True])
@@ -198,28 +175,17 @@ def test_a_servo_that_sticks_outside_the_band_settles_only_about_its_own_rest():
     assert literally.steady_state_error == up.steady_state_error
 
 
-# --- awkward data ----------------------------------------------------------------------------------------------------
-
-
-def test_quantised_angles_are_measured_to_a_count():
-    recording = wave([-1, 1, -1, 1], hold=1.5, start=-1)
-    quantised = changed(recording, theta=np.round(recording["theta"] / (COUNT * DEG)) * COUNT * DEG)
-    for clean, coarse in zip(response.measure(recording), response.measure(quantised), strict=True):
-        assert coarse.overshoot == pytest.approx(clean.overshoot, abs=100 * COUNT / 40)
-        assert coarse.settling_time == pytest.approx(clean.settling_time, abs=0.02)
-        assert abs(coarse.steady_state_error) <= COUNT / 2 * DEG + 1e-9
-        assert coarse.remark == ""
-
-
-def test_noise_that_stays_inside_the_band_moves_the_figures_by_no_more_than_itself():
-    recording = wave([-1, 1, -1, 1], zeta=0.7, hold=1.5, start=-1)
+@pytest.mark.parametrize("quantised", [True, False])
+def test_counts_and_noise_inside_the_band_move_the_figures_by_no_more_than_themselves(quantised):
+    recording = wave([-1, 1, -1, 1], zeta=0.6 if quantised else 0.7, hold=1.5, start=-1)
     noise = np.random.default_rng(3).uniform(-0.15, 0.15, len(recording)) * DEG
-    for clean, noisy in zip(
-        response.measure(recording), response.measure(changed(recording, theta=recording["theta"] + noise)), strict=True
-    ):
-        assert noisy.overshoot == pytest.approx(clean.overshoot, abs=100 * 0.3 / 40)
-        assert noisy.settling_time == pytest.approx(clean.settling_time, abs=0.03)
-        assert noisy.steady_state_error == pytest.approx(0, abs=0.03 * DEG)
+    theta = np.round(recording["theta"] / (COUNT * DEG)) * COUNT * DEG if quantised else recording["theta"] + noise
+    disturbed = response.measure(changed(recording, theta=theta))
+    for clean, coarse in zip(response.measure(recording), disturbed, strict=True):
+        assert coarse.overshoot == pytest.approx(clean.overshoot, abs=100 * (COUNT if quantised else 0.3) / 40)
+        assert coarse.settling_time == pytest.approx(clean.settling_time, abs=0.03)
+        assert abs(coarse.steady_state_error) <= (COUNT / 2 if quantised else 0.03) * DEG + 1e-9
+        assert coarse.remark == ""
 
 
 @pytest.mark.parametrize("last", [SAMPLE_TIME, 0.3, 1.0])
@@ -244,12 +210,13 @@ def test_what_cannot_be_measured_is_an_error_that_says_why():
         response.worst(steps)
     with pytest.raises(IdentificationError, match="no steps"):
         response.worst([])
-    for command, named in ((np.full(t.size, 20 * DEG), "20 deg"), (signals.chirp(t, 1, 5, 0.3), "square wave")):
+    commands = (np.full(t.size, 20 * DEG), "constant, 20 deg"), (signals.chirp(t, 1, 5, 0.3), "not a square wave")
+    for command, named in commands:
         with pytest.raises(IdentificationError, match=named):
             response.measure(Recording.of(t, theta_ref=command, theta=reference))
     with pytest.raises(RecordingError, match="theta_ref"):
         response.measure(Recording.of(t, theta=reference))
-    for choice in ({"band": 4}, {"band": 0}, {"band": math.nan}, {"final": "20 deg"}):
+    for choice in (*({"band": band} for band in (4, 1, 0, -0.04, math.nan)), {"final": "20 deg"}):
         with pytest.raises(ConfigurationError):
             response.measure(wave([-1, 1, -1], start=-1), **choice)
 
@@ -271,81 +238,23 @@ def test_an_angle_of_the_wrong_sign_or_that_does_not_move_is_found_out():
             assert (step.settling_time, step.overshoot) == (math.inf, None)
             assert "sign" in step.remark
     assert [finding.met for finding in response.verdict(response.worst(steps))[:2]] == [False, None]
-
-
-def test_a_servo_that_does_not_move_is_found_out():
-    recording = wave([1, -1, 1], hold=1.5)
     steps = response.measure(changed(recording, theta=np.zeros(len(recording))))
-    assert all("did not follow: it moved 0 deg of" in step.remark for step in steps)
+    assert all("it moved 0 deg of" in step.remark for step in steps)
     assert response.worst(steps).settling_time == math.inf
 
-
-def test_a_constant_command_is_an_error():
-    t = signals.time_axis(1, SAMPLE_TIME)
-    with pytest.raises(IdentificationError, match="constant, 20 deg"):
-        response.measure(Recording.of(t, theta_ref=np.full(t.size, 20 * DEG), theta=np.zeros(t.size)))
-
-
-def test_a_sweep_is_no_square_wave():
-    t = signals.time_axis(5, SAMPLE_TIME)
-    sweep = signals.chirp(t, 1, 5, 0.3)
-    with pytest.raises(IdentificationError, match="not a square wave"):
-        response.measure(Recording.of(t, theta_ref=sweep, theta=sweep))
-
-
-def test_values_that_are_not_finite_never_get_so_far():
-    recording = wave([-1, 1, -1], start=-1)
-    theta = recording["theta"].copy()
-    theta[700] = np.nan
-    with pytest.raises(RecordingError, match=r"theta.* not finite at sample 700"):
-        response.measure(changed(recording, theta=theta))
-
-
-def test_a_recording_without_a_command_is_refused():
-    recording = wave([-1, 1, -1], start=-1)
-    with pytest.raises(RecordingError, match="theta_ref"):
-        response.measure(Recording.of(recording.time, theta=recording["theta"]))
-
-
-@pytest.mark.parametrize(
-    "choice", [{"band": 4}, {"band": 1}, {"band": 0}, {"band": -0.04}, {"band": math.nan}, {"final": "20 deg"}]
-)
-def test_an_impossible_convention_is_refused(choice):
-    with pytest.raises(ConfigurationError):
-        response.measure(wave([-1, 1, -1], start=-1), **choice)
-
-
-# --- properties ------------------------------------------------------------------------------------------------------
 
 servos = {"zeta": st.floats(0.3, 0.9), "omega_n": st.floats(12, 40)}
 
 
-def figures(step):
-    return (step.settling_time, step.peak_time, step.overshoot)
-
-
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=30)
 @given(**servos, amplitude_deg=st.floats(0.5, 90))
-def test_figures_do_not_depend_on_amplitude_and_direction(zeta, omega_n, amplitude_deg):
-    up = response.measure(wave([1, -1, 1], zeta, omega_n))
+def test_figures_do_not_depend_on_the_amplitude(zeta, omega_n, amplitude_deg):
+    steps = response.measure(wave([1, -1, 1], zeta, omega_n))
     larger = response.measure(wave([1, -1, 1], zeta, omega_n, amplitude_deg=amplitude_deg))
-    down = response.measure(wave([-1, 1, -1], zeta, omega_n))
-    for a, b, c in zip(up, larger, down, strict=True):
-        assert figures(a) == pytest.approx(figures(b), abs=1e-6)
-        assert figures(a) == pytest.approx(figures(c), abs=1e-6)
-        assert a.direction == -c.direction
-        assert a.steady_state_error == pytest.approx(-c.steady_state_error, abs=1e-9)
-
-
-@settings(max_examples=40, deadline=None)
-@given(**servos, delay=st.integers(2, 300))
-def test_a_later_start_shifts_the_steps_and_changes_no_figure(zeta, omega_n, delay):
-    recording = wave([0, 1, 0, 1], zeta, omega_n)
-    padded = {name: np.concatenate([np.zeros(delay), recording[name]]) for name in recording.channels}
-    later = Recording.of(np.arange(len(recording) + delay) * SAMPLE_TIME, None, **padded)
-    for a, b in zip(response.measure(recording), response.measure(later), strict=True):
-        assert b.start == pytest.approx(a.start + delay * SAMPLE_TIME)
-        assert figures(a) == pytest.approx(figures(b), abs=1e-9)
+    for a, b in zip(steps, larger, strict=True):
+        assert (a.settling_time, a.peak_time, a.overshoot) == pytest.approx(
+            (b.settling_time, b.peak_time, b.overshoot), abs=1e-6
+        )
 
 
 @settings(max_examples=40, deadline=None)
@@ -357,17 +266,8 @@ def test_a_wider_band_is_never_reached_later(zeta, omega_n, narrow, wide):
     assert early.settling_time <= late.settling_time
 
 
-# --- the specifications ----------------------------------------------------------------------------------------------
-
-
 def summary(**values):
-    plain = {
-        "settling_time": 0.4,
-        "overshoot": 3.4,
-        "steady_state_error": 0.0,
-        "max_alpha": 10.9 * DEG,
-        "max_vm": 8.6,
-    }
+    plain = {"settling_time": 0.4, "overshoot": 3.4, "steady_state_error": 0.0, "max_alpha": 10.9 * DEG, "max_vm": 8.6}
     return response.Summary(**(plain | values), steps=4, left_out=1, remarks=())
 
 
@@ -381,7 +281,7 @@ def test_the_printed_simulation_meets_all_four():
     assert all(finding.met is True for finding in findings)
     assert "10.9 deg" in findings[2].words and "12.5 deg" in findings[2].words
     at_the_limit = response.verdict(summary(max_vm=10.0))[3]
-    assert at_the_limit.met and len(at_the_limit.words) > len(findings[3].words)  # more may have been asked for
+    assert len(at_the_limit.words) > len(findings[3].words)  # more may have been asked for
 
 
 @pytest.mark.parametrize(
@@ -394,17 +294,13 @@ def test_a_limit_is_met_up_to_itself_and_broken_beyond(quantity, limit):
         assert all(broken.values())
 
 
-# --- the real bench --------------------------------------------------------------------------------------------------
-
-
 def test_the_real_bench_measures_as_was_checked(real_log):
     steps = response.measure(real_log)
     assert len(steps) == 5
     full = [step for step in steps if step.size > 59 * DEG]
     assert len(full) == 4
     times = [step.settling_time for step in full]
-    assert round(min(times), 2) == 0.52
-    assert round(max(times), 2) == 0.54
+    assert (round(min(times), 2), round(max(times), 2)) == (0.52, 0.54)
     for step in full:
         expected = 0.03 if step.direction > 0 else -0.56
         assert step.steady_state_error / DEG == pytest.approx(expected, abs=0.005)
@@ -413,10 +309,5 @@ def test_the_real_bench_measures_as_was_checked(real_log):
     assert worst.max_alpha / DEG == pytest.approx(9.7, abs=0.06)
     assert worst.max_vm == pytest.approx(8.4, abs=0.05)
     assert [finding.met for finding in response.verdict(worst)] == [False, True, True, True]
-
-
-def test_about_its_own_rest_the_real_bench_settles_sooner(real_log):
     sooner = [step.settling_time for step in response.measure(real_log, final="measured")[1:]]
-    later = [step.settling_time for step in response.measure(real_log)[1:]]
-    assert all(a <= b for a, b in zip(sooner, later, strict=True))
     assert max(sooner) == pytest.approx(0.52, abs=0.001)

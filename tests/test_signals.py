@@ -21,16 +21,6 @@ def test_a_whole_number_of_sample_times_gives_that_many_intervals(intervals, sam
     assert signals.time_axis(intervals * sample_time, sample_time).size == intervals + 1
 
 
-# --- chirp -----------------------------------------------------------------------------------------------------------
-
-
-def test_chirp_is_the_sine_of_the_integral_of_a_frequency_that_rises_linearly():
-    t = signals.time_axis(15, 0.0005)
-    frequency = np.interp(t, [0, 15], [1, 5])
-    phase = 2 * np.pi * np.concatenate([[0], np.cumsum((frequency[1:] + frequency[:-1]) / 2 * np.diff(t))])
-    np.testing.assert_allclose(signals.chirp(t, 1, 5, 0.3), 0.3 * np.sin(phase), atol=1e-9)
-
-
 def test_chirp_agrees_with_scipy():
     from scipy.signal import chirp
 
@@ -45,9 +35,6 @@ def test_chirp_counts_from_its_first_sample_and_may_fall():
     crossings = np.flatnonzero(np.diff(np.sign(signals.chirp(t, 5, 1)[1:])))
     assert np.all(np.diff(crossings, 2) >= -1)  # the half periods get longer, to within a sample
     assert np.diff(crossings)[-1] > 2 * np.diff(crossings)[0]
-
-
-# --- square wave and step --------------------------------------------------------------------------------------------
 
 
 @given(
@@ -83,9 +70,6 @@ def test_step_has_its_new_value_on_the_sample_of_the_step():
     assert signals.step(t, 5.0).tolist() == [5.0] * 11
     wave = signals.smooth_square_wave(signals.time_axis(1, 0.002), 0.33, 20.0, 100)  # starts from zero
     np.testing.assert_allclose(wave[:6], [4, 8, 12, 16, 20, 20])
-
-
-# --- rate limit ------------------------------------------------------------------------------------------------------
 
 
 @given(

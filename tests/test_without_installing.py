@@ -57,18 +57,6 @@ def headings(name: str) -> set[str]:
     return {"", *(re.sub(r"[^\w -]", "", one).lower().replace(" ", "-") for one in found)}
 
 
-def test_the_table_has_an_entry_for_every_way_and_every_note():
-    lines = [line for line in page("without_installing.md").splitlines() if line.startswith("|")]
-    table = [line.strip("|").split("|") for line in lines[:11]]
-    assert {len(row) for row in table} == {8}
-    for row in table[2:]:
-        assert all(re.match(r"tried|should|not|as above|pictures|where the host", cell.strip()) for cell in row[1:]), (
-            row
-        )
-    notes = set(re.findall(r"^(\d+)\. ", page("without_installing.md"), re.MULTILINE))
-    assert {note for row in table for cell in row for note in re.findall(r"\((\d+)\)", cell)} == notes
-
-
 def test_the_versions_of_python_that_the_package_names_are_those_that_the_page_says_were_tried():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named = [one.rpartition(" ")[2] for one in project["classifiers"]]

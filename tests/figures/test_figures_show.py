@@ -6,7 +6,9 @@ import subprocess
 import sys
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
+from IPython.utils.capture import capture_output
 
 from rotflex import figures
 from rotflex.errors import RotflexError
@@ -22,29 +24,18 @@ def shell():
 
 
 def test_show_publishes_image_alt_text_and_caption(shell):
-    from IPython.utils.capture import capture_output
-
     figure = figures.state_feedback()
     with capture_output() as captured:
         assert figures.show(figure, caption="**Figure 3.2.** The loop.") is None
-    image, words = captured.outputs
+        figures.show(figures.state_feedback(), alt="My loop.")
+    image, words, given, *_ = captured.outputs
     assert base64.b64decode(image.data["image/png"]).startswith(b"\x89PNG")
     assert image.metadata["image/png"]["alt"] == figure.alt_text
     assert words.data["text/markdown"].startswith("**Figure 3.2.** The loop.\n\n<details>")
-
-
-def test_show_prefers_the_alt_text_it_is_given(shell):
-    from IPython.utils.capture import capture_output
-
-    with capture_output() as captured:
-        figures.show(figures.state_feedback(), alt="My loop.")
-    assert captured.outputs[0].metadata["image/png"]["alt"] == "My loop."
+    assert given.metadata["image/png"]["alt"] == "My loop."
 
 
 def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
-    import matplotlib.pyplot as plt
-    from IPython.utils.capture import capture_output
-
     figure, axes = plt.subplots()
     axes.plot([0, 1])
     with capture_output() as captured:
@@ -54,9 +45,6 @@ def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
 
 
 def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, monkeypatch):
-    import matplotlib.pyplot as plt
-    from IPython.utils.capture import capture_output
-
     monkeypatch.setenv("ROTFLEX_PICTURES", "off")
     monkeypatch.setattr(mpl.figure.Figure, "savefig", lambda *_, **__: pytest.fail("it was drawn"))
     figure, axes = plt.subplots()
@@ -92,14 +80,11 @@ def test_a_picture_left_at_the_end_of_a_cell_brings_its_alt_text(shell):
 )
 def test_web_page_made_of_a_notebook_carries_the_description(shell, template, where):
     import nbformat
-    from IPython.utils.capture import capture_output
     from nbconvert import HTMLExporter
 
     with capture_output() as captured:
         figures.show(figures.state_feedback(), caption="The loop.")
-    outputs = [
-        nbformat.v4.new_output("display_data", data=each.data, metadata=each.metadata) for each in captured.outputs
-    ]
+    outputs = [nbformat.v4.new_output("display_data", one.data, metadata=one.metadata) for one in captured.outputs]
     cell = nbformat.v4.new_code_cell("show()", outputs=outputs)
     page, _ = HTMLExporter(template_name=template).from_notebook_node(nbformat.v4.new_notebook(cells=[cell]))
     assert re.search(where, page)

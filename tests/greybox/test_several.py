@@ -45,24 +45,15 @@ def together(recordings):
     return fit(recordings, srv02(), SPEC.joint, FREE, progress=False, per_recording=("servo_friction",))
 
 
-def truth():
-    true = SPEC.parameters
-    return {
-        "K_s": true.K_s,
-        "J_eq": true.J_eq,
-        "torque_per_volt": true.torque_per_volt,
-        "braking": true.torque_per_volt * true.back_emf + true.B_eq,
-        "B_l": true.B_l,
-        "delay": SPEC.timing.delay,
-    }
-
-
 def test_one_set_of_parameters_is_found_from_all_and_its_intervals_hold_the_truth(together):
-    for name, true in truth().items():
+    true = SPEC.parameters
+    truth = {name: getattr(true, name) for name in ("K_s", "J_eq", "torque_per_volt", "B_l")}
+    truth |= {"braking": true.torque_per_volt * true.back_emf + true.B_eq, "delay": SPEC.timing.delay}
+    for name, value in truth.items():
         low, high = together.intervals[name]
-        assert low <= true <= high, name
+        assert low <= value <= high, name
         if name in ("K_s", "J_eq", "torque_per_volt", "braking"):
-            assert high - low < 0.05 * true, name
+            assert high - low < 0.05 * value, name
     assert together.delay == together.estimates["delay"].value
     assert max(together.residual_rms.values()) < COUNT
 
@@ -169,9 +160,6 @@ def test_the_spread_between_recordings_is_the_jackknife_of_fits_without_each():
     sure = sureness(problem, Found(values, residual, jacobian))
     assert sure.errors[0] == pytest.approx(expected)
     assert sure.reaches[0] == pytest.approx(3.18245 * expected, rel=1e-5)  # Student's t of 3 degrees of freedom
-
-
-# --- what to fit, where nobody says it -------------------------------------------------------------------------------
 
 
 def test_a_friction_and_a_delay_that_are_not_there_are_given_up_in_words():

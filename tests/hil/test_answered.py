@@ -124,17 +124,13 @@ def test_samples_that_were_lost_are_told_and_lie_between_their_neighbours(lossy)
 def test_a_recording_with_pauses_is_the_same_run_again(paused, lossy, ending, tmp_path):
     """As it was kept, loaded from its file, among recordings, on a replay, and on a replay of that."""
     for recording, _board in (paused, lossy):
-        require_the_same_again(recording, ending, tmp_path)
-
-
-def require_the_same_again(recording, ending, tmp_path):
-    loaded = Recording.load(recording.save(tmp_path / f"a.{ending}"))
-    assert look(loaded) == []
-    for one in (again(loaded), replayed(tmp_path / f"a.{ending}")):
-        np.testing.assert_allclose(one["vm"], recording["vm"], atol=1e-9)
-        assert one.metadata[TIMING] == recording.metadata[TIMING]
-        one.save(tmp_path / "b.mat")
-        np.testing.assert_allclose(replayed(tmp_path / "b.mat")["vm"], recording["vm"], atol=1e-9)
+        loaded = Recording.load(recording.save(tmp_path / f"a.{ending}"))
+        assert look(loaded) == []
+        for one in (again(loaded), replayed(tmp_path / f"a.{ending}")):
+            np.testing.assert_allclose(one["vm"], recording["vm"], atol=1e-9)
+            assert one.metadata[TIMING] == recording.metadata[TIMING]
+            one.save(tmp_path / "b.mat")
+            np.testing.assert_allclose(replayed(tmp_path / "b.mat")["vm"], recording["vm"], atol=1e-9)
 
 
 def test_another_gain_is_another_run_all_the_same(paused, tmp_path):
@@ -178,19 +174,16 @@ def test_a_part_of_a_recording_says_which_of_its_samples_were_held(paused):
     assert answered.why_not(part) == ""
 
 
-# --- what somebody may claim ------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def honest():
     """A run without a pause."""
     return tracked(FaultBoard())
 
 
-def claimed(recording: Recording, held, late=None, **more) -> Recording:
+def claimed(recording: Recording, held, late=None) -> Recording:
     """A recording that says that samples were held."""
     late = sum(count for _first, count in held) if late is None else late
-    timing = {**recording.metadata[TIMING], "late": late, HELD: held, **more}
+    timing = {**recording.metadata[TIMING], "late": late, HELD: held}
     return Recording(recording.time, recording.channels, {**recording.metadata, TIMING: timing})
 
 
@@ -212,9 +205,7 @@ PAUSE = round(WATCHDOG_TIMEOUT / SAMPLE_TIME) + 2
     ],
 )
 def test_more_than_can_be_is_told_and_excuses_nothing(honest, held, late, why, capsys):
-    recording = claimed(honest, [], late) if isinstance(held, str) else claimed(honest, held, late) if late else None
-    recording = recording or claimed(honest, held)
-    recording.metadata[TIMING][HELD] = held
+    recording = claimed(honest, held, late)
     forged = changed(recording, vm=recording["vm"] + np.where(np.arange(len(recording)) % 7 == 0, 1.0, 0.0))
     assert any(why in doubt for doubt in look(forged))
     assert not answered.lost(recording).any()

@@ -84,11 +84,6 @@ def test_a_voltage_that_friction_may_hold_or_a_motion_at_0_V_is_nobodys_fault():
     assert not any(guard.see(0.1, 0.0) for _sample in range(2000))
 
 
-def test_a_motion_at_0_V_is_not_judged():
-    guard = Guard(srv02())
-    assert not any(guard.see(0.5 * np.sin(sample / 50), 0.1 * np.sin(sample / 10)) for sample in range(2000))
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize(("theta", "alpha", "name"), [(1.0, 0.0, "servo angle"), (0.0, 1.0, "deflection")])
 def test_a_jump_is_told_at_once_and_a_quick_motion_over_samples_that_were_missed_is_none(theta, alpha, name, sign):

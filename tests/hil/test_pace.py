@@ -82,61 +82,42 @@ def test_what_takes_its_time_is_done_before_the_watchdog_runs(monkeypatch):
     assert recording.metadata["timing"]["late"] == 0
 
 
-# --- a board without a clock of its own ------------------------------------------------------------------------------
-
-
 class Clockless(FaultBoard):
     """A board whose tasks are paced by the computer."""
 
     def __init__(self) -> None:
         super().__init__()
         self.tasks = SoftwareTasks(self.inner.read_encoder, self.time)
-
-    def task_create_encoder_reader(self, *arguments):
-        return self.tasks.create_encoder_reader(*arguments)
-
-    def task_set_buffer_overflow_mode(self, task, mode):
-        pass
+        self.task_create_encoder_reader = self.tasks.create_encoder_reader
+        self.task_set_buffer_overflow_mode = lambda task, mode: None
+        self.task_read_encoder = self.tasks.read_encoder
+        self.task_get_buffer_overflows = self.tasks.get_buffer_overflows
+        self.task_stop, self.task_delete = self.tasks.stop, self.tasks.delete
 
     def task_start(self, task, clock, frequency, samples):
         assert clock == Clock.SYSTEM_CLOCK_1
         self.tasks.start(task, frequency, samples)
 
-    def task_read_encoder(self, *arguments):
-        return self.tasks.read_encoder(*arguments)
 
-    def task_get_buffer_overflows(self, task):
-        return self.tasks.get_buffer_overflows(task)
+def paused(board, pause, early=0.0):
+    """A guarded run with a pause (s) after 0.2 s, from where on samples come early."""
 
-    def task_stop(self, task):
-        self.tasks.stop(task)
+    def now():
+        return board.time.now() - (early if board.time.now() > 0.2 else 0.0)
 
-    def task_delete(self, task):
-        self.tasks.delete(task)
+    identity = {"uri": "test", "clock": "wall"}
+    guarded = Safety(guard=Guard(srv02()))
+    clock = Clock.SYSTEM_CLOCK_1
+    with Bench(lambda: board, srv02(), joint(1), identity, clock=clock, now=now, safety=guarded) as bench:
+        bench.on_sample = lambda measured, _volts: board.time.pass_by(pause if measured.time == 0.2 else 0.0)
+        return run(bench, OpenLoop(), np.full(200, 3.0), SAMPLE_TIME, progress=False)
 
 
 def test_on_a_software_clock_missed_samples_are_told_and_bridged():
     board = Clockless()
-    bench = Bench(
-        lambda: board,
-        srv02(),
-        joint(1),
-        {"uri": "test", "clock": "wall"},
-        clock=Clock.SYSTEM_CLOCK_1,
-        now=board.time.now,
-        safety=Safety(guard=Guard(srv02())),  # the arm turns far between two samples
-    )
-
-    def pause(measured, _voltage):
-        if measured.time == 0.2:
-            board.time.pass_by(0.05)
-
-    with bench:
-        bench.on_sample = pause
-        recording = run(bench, OpenLoop(), np.full(200, 3.0), SAMPLE_TIME, progress=False)
+    recording = paused(board, 0.05)
     timing = recording.metadata["timing"]
-    assert timing["clock"] == "software"
-    assert (timing["missed"], timing["late"]) == (24, 0)
+    assert (timing["clock"], timing["missed"], timing["late"]) == ("software", 24, 0)
     bridged = recording["theta"][100:126]
     assert np.diff(bridged) == pytest.approx((bridged[-1] - bridged[0]) / 25, abs=1e-9)
     assert recording["theta"][130] > bridged[-1] > bridged[0]
@@ -145,23 +126,5 @@ def test_on_a_software_clock_missed_samples_are_told_and_bridged():
 
 def test_one_sample_that_was_missed_is_told_although_the_next_one_came_a_little_early():
     """The samples after it would be taken for those before them, for as long as they come as early."""
-    board = Clockless()
-    early = 1e-6  # s
-    bench = Bench(
-        lambda: board,
-        srv02(),
-        joint(1),
-        {"uri": "test", "clock": "wall"},
-        clock=Clock.SYSTEM_CLOCK_1,
-        now=lambda: board.time.now() - (early if board.time.now() > 0.2 else 0.0),
-    )
-
-    def pause(measured, _voltage):
-        if measured.time == 0.2:
-            board.time.pass_by(2 * SAMPLE_TIME)
-
-    with bench:
-        bench.on_sample = pause
-        recording = run(bench, OpenLoop(), np.full(200, 1.0), SAMPLE_TIME, progress=False)
-    assert recording.metadata["timing"]["missed"] == 1
-    assert recording.metadata["timing"]["lost"] == [[101, 1]]
+    timing = paused(Clockless(), 2 * SAMPLE_TIME, early=1e-6).metadata["timing"]
+    assert (timing["missed"], timing["lost"]) == (1, [[101, 1]])

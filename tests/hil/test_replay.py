@@ -73,8 +73,6 @@ def test_what_cannot_be_replayed_is_said(recording, tmp_path):
             hil.open(f"replay:{tmp_path}/{name}")
 
 
-# --- what a recording is a recording of, and what it is not ----------------------------------------------------------
-
 #: Every experiment, short, by name.
 ASKED = {
     "free decay": lambda bench: experiments.free_decay(bench, duration=1.0, progress=False),

@@ -1,6 +1,4 @@
-"""Which virtual benches there are."""
-
-from __future__ import annotations
+"""Which virtual benches there are, and one with a plant of one's own."""
 
 import hashlib
 import unicodedata
@@ -8,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
+from rotflex import experiments, hil
 from rotflex.config import joint, srv02
-from rotflex.courseware.student_id import caseless
-from rotflex.errors import ConfigurationError
+from rotflex.errors import BenchError, ConfigurationError
+from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import DRAW, PRESETS, preset, student_bench, student_seed
+from rotflex.recording import Recording
 from rotflex.units import HZ
 
 SEEDS = range(500)
@@ -31,18 +31,10 @@ def first_benches():
     return [student_bench(seed, draw=1) for seed in SEEDS]
 
 
-def spread(values) -> tuple[float, float]:
-    return float(np.min(values)), float(np.max(values))
-
-
 def assert_fills(values, low, high, margin=0.02):
-    least, most = spread(values)
     room = margin * (high - low)
-    assert low <= least < low + room
-    assert high - room < most <= high
-
-
-# --- what is drawn; the ranges are those of the docstrings ------------------------------------------------------------
+    assert low <= np.min(values) < low + room
+    assert high - room < np.max(values) <= high
 
 
 @pytest.mark.parametrize(
@@ -64,7 +56,7 @@ def test_natural_frequencies_fill_the_inside_of_the_sweep_evenly_on_a_logarithmi
 def test_arms_vary_by_what_a_student_can_weigh_and_measure(benches, name, range_):
     nominal, resolution = getattr(joint(1), name), 1e-4 if name[0] == "m" else 5e-4
     values = np.array([getattr(bench.joint, name) for bench in benches])
-    least, most = spread(values / nominal)
+    least, most = np.min(values / nominal), np.max(values / nominal)
     assert 1 - range_ - 0.02 < least < 1 - 0.9 * range_ and 1 + 0.9 * range_ < most < 1 + range_ + 0.02
     np.testing.assert_allclose(values / resolution, np.round(values / resolution), atol=1e-6)
 
@@ -120,12 +112,11 @@ def test_the_arm_is_at_every_anchor(benches):
 
 
 def test_the_boards_output_comes_late_but_never_by_4_ms(benches):
-    assert_fills([bench.timing.delay for bench in benches], 0.5e-3, 1.5e-3)
-    assert all(0.5e-3 < bench.timing.longest < 4e-3 for bench in benches)
-    assert {(bench.timing.jitter, bench.timing.late, bench.timing.late_by) for bench in benches} == {
-        (0.25e-3, 1e-3, 2e-3)
-    }
-    assert len({bench.timing.seed for bench in benches}) == len(benches)
+    timings = [bench.timing for bench in benches]
+    assert_fills([timing.delay for timing in timings], 0.5e-3, 1.5e-3)
+    assert all(0.5e-3 < timing.longest < 4e-3 for timing in timings)
+    assert {(timing.jitter, timing.late, timing.late_by) for timing in timings} == {(0.25e-3, 1e-3, 2e-3)}
+    assert len({timing.seed for timing in timings}) == len(benches)
 
 
 def test_what_is_not_drawn_is_nominal(benches, first_benches):
@@ -139,14 +130,6 @@ def test_what_is_not_drawn_is_nominal(benches, first_benches):
     for bench in [*benches, *first_benches]:
         assert (bench.parameters.V_max, bench.parameters.I_max) == (10.0, 4.16)
         assert bench.parameters.K_3 == 0.0
-
-
-# --- runs ------------------------------------------------------------------------------------------------------------
-
-
-def test_run_1_is_the_bench_itself():
-    bench = student_bench(5)
-    assert bench.run(1) is bench
 
 
 @given(st.integers(0, 1000), st.integers(2, 1000))
@@ -164,35 +147,25 @@ def test_another_run_changes_friction_and_the_boards_jitter_alone_and_is_the_sam
     assert run.joint == bench.joint
 
 
-def test_a_number_does_not_change_everybodys_bench_alike():
-    def factor(seed):
+def test_a_run_changes_friction_by_its_number_and_its_bench_evenly_over_a_range():
+    def factor(seed, number):
         bench = student_bench(seed)
-        return bench.run(2).parameters.servo_friction[0] / bench.parameters.servo_friction[0]
+        return bench.run(number).parameters.servo_friction[0] / bench.parameters.servo_friction[0]
 
-    assert len({round(factor(seed), 6) for seed in range(50)}) == 50
-
-
-def test_runs_spread_over_their_range_without_leaning():
-    factors = [student_bench(5).run(n).parameters.servo_friction[0] for n in range(2, 402)]
-    factors = np.array(factors) / student_bench(5).parameters.servo_friction[0]
+    assert len({round(factor(seed, 2), 6) for seed in range(50)}) == 50
+    factors = [factor(5, number) for number in range(2, 402)]
     assert_fills(factors, 0.8, 1.2)
-    assert factors.mean() == pytest.approx(1, abs=0.02)
+    assert np.mean(factors) == pytest.approx(1, abs=0.02)
 
 
-def test_what_no_bench_has_is_refused():
+def test_run_1_is_the_bench_itself_and_what_no_bench_has_is_refused():
+    bench = student_bench(5)
+    assert bench.run(1) is bench
     for number in (0, -1, 1.0, True, "2"):
         with pytest.raises(ConfigurationError, match="run"):
-            student_bench(5).run(number)
+            bench.run(number)
     with pytest.raises(ConfigurationError, match="1, 2, 3"):
         student_bench(1, arm_position=4)
-
-
-# --- which -----------------------------------------------------------------------------------------------------------
-
-
-@given(st.integers(0, 2**40))
-def test_a_seed_is_a_bench(seed):
-    assert student_bench(seed) == student_bench(seed)
 
 
 def test_different_seeds_are_different_benches(benches):
@@ -227,36 +200,61 @@ def test_moving_the_arm_changes_its_inertia_alone(position, draw):
     assert moved == replace(drawn, joint=arm, parameters=replace(drawn.parameters, J_l=arm.J_l))
 
 
-def test_a_students_seed_is_the_same_everywhere():
-    assert (
-        student_seed("Ada Lovelace") == 3071688176
-    )  # the first four bytes of the SHA-256 of "rotflex bench: ada lovelace"
-    assert student_seed("  ada LOVELACE ") == student_seed("Ada Lovelace")
-
-
-@given(st.text(), st.text())
-def test_seeds_have_32_bits_and_differ_between_students(one, other):
-    assert 0 <= student_seed(one) < 2**32
-    if caseless(one) != caseless(other):
-        assert student_seed(one) != student_seed(other)
-
-
 @given(st.text())
+@example("  ada LOVELACE ")
 def test_seeds_are_those_of_always_and_the_same_however_accents_are_put_together(student):
     composed, apart = (unicodedata.normalize(form, student) for form in ("NFC", "NFD"))
     always = hashlib.sha256(f"rotflex bench: {composed.strip().casefold()}".encode()).digest()
     assert student_seed(composed) == student_seed(apart) == int.from_bytes(always[:4], "big")
 
 
-def test_presets_are_named():
+def test_presets_are_the_workbooks_plant_and_the_real_bench_as_it_was_fitted():
+    assert set(PRESETS) == {"real_bench", "workbook"}
     assert preset("workbook").parameters.K_s == 1.4
     assert preset("workbook").parameters.servo_friction == (0.0, 0.0)
-    with pytest.raises(ConfigurationError, match="'real_bench', 'workbook'"):
-        preset("mars")
-    assert set(PRESETS) == {"real_bench", "workbook"}
-
-
-def test_the_real_bench_is_the_one_that_was_fitted():
     p = preset("real_bench").parameters
     assert (p.J_eq, p.J_l, p.K_s, p.B_eq) == (2.12e-3, 2.77e-3, 1.454, 0.0095)
     assert np.mean(p.servo_friction) == pytest.approx(0.0108)
+    with pytest.raises(ConfigurationError, match="'real_bench', 'workbook'"):
+        preset("mars")
+
+
+def decay(bench):
+    with bench:
+        return experiments.free_decay(bench, duration=0.5, progress=False)
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_a_drawn_bench_given_as_ones_own_is_the_same_bench_in_each_run(number):
+    own = hil.open("virtual", plant=student_bench(7), run=number)
+    assert own.joint == student_bench(7).joint
+    assert hil.open("virtual", plant=student_bench(7), servo=srv02(encoder="EHR")).servo.encoder == "EHR"
+    ours, drawn = decay(own), decay(hil.open("virtual:?seed=7", run=number))
+    for name in drawn.channels:
+        assert ours[name].tolist() == drawn[name].tolist()
+
+
+def test_parameters_alone_have_the_first_arm_and_prompt_outputs(tmp_path):
+    parameters = student_bench(7).parameters
+    bench = hil.open("virtual:?encoder=EHR", plant=parameters)
+    assert (bench.joint.arm_position, bench.servo.encoder) == (1, "EHR")
+    recording = decay(bench)
+    saved = Recording.load(recording.save(tmp_path / "own.mat")).metadata
+    assert saved["source"] == "virtual bench"
+    assert saved["bench"]["plant"]["K_s"] == parameters.K_s
+    assert saved["bench"]["plant"]["delay"] == 0
+    assert "seed" not in saved["bench"]
+    prompt, late = recording, decay(hil.open("virtual:?encoder=EHR", plant=student_bench(7)))
+    assert prompt["alpha"].tolist() != late["alpha"].tolist()
+
+
+def test_what_an_address_has_no_use_for_is_refused_and_not_dropped_in_silence():
+    plant = {"plant": student_bench(7).parameters}
+    refused = [("virtual:?seed=3", plant, "seed="), ("virtual:?preset=workbook", plant, "preset=")]
+    refused += [("virtual:?arm_position=2", plant, "arm_position="), ("replay:some.mat", plant, "plant=")]
+    refused += [(uri, {"setup": Setup()}, "setup=") for uri in ("virtual:?seed=7", "virtual:twin.toml", "replay:a.mat")]
+    boards = ("virtual:twin.toml", "replay:some.mat", "quanser:q2_usb/0")
+    refused += [(uri, {"servo": srv02()}, "servo=") for uri in boards]
+    for uri, choices, named in refused:
+        with pytest.raises(BenchError, match=named):
+            hil.open(uri, **choices)

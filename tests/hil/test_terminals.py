@@ -37,22 +37,20 @@ def terminals(timing=LATE, gain=1.0, now=0.0):
     return Terminals(Watched(), motor=0, gain=gain, outputs=2, timing=timing, now=now)
 
 
-def test_without_a_delay_a_voltage_is_there_at_once():
-    ours = terminals(Timing())
-    ours.send({0: 1.0})
-    ours.move(0.002)
-    ours.send({0: 2.0})
-    ours.move(0.003)
-    assert ours.plant.held == [(1.0, 0.002), (2.0, 0.001)]
-
-
-def test_a_voltage_takes_effect_after_the_delay_and_the_one_before_holds_until_then():
-    ours = terminals(Timing(delay=0.75e-3), gain=3.0, now=1.0)
+@pytest.mark.parametrize(
+    ("delay", "held"),
+    [
+        (0.0, [(3.0, 2e-3), (-3.0, 2e-3)]),
+        (0.75e-3, [(0.0, 0.75e-3), (3.0, 2e-3), (-3.0, 1.25e-3)]),
+    ],
+)
+def test_a_voltage_takes_effect_after_the_delay_and_the_one_before_holds_until_then(delay, held):
+    ours = terminals(Timing(delay=delay), gain=3.0, now=1.0)
     ours.send({0: 1.0, 1: 5.0})
     ours.move(1.002)
     ours.send({0: -1.0})
     ours.move(1.004)
-    assert ours.plant.held == [(0.0, 0.75e-3), (3.0, 2e-3), (-3.0, 1.25e-3)]
+    assert np.ravel(ours.plant.held) == pytest.approx(np.ravel(held))
 
 
 def test_a_delay_of_several_samples_shifts_each_voltage_by_as_much():

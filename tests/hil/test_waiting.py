@@ -131,19 +131,21 @@ def test_where_samples_cannot_be_kept_the_message_says_what_to_do(settings, tmp_
     assert "ROTFLEX_CONFIG_DIR" in str(told.value)
 
 
-def test_a_place_that_cannot_be_written_loses_nothing(settings):
+def broken_off(settings) -> None:
     kept = Unfinished(100, settings, {"sample_time": 0.002})
     kept.signals[:, :50] = 1.0
     kept.broken_off("for a test", {})
+
+
+def test_a_place_that_cannot_be_written_loses_nothing(settings):
+    broken_off(settings)
     Path("out").write_text("a file")
     assert "out" in unfinished("--out", "out", code=2)
     assert "run, 0.1 s, ? for a test" in unfinished()
 
 
 def test_a_recording_that_does_not_read_as_it_was_written_waits_on(settings, monkeypatch):
-    kept = Unfinished(100, settings, {"sample_time": 0.002})
-    kept.signals[:, :50] = 1.0
-    kept.broken_off("for a test", {})
+    broken_off(settings)
     (one,) = waiting.waiting(settings)
     other = Recording.of(np.arange(3) * 0.002, theta=np.zeros(3), alpha=np.zeros(3), vm=np.zeros(3))
     monkeypatch.setattr(waiting.Recording, "load", lambda *paths: other)
@@ -190,15 +192,13 @@ BROKEN: dict[str, tuple[bytes | None, str]] = {
 @pytest.mark.parametrize("broken", BROKEN)
 def test_a_file_that_is_not_whole_keeps_nobody_from_a_bench_nor_hides_the_others(boards, settings, capsys, broken):
     samples, words = BROKEN[broken]
-    whole = Unfinished(100, settings, {"sample_time": 0.002})
-    whole.signals[:] = 1.0
-    whole.broken_off("for a test", {})
+    broken_off(settings)
     with (settings / "0.npy").open("wb") as file:
         file.write(samples) if samples is not None else np.save(file, np.zeros((3, 10)))
     (settings / "0.json").write_text(words, encoding="utf-8")
     with hil.open(SIMULATOR):
         assert "rotflex bench unfinished" in capsys.readouterr().out
-    assert "run, 0.2 s, ? for a test 1 recording in" in unfinished()
+    assert "run, 0.1 s, ? for a test 1 recording in" in unfinished()
 
 
 @pytest.mark.parametrize("shape", [(3,), (2, 10), (0, 0), ()])

@@ -34,20 +34,17 @@ adjustable = pytest.mark.parametrize("board", ADJUSTABLE, indirect=True)
 lenient = pytest.mark.parametrize("board", LENIENT, indirect=True)  # what no documentation says is another board's own
 
 
-def volts(*values: float) -> np.ndarray:
-    return np.array(values, dtype=np.float64)
+def vector(kind: type) -> Callable[..., np.ndarray]:
+    return lambda *values: np.array(values, dtype=kind)
 
 
-def counts(*values: int) -> np.ndarray:
-    return np.array(values, dtype=np.int32)
+volts, counts, modes, levels = map(vector, (np.float64, np.int32, np.uint32, np.int8))
 
 
-def modes(*values: int) -> np.ndarray:
-    return np.array(values, dtype=np.uint32)
-
-
-def levels(*values: int) -> np.ndarray:
-    return np.array(values, dtype=np.int8)
+def counted(board: Board) -> np.ndarray:
+    buffer = counts(0, 0)
+    board.read_encoder(BOTH, 2, buffer)
+    return buffer
 
 
 def encoder_task(board: Board, samples: int = FOREVER, rate: float = RATE, buffer: int = 1000) -> int:
@@ -104,9 +101,6 @@ def test_every_verb_of_the_protocol_is_tried_here():
     assert verbs == set(CALLS) | {"close", "is_valid"}
 
 
-# --- open and closed -------------------------------------------------------------------------------------------------
-
-
 def test_it_is_a_board_that_can_be_closed_twice(board):
     assert isinstance(board, Board)
     assert board.is_valid()
@@ -121,9 +115,6 @@ def test_a_closed_board_refuses(board):
         with pytest.raises(HILError) as caught:
             call(board)
         assert caught.value.get_error_message()
-
-
-# --- buffers and channels --------------------------------------------------------------------------------------------
 
 
 NO_COUNTS = [[0, 0], np.zeros(2, dtype=np.int64), np.zeros(2), counts(0), np.zeros((1, 2), dtype=np.int32), None]
@@ -180,9 +171,6 @@ def test_unknown_options_are_refused(board):
         board.set_card_specific_options("turbo=1", 7)
 
 
-# --- immediate input and output --------------------------------------------------------------------------------------
-
-
 def test_counters_read_what_they_were_set_to_in_the_order_and_number_asked_for(board):
     board.set_encoder_counts(BOTH, 2, counts(-1000, 250))
     asked = (BOTH, 2, [-1000, 250]), (BOTH[::-1].copy(), 2, [250, -1000]), (BOTH, 1, [-1000, 7])
@@ -198,9 +186,7 @@ def test_a_positive_voltage_turns_the_servo_the_positive_way(board):
     board.write_analog(MOTOR, 1, volts(2.0))
     wait(board, 0.2)
     board.write_analog(MOTOR, 1, volts(0.0))
-    buffer = counts(0, 0)
-    board.read_encoder(BOTH, 2, buffer)
-    assert buffer[0] > 50
+    assert counted(board)[0] > 50
 
 
 def test_all_kinds_of_inputs_are_read_at_one_instant(board):
@@ -208,15 +194,11 @@ def test_all_kinds_of_inputs_are_read_at_one_instant(board):
     board.write_digital(BOTH, 2, levels(1, 0))
     together = volts(0, 0), counts(0, 0), levels(7, 7)
     board.read(BOTH, 2, BOTH, 2, BOTH, 2, None, 0, *together, None)
-    analog, encoders = volts(0, 0), counts(0, 0)
+    analog = volts(0, 0)
     board.read_analog(BOTH, 2, analog)
-    board.read_encoder(BOTH, 2, encoders)
     assert together[0].tolist() == analog.tolist()
-    assert together[1].tolist() == encoders.tolist() == [5, 6]
+    assert together[1].tolist() == counted(board).tolist() == [5, 6]
     assert together[2].tolist() == [1, 0]
-
-
-# --- tasks -----------------------------------------------------------------------------------------------------------
 
 
 def test_a_task_gives_as_many_samples_as_asked_for_and_ends(board):
@@ -360,39 +342,27 @@ def test_flushing_a_reader_leaves_its_samples_where_they_are(board):
 
 
 def test_the_numbers_of_modes_and_clocks_are_the_makers():
-    assert {mode.name: mode.value for mode in BufferOverflowMode} == {
-        "ERROR_ON_OVERFLOW": 0,
-        "OVERWRITE_ON_OVERFLOW": 1,
-        "DISCARD_ON_OVERFLOW": 2,
-        "WAIT_ON_OVERFLOW": 3,
-        "SYNCHRONIZED": 4,
-    }
+    names = [f"{what}_ON_OVERFLOW" for what in ("ERROR", "OVERWRITE", "DISCARD", "WAIT")]
+    assert [BufferOverflowMode[name] for name in (*names, "SYNCHRONIZED")] == [0, 1, 2, 3, 4]
     assert [clock.value for clock in Clock if clock.name.startswith("SYSTEM")] == [-4, -3, -2, -1]
     assert Clock.HARDWARE_CLOCK_0 == 0
     assert [mode.value for mode in EncoderQuadratureMode] == [0, 1, 2, 4]
-
-
-# --- settings --------------------------------------------------------------------------------------------------------
 
 
 @adjustable
 @pytest.mark.parametrize(("mode", "share"), [(1, 4), (2, 2), (4, 1)])
 def test_fewer_edges_are_counted_where_so_chosen_and_what_was_counted_stays(board, mode, share):
     def turn() -> int:
-        before, after = counts(0, 0), counts(0, 0)
-        board.read_encoder(BOTH, 2, before)
+        before = counted(board)
         wait(board, 0.2)
-        board.read_encoder(BOTH, 2, after)
-        return int(after[0] - before[0])
+        return int(counted(board)[0] - before[0])
 
     board.write_analog(MOTOR, 1, volts(2.0))
     wait(board, 1.0)
     whole = turn()
-    buffers = counts(0, 0), counts(0, 0)
-    board.read_encoder(BOTH, 2, buffers[0])
+    before = counted(board)
     board.set_encoder_quadrature_mode(MOTOR, 1, modes(mode))
-    board.read_encoder(BOTH, 2, buffers[1])
-    assert buffers[0].tolist() == buffers[1].tolist()
+    assert before.tolist() == counted(board).tolist()
     assert turn() == pytest.approx(whole / share, abs=0.05 * whole)
 
 
@@ -412,18 +382,17 @@ def test_settings_that_cannot_be_are_refused(board):
 
 @adjustable
 def test_an_output_is_cut_to_its_range(board):
-    def counted(voltage: float, highest: float) -> int:
+    def turned(voltage: float, highest: float) -> int:
         board.set_analog_output_ranges(MOTOR, 1, volts(-10.0), volts(highest))
         board.set_encoder_counts(BOTH, 2, counts(0, 0))
         board.write_analog(MOTOR, 1, volts(voltage))
         wait(board, 1.0)
-        buffer = counts(0, 0)
-        board.read_encoder(BOTH, 2, buffer)
+        angle = int(counted(board)[0])
         board.write_analog(MOTOR, 1, volts(0.0))
         wait(board, 1.0)
-        return int(buffer[0])
+        return angle
 
-    assert counted(8.0, 2.0) == pytest.approx(counted(2.0, 10.0), rel=0.02)
+    assert turned(8.0, 2.0) == pytest.approx(turned(2.0, 10.0), rel=0.02)
 
 
 @adjustable
@@ -434,9 +403,6 @@ def test_an_input_is_cut_to_its_range(board):
     buffer = volts(9, 9)
     board.read_analog(BOTH, 2, buffer)
     assert abs(buffer[1]) == 0.5  # the tachometer's
-
-
-# --- watchdog --------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -474,12 +440,9 @@ def test_a_watchdog_that_is_not_reloaded_expires_and_holds_the_outputs(guarded):
 @moving
 def test_an_expired_watchdog_lets_the_servo_come_to_rest(guarded):
     wait(guarded, 2.0)
-    before, after = counts(0, 0), counts(0, 0)
-    guarded.read_encoder(BOTH, 2, before)
+    before = counted(guarded)
     wait(guarded, 0.5)
-    guarded.read_encoder(BOTH, 2, after)
-    assert before[0] > 20
-    assert before[0] == after[0]
+    assert 20 < before[0] == counted(guarded)[0]
 
 
 def test_a_watchdog_needs_time_and_a_stopped_one_does_not_expire(guarded):

@@ -60,19 +60,13 @@ def test_a_frame_has_one_zero_at_its_end_and_gives_its_body_back(body):
     assert unpack(frame[:-1]) == body
 
 
-@given(st.lists(BODIES, max_size=6), st.lists(st.integers(0, 10_000), max_size=10))
-def test_frames_are_found_however_they_are_cut(bodies, places):
-    assert found(cut(b"".join(map(pack, bodies)), places)) == bodies
-
-
-@given(NOISE, st.lists(st.integers(0, 10_000), max_size=10))
-def test_how_it_is_cut_changes_nothing(noise, places):
-    assert found(cut(noise, places)) == found([noise])
-
-
-@given(NOISE, st.lists(BODIES, min_size=1, max_size=4))
-def test_after_any_noise_and_a_zero_all_frames_are_found(noise, bodies):
-    assert found([noise + b"\0" + b"".join(map(pack, bodies))])[-len(bodies) :] == bodies
+@given(NOISE, st.lists(BODIES, min_size=1, max_size=6), st.lists(st.integers(0, 10_000), max_size=10))
+def test_after_any_noise_and_a_zero_all_frames_are_found_however_they_are_cut(noise, bodies, places):
+    frames = b"".join(map(pack, bodies))
+    assert found(cut(frames, places)) == bodies
+    line = noise + b"\0" + frames
+    assert found(cut(line, places)) == found([line])
+    assert found([line])[-len(bodies) :] == bodies
 
 
 @settings(max_examples=300, derandomize=True)  # one in 65 536 would pass by chance: the examples are always the same
@@ -132,8 +126,6 @@ def test_any_body_is_something_or_nothing_but_never_an_error(body):
     if body[0] >> 4 != VERSION:
         assert heard == Foreign(body[0] >> 4)
 
-
-# --- the firmware's own table ----------------------------------------------------------------------------------------
 
 HEADER = (ROOT / "firmware" / "src" / "protocol.h").read_text("utf-8")
 

@@ -15,7 +15,7 @@ from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
 from rotflex import experiments, hil
 from rotflex.config import joint, srv02
-from rotflex.errors import BenchError, HILError, LimitExceeded
+from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
 from rotflex.hil import real
 from rotflex.hil.bench import Bench
 from rotflex.hil.parts import Wiring
@@ -42,63 +42,37 @@ def uno(monkeypatch):
     return made
 
 
-# --- experiments -----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @needs_simavr
-def test_state_feedback_at_the_serial_bench_is_that_at_a_virtual_one(uno):
-    settings = {"amplitude": 20 * DEG, "duration": 3.0, "progress": False}
+@pytest.mark.parametrize(
+    ("experiment", "channels", "swing"),
+    [
+        (partial(experiments.tracking, K=K, amplitude=20 * DEG), ("theta", "alpha"), 35 * DEG),
+        (partial(experiments.sweep, f_start=2.0, f_stop=5.0), ("alpha",), 5 * DEG),
+    ],
+    ids=["state feedback", "sweep"],
+)
+def test_an_experiment_at_the_serial_bench_is_that_at_a_virtual_one(uno, experiment, channels, swing):
     with hil.open(URI, setup=COMMISSIONED) as bench:
-        recorded = experiments.tracking(bench, K, **settings)
-        condition = bench.board.condition()
-    assert uno.voltage == 0.0
-    assert condition == (0, 0, 0, 0, 0)
-    with hil.open("virtual", plant=VirtualPlantSpec(joint(1), PLANT, Timing(delay=DELAY))) as bench:
-        expected = experiments.tracking(bench, K, **settings)
-    for name, largest in (("theta", 0.5 * DEG), ("alpha", 0.5 * DEG)):
-        assert np.abs(recorded[name] - expected[name]).max() < largest
-    assert np.ptp(recorded["theta"]) > 35 * DEG
-    assert recorded.metadata["bench"]["uri"] == URI
-    assert recorded.metadata["source"] == "bench"
-
-
-@pytest.mark.slow
-@needs_simavr
-def test_a_sweep_at_the_serial_bench_is_that_at_a_virtual_one(uno):
-    settings = {"f_start": 2.0, "f_stop": 5.0, "duration": 3.0, "progress": False}
-    with hil.open(URI, setup=COMMISSIONED) as bench:
-        recorded = experiments.sweep(bench, **settings)
+        recorded = experiment(bench, duration=3.0, progress=False)
+        assert bench.board.condition() == (0, 0, 0, 0, 0)
     assert uno.voltage == 0.0
     with hil.open("virtual", plant=VirtualPlantSpec(joint(1), PLANT, Timing(delay=DELAY))) as bench:
-        expected = experiments.sweep(bench, **settings)
-    assert np.abs(recorded["alpha"] - expected["alpha"]).max() < 0.5 * DEG
-    assert np.ptp(recorded["alpha"]) > 5 * DEG
+        expected = experiment(bench, duration=3.0, progress=False)
+    assert max(np.abs(recorded[name] - expected[name]).max() for name in channels) < 0.5 * DEG
+    assert np.ptp(recorded[channels[0]]) > swing
+    assert (recorded.metadata["bench"]["uri"], recorded.metadata["source"]) == (URI, "bench")
 
 
 @needs_simavr
-def test_a_limit_ends_at_0_v(uno):
-    with hil.open(URI, setup=COMMISSIONED) as bench:
+@pytest.mark.parametrize("stopped_by", [LimitExceeded, ZeroDivisionError])
+def test_a_limit_and_an_exception_end_at_0_v(uno, stopped_by):
+    with pytest.raises(stopped_by), hil.open(URI, setup=COMMISSIONED) as bench:
         bench.start(0.002)
-        with pytest.raises(LimitExceeded, match="servo angle"):
-            for _ in range(3000):
-                bench.read()
-                bench.write(6.0)
-        assert uno.voltage == 0.0
-
-
-@needs_simavr
-def test_an_exception_ends_at_0_v(uno):
-    def stumble() -> None:
-        with hil.open(URI, setup=COMMISSIONED) as bench:
-            bench.start(0.002)
-            for _ in range(20):
-                bench.read()
-                bench.write(6.0)
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        stumble()
+        for _ in range(20 if stopped_by is ZeroDivisionError else 3000):
+            bench.read()
+            bench.write(6.0)
+        raise ZeroDivisionError
     assert uno.voltage == 0.0
 
 
@@ -110,47 +84,32 @@ def test_a_voltage_ends_at_the_supply(uno):
         assert bench.write(9.0) == 5.0
 
 
-# --- addresses -------------------------------------------------------------------------------------------------------
-
-
 def test_an_address_tells_all_of_it():
-    bench = hil.open("serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2")
-    assert bench.identity == {
-        "uri": "serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2",
-        "arm_position": 2,
-        "encoder": "EHR",
-        "clock": "wall",
-    }
-    assert bench.servo.cable_gain == 1
-    assert not bench.is_simulated
+    uri = "serial:/dev/ttyACM0?supply=12&encoder=EHR&arm_position=2"
+    bench = hil.open(uri)
+    assert bench.identity == {"uri": uri, "arm_position": 2, "encoder": "EHR", "clock": "wall"}
+    assert (bench.servo.cable_gain, bench.is_simulated) == (1, False)
 
 
-def test_what_does_not_go_with_the_address_is_refused_by_name():
-    for uri, given, named in (
+@pytest.mark.parametrize(
+    ("uri", "given", "named"),
+    [
         ("serial:/dev/ttyACM0", {}, r"supply=12"),
         ("serial:COM3?supply=much", {}, r"supply=12"),
         ("serial:COM3?supply=230", {}, "3 to 32 V"),
         (URI, {"plant": PLANT}, "plant"),
         (URI, {"servo": srv02()}, "setup="),
         (URI + "&arm_position=2", {"setup": COMMISSIONED}, "arm_position="),
-    ):
-        with pytest.raises(BenchError, match=named):
-            hil.open(uri, **given)
-
-
-@pytest.mark.parametrize(
-    ("uri", "words"),
-    [
-        ("serial:", "names no port"),
-        ("serial:?supply=12", "names no port"),
-        ("serial:COM3?seed=7", "supply, encoder, arm_position"),
-        ("serial:COM3?supply=12&arm_position=x", "arm_position"),
-        ("serial:COM3?supply=12&arm_position=9", "arm_position|anchor"),
+        ("serial:", {}, "names no port"),
+        ("serial:?supply=12", {}, "names no port"),
+        ("serial:COM3?seed=7", {}, "supply, encoder, arm_position"),
+        ("serial:COM3?supply=12&arm_position=x", {}, "arm_position"),
+        ("serial:COM3?supply=12&arm_position=9", {}, "arm_position|anchor"),
     ],
 )
-def test_an_address_that_is_not_understood(uri, words):
-    with pytest.raises(ValueError if "arm_position=" in uri else BenchError, match=words):
-        hil.open(uri)
+def test_what_does_not_go_with_the_address_is_refused_by_name(uri, given, named):
+    with pytest.raises(ConfigurationError if uri[-2:] in ("=x", "=9") else BenchError, match=named):
+        hil.open(uri, **given)
 
 
 def test_a_bench_file_names_a_port(tmp_path):
@@ -159,9 +118,6 @@ def test_a_bench_file_names_a_port(tmp_path):
     )
     bench = hil.open(str(tmp_path / "bench.toml"))
     assert (bench.joint.arm_position, bench.servo.encoder, bench.servo.amplifier.V_max) == (3, "EHR", 12.0)
-
-
-# --- commissioning ---------------------------------------------------------------------------------------------------
 
 
 @needs_simavr
@@ -186,9 +142,6 @@ def test_a_motor_that_is_wired_the_other_way_is_driven_so(uno):
             bench.write(1.5)
         bench.read()
         assert uno.voltage == pytest.approx(-1.5, abs=SUPPLY / 800)
-
-
-# --- pyserial --------------------------------------------------------------------------------------------------------
 
 
 def test_without_pyserial_it_is_said_what_to_install(monkeypatch):

@@ -12,7 +12,7 @@ from simulated_uno import MS, SUPPLY, SimulatedPort, needs_simavr
 
 from rotflex.config import srv02
 from rotflex.errors import HILError
-from rotflex.hil.board import Board, BufferOverflowMode, Clock
+from rotflex.hil.board import BufferOverflowMode, Clock
 from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.student_benches import preset
 
@@ -31,10 +31,6 @@ def bench():
 def bare():
     """With nothing on its pins."""
     return Bench()
-
-
-def test_it_is_a_board(bench):
-    assert isinstance(bench.board, Board)
 
 
 def test_500_round_trips_none_lost_counts_exact(bench):
@@ -75,24 +71,18 @@ def test_what_is_written_is_at_the_motor(bench):
     assert bench.uno.voltage == SUPPLY
 
 
-def test_closing_leaves_0_v_and_lets_the_line_go(bench):
-    bench.write(5.0)
-    bench.board.close()
-    bench.board.close()
-    assert bench.uno.voltage == 0.0
-    assert not bench.port.open
-    assert not bench.board.is_valid()
-
-
-def test_a_board_can_be_opened_again(bench):
+def test_closing_leaves_0_v_and_lets_the_line_go_and_a_board_can_be_opened_again(bench):
     bench.write(5.0)
     bench.start()
     again = SerialBoard(SimulatedPort(bench.uno), SUPPLY)
     assert bench.uno.voltage == 0.0
     again.read_encoder(BOTH, 2, bench.counts)
+    again.write_analog(MOTOR, 1, np.array([5.0]))
+    again.close()
+    assert (bench.uno.voltage, again.is_valid()) == (0.0, False)
+    bench.board.close()
+    assert not bench.port.open
 
-
-# --- what it cannot do -----------------------------------------------------------------------------------------------
 
 REFUSED: dict[str, Callable[[SerialBoard], object]] = {
     "X4": lambda b: b.set_encoder_quadrature_mode(BOTH, 2, np.array([4, 1], dtype=np.uint32)),
@@ -133,9 +123,6 @@ def test_two_tasks_have_one_rate(bare):
     assert bare.board.task_read_encoder(second, 1, bare.counts) == 1
 
 
-# --- samples that nobody fetched -------------------------------------------------------------------------------------
-
-
 def overrun(bare: Bench, mode: BufferOverflowMode) -> list[int]:
     """What a task with room for 10 samples gives, when 25 were taken: by number."""
     bare.uno.turn(0, 100_000, 10_000 * MS)
@@ -147,24 +134,13 @@ def overrun(bare: Bench, mode: BufferOverflowMode) -> list[int]:
     return [round((bare.read()[0] - first) / 20) for _ in range(10)]
 
 
-def test_old_samples_are_overwritten(bare):
+def test_of_more_samples_than_fit_the_old_or_the_new_ones_are_lost_or_it_is_an_error(bare):
     numbers = overrun(bare, BufferOverflowMode.OVERWRITE_ON_OVERFLOW)
-    assert numbers == list(range(numbers[0], numbers[0] + 10))
     lost = bare.board.task_get_buffer_overflows(bare.task)
-    assert numbers[0] == 1 + lost
-    assert lost > 10
-
-
-def test_new_samples_are_thrown_away(bare):
-    discard = next((mode for mode in BufferOverflowMode if mode.name == "DISCARD_ON_OVERFLOW"), None)
-    if discard is None:
-        pytest.skip("The board's table has no DISCARD_ON_OVERFLOW.")
-    assert overrun(bare, discard) == list(range(1, 11))
-
-
-def test_or_it_is_an_error(bare):
+    assert numbers == list(range(1 + lost, 11 + lost)) and lost > 10
+    assert overrun(Bench(), BufferOverflowMode.DISCARD_ON_OVERFLOW) == list(range(1, 11))
     with pytest.raises(HILError, match=r"lost \d+ samples"):
-        overrun(bare, BufferOverflowMode.ERROR_ON_OVERFLOW)
+        overrun(Bench(), BufferOverflowMode.ERROR_ON_OVERFLOW)
 
 
 def test_flushing_a_reader_does_nothing(bare):

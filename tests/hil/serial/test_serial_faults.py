@@ -74,18 +74,15 @@ def test_a_cable_that_is_pulled(bench):
     assert not bench.port.open
 
 
-@pytest.mark.parametrize(
-    ("broken", "named"), [("to the board", "watchdog"), ("from the board", "no sample"), ("babbling", "no sample")]
-)
-def test_a_line_that_is_broken_one_way_only(bench, broken, named):
+@pytest.mark.parametrize("broken", ["to the board", "from the board", "babbling"])
+def test_a_line_that_is_broken_one_way_only(bench, broken):
     def babble(_content: bytes) -> bytes:
         bench.uno.run(0.0005)
         return b"U" * 20
 
-    setattr(
-        bench.port, "to_board" if broken == "to the board" else "from_board", babble if broken == "babbling" else cut
-    )
-    with pytest.raises(HILError, match=named):
+    way = "to_board" if broken == "to the board" else "from_board"
+    setattr(bench.port, way, babble if broken == "babbling" else cut)
+    with pytest.raises(HILError, match="watchdog" if broken == "to the board" else "no sample"):
         for _ in range(100):
             bench.read()
             bench.write(6.0)
@@ -194,38 +191,33 @@ def test_a_lost_sample_is_an_error_where_one_is_asked_for(bench):
 
 
 def test_the_last_0_v_is_sent_until_it_is_obeyed(bench):
-    lost = 0
-
-    def loses_outputs(content: bytes) -> bytes:
-        nonlocal lost
-        if len(content) >= 8 and content[2] & 0xF == Type.OUTPUT and lost < 2:
-            lost += 1
-            return b""
-        return content
-
-    bench.port.to_board = loses_outputs
+    bench.port.to_board = losing(2, lambda content: len(content) >= 8 and content[2] & 0xF == Type.OUTPUT)
     bench.board.watchdog_clear()
     bench.port.uno.run(0.001)
     bench.write(0.0)
     bench.board.watchdog_stop()
-    assert lost == 2
+    assert bench.port.to_board.left == 0
     assert bench.uno.voltage == 0.0
 
 
-def test_an_answer_that_is_lost_is_asked_for_again(bench):
-    spoilt = 0
+def losing(times, is_lost):
+    """A line that loses what it is told to, so often; ``left`` is how often still."""
 
-    def loses_answers(content: bytes) -> bytes:
-        nonlocal spoilt
-        if b"\x1d" in content and spoilt < 1:
-            spoilt += 1
+    def line(content):
+        if line.left and is_lost(content):
+            line.left -= 1
             return b""
         return content
 
+    line.left = times
+    return line
+
+
+def test_an_answer_that_is_lost_is_asked_for_again(bench):
     bench.board.task_stop(bench.task)
-    bench.port.from_board = loses_answers
+    bench.port.from_board = losing(1, lambda content: b"\x1d" in content)
     bench.board.read_encoder(BOTH, 2, bench.counts)
-    assert spoilt == 1
+    assert bench.port.from_board.left == 0
 
 
 def test_a_port_at_which_no_board_of_this_version_answers(monkeypatch):
