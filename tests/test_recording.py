@@ -87,17 +87,17 @@ def test_metadata_are_plain_data_of_its_own():
 @pytest.mark.parametrize(
     ("time", "theta", "named"),
     [
-        (T, T[:-1], "'theta' has 49 samples, the time has 50"),
-        (T[:1], T[:1], "at least two samples; this one has 1"),
-        ([], [], "at least two samples; this one has 0"),
-        (np.r_[T[:20], T[21:], 0.1], T, "after t = 0.038 s comes 0.042 s, where steps of 0.002 s"),
+        (T, T[:-1], "'theta'.*49.*50"),
+        (T[:1], T[:1], "two samples.* 1"),
+        ([], [], "two samples.* 0"),
+        (np.r_[T[:20], T[21:], 0.1], T, "0.038 s.*0.042 s.*0.002 s"),
         (T[::-1], T, "not evenly increasing"),
         (0 * T, T, "not evenly increasing"),
-        (T, np.where(T[7] == T, np.nan, T), "'theta' .* not finite at sample 7"),
-        (np.where(T[3] == T, np.inf, T), T, "time .* not finite at sample 3"),
-        (T, T.reshape(25, 2), r"'theta' must be one-dimensional.*\(25, 2\)"),
-        (T, ["a"] * 50, "'theta' is not an array of numbers"),
-        (T, None, "'theta' must be one-dimensional"),
+        (T, np.where(T[7] == T, np.nan, T), "'theta'.*not finite.* 7"),
+        (np.where(T[3] == T, np.inf, T), T, "time.*not finite.* 3"),
+        (T, T.reshape(25, 2), r"'theta'.*one-dimensional.*\(25, 2\)"),
+        (T, ["a"] * 50, "'theta'.*array of numbers"),
+        (T, None, "'theta'.*one-dimensional"),
     ],
 )
 def test_what_is_no_recording_is_refused(time, theta, named):
@@ -345,26 +345,26 @@ def test_a_save_that_fails_half_way_leaves_the_old_file_alone(tmp_path, monkeypa
 TABLE = np.column_stack([T, T])
 
 
-NOT_JSON = "description is not JSON"
-NO_OBJECT = "description should be a JSON object"
+NOT_JSON = "not JSON"
+NO_OBJECT = "a JSON object"
 
 
 @pytest.mark.parametrize(
     ("content", "named"),
     [
-        ({"other": TABLE}, "none of data_theta, data_alpha, data_vm"),
-        ({}, "none of data_theta, data_alpha, data_vm"),
+        ({"other": TABLE}, "data_theta, data_alpha, data_vm"),
+        ({}, "data_theta, data_alpha, data_vm"),
         ({"data_vm": T}, r"data_vm is \(1, 50\)"),
-        ({"data_theta": np.column_stack([T] * 4)}, r"data_theta is \(50, 4\).*1 or 2 more"),
+        ({"data_theta": np.column_stack([T] * 4)}, r"data_theta.*\(50, 4\).*2 more"),
         ({"data_vm": np.zeros((5, 2, 2))}, r"data_vm is \(5, 2, 2\)"),
         ({"data_vm": TABLE * 1j}, "data_vm is .*complex"),
         ({"data_vm": "text"}, r"data_vm is \(1,\)"),
-        ({"data_vm": {"field": 1}}, r"data_vm is a structure.*signals\.values"),
-        ({"data_vm": TABLE[:1]}, "two samples; this one has 1"),
+        ({"data_vm": {"field": 1}}, r"data_vm.*structure.*signals\.values"),
+        ({"data_vm": TABLE[:1]}, "two samples.* 1"),
         ({"data_vm": np.zeros((0, 2))}, ""),
         ({"data_vm": TABLE[::-1]}, "not evenly increasing"),
-        ({"data_vm": TABLE, "data_alpha": TABLE[:-1]}, "data_vm has another time axis than data_alpha"),
-        ({"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}, "not finite at sample 9"),
+        ({"data_vm": TABLE, "data_alpha": TABLE[:-1]}, "data_vm.*time axis.*data_alpha"),
+        ({"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}, "not finite.* 9"),
         ({"data_vm": TABLE, "rotflex_metadata": "{"}, NOT_JSON),
         ({"data_vm": TABLE, "rotflex_metadata": "[" * 50_000}, NOT_JSON),
         ({"data_vm": TABLE, "rotflex_metadata": "[1]"}, NO_OBJECT),
@@ -382,19 +382,19 @@ def test_a_mat_file_that_is_no_recording_says_why(tmp_path, content, named):
     [
         (b"", "headed t_s"),
         (b"# {}\n", "headed t_s"),
-        (b"time,theta_deg\n0,1\n1,2\n", r"headed t_s.*\['time', 'theta_deg'\]"),
+        (b"time,theta_deg\n0,1\n1,2\n", r"t_s.*\['time', 'theta_deg'\]"),
         (b"t_s;theta_deg\n0;1\n1;2\n", "headed t_s.*t_s;theta_deg"),
         (b"\xff\xfe\x00t_s", ""),
-        (b"t_s,theta_deg\n", "two samples; this one has 0"),
-        (b"t_s,theta_deg\n0,1\n", "two samples; this one has 1"),
-        (b"t_s,theta_deg\n0,1\n1,2,3\n", r"2 numbers.*\['1', '2', '3'\]"),
+        (b"t_s,theta_deg\n", "two samples.* 0"),
+        (b"t_s,theta_deg\n0,1\n", "two samples.* 1"),
+        (b"t_s,theta_deg\n0,1\n1,2,3\n", r"2 numbers.*'2', '3'"),
         (b"t_s,theta_deg\n0,1\n1\n", r"2 numbers.*\['1'\]"),
         (b"t_s,theta_deg,vm_V\n0,1\n1,2\n", r"3 numbers.*\['0', '1'\]"),
         (b"t_s,theta_deg\n0,1\n1,two\n", "2 numbers.*'two'"),
-        (b"t_s,theta_deg\n0,1\n1,nan\n", "'theta' .* not finite at sample 1"),
+        (b"t_s,theta_deg\n0,1\n1,nan\n", "'theta'.*not finite.* 1"),
         (b"t_s,theta_deg\n0,1\n1,1\n3,1\n", "not evenly increasing"),
-        (b"t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n", "two columns for theta"),
-        (b"t_s,theta\n0,1\n1,1\n", "'theta' is none of theta_ref, .*as in theta_deg"),
+        (b"t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n", "two.*for theta"),
+        (b"t_s,theta\n0,1\n1,1\n", "'theta'.*theta_ref.*theta_deg"),
         (b"t_s,theta_V\n0,1\n1,1\n", "'theta_V' is none"),
         (b"t_s,beta_deg\n0,1\n1,1\n", "'beta_deg' is none"),
         (b"# not JSON\nt_s,theta_deg\n0,1\n0.1,2\n", NOT_JSON),
