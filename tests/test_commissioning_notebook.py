@@ -150,18 +150,6 @@ def test_in_jupyterlab_a_person_answers_below_the_cell(notebook, tmp_path, jupyt
     assert bench_file.load(work / "bench.toml").wiring["motor_sign"] == -1
 
 
-def test_whoever_says_no_has_nothing_recorded_and_can_begin_again(notebook, kernel, tmp_path):
-    book = nbformat.read(notebook, as_version=4)
-    reader = Reader(kernel, {"yes or no? ": "no"})
-    reader.run(new_code_cell(LABORATORY))
-    cells = {cell.id: cell for cell in book.cells}
-    cells["told"].source = cells["told"].source.replace('"quanser:q2_usb/0"', repr(SIMULATOR))
-    reader.run(cells["told"])
-    with pytest.raises(AssertionError, match="broken off before the motor drove"):
-        reader.run(cells["commission"])
-    assert not bench_file.load(tmp_path / "bench.toml").record
-
-
 def test_a_notebook_that_is_there_is_not_written_over(notebook):
     notebook.write_text("mine")
     done = CliRunner().invoke(app, ["bench", "notebook"])

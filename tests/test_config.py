@@ -76,13 +76,9 @@ def test_torque_per_volt_and_damping_with_back_emf():
     assert servo.torque_per_volt * 6.0 - servo.back_emf_damping * no_load_speed == pytest.approx(0, abs=1e-14)
 
 
-@pytest.mark.parametrize(("encoder", "counts"), [("E", 4096), ("EHR", 8192)])
-def test_encoder_counts_four_edges_a_line(encoder, counts):
-    assert srv02(encoder=encoder).K_enc * counts == pytest.approx(2 * math.pi, rel=1e-15)
-
-
 def test_sensors():
-    assert math.degrees(srv02().K_enc) == pytest.approx(0.08789, abs=5e-6)
+    for encoder, counts in (("E", 4096), ("EHR", 8192)):
+        assert srv02(encoder=encoder).K_enc * counts == pytest.approx(2 * math.pi, rel=1e-15)
     assert math.degrees(srv02().K_pot) == pytest.approx(-35.2, rel=1e-12)
     assert srv02().K_tach == pytest.approx(-0.99733, abs=5e-6)
 

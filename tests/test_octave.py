@@ -40,10 +40,7 @@ SAVED = {
         STRUCTURES + "data_alpha.time = t'; data_alpha.signals.values = alpha'; data_vm.time = t'; ",
         f"-v6 log.mat {NAMED}",
     ),
-    "two signals in one": (
-        STRUCTURES + "data_theta.signals = struct('values', [20*ones(50,1) theta]); ",
-        USUAL,
-    ),
+    "two signals in one": (STRUCTURES + "data_theta.signals = struct('values', [20*ones(50,1) theta]); ", USUAL),
     "nested structures": (MATRICES + NESTED, "-v7 log.mat log"),
     "structures in structures, version 5": (STRUCTURES + NESTED, "-v6 log.mat log"),
     "vectors in columns": (COLUMNS, f"-v7 {VECTORS}"),
@@ -149,15 +146,8 @@ def test_the_script_of_the_documentation_plots_a_recording(recorded, tmp_path):
     said = [line.split(" ", 1) for line in octave("plot_recording('decay.mat', 'off');", tmp_path).splitlines()]
     assert [what for what, _ in said] == ["figure", *["subplot", "plot", "ylabel"] * 3, "xlabel"]
     plotted = [list(map(float, given.split())) for what, given in said if what == "plot"]
-    largest = [
-        max(recorded.degrees("theta_ref").max(), recorded.degrees("theta").max()),
-        recorded.degrees("alpha").max(),
-        recorded["vm"].max(),
-    ]
-    np.testing.assert_allclose(plotted, [[n, 0.5, top] for n, top in zip((2, 1, 1), largest, strict=True)], rtol=1e-8)
-    assert [given for what, given in said if what.endswith("label")] == [
-        "theta (deg)",
-        "alpha (deg)",
-        "V_m (V)",
-        "t (s)",
-    ]
+    theta, alpha = (recorded.degrees(name).max() for name in ("theta", "alpha"))
+    tops = max(recorded.degrees("theta_ref").max(), theta), alpha, recorded["vm"].max()
+    np.testing.assert_allclose(plotted, [[n, 0.5, top] for n, top in zip((2, 1, 1), tops, strict=True)], rtol=1e-8)
+    labels = [given for what, given in said if what.endswith("label")]
+    assert labels == ["theta (deg)", "alpha (deg)", "V_m (V)", "t (s)"]

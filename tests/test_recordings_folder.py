@@ -46,30 +46,30 @@ def short(bench):
     return experiments.free_decay(bench, duration=0.5, progress=False)
 
 
-@pytest.mark.parametrize("running", ["check", "grade"])
-def test_a_program_that_runs_the_notebooks_moves_no_bench_and_has_its_recordings(here, monkeypatch, running):
+ADDRESSES = ("north:", "bench.toml", "quanser:q2_usb/0", "serial:/dev/ttyACM0?supply=12")
+
+
+@pytest.mark.parametrize(
+    ("running", "started_at", "address"),
+    [
+        ("grade", "north:", None),
+        *(("check", start, address) for start in ("north:", "virtual") for address in ADDRESSES),
+    ],
+)
+def test_a_program_that_runs_the_notebooks_moves_no_bench_and_has_its_recordings(
+    here, monkeypatch, running, started_at, address
+):
+    """Whichever address a cell names."""
     with at_the_bench().bench() as bench:
         made = short(bench)
     monkeypatch.setenv(RUNNING, running)
     monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
-    with at_the_bench().bench() as bench:
+    with rotflex.lab.start("ada", bench=started_at, quiet=True).bench(address) as bench:
         again = short(bench)
         with pytest.raises(NotRecorded, match="This experiment has no recording of your bench: watch"):
             experiments.watch(bench, 0.1, progress=False)
     assert again.metadata == json.loads(json.dumps(made.metadata))
     np.testing.assert_allclose(again["alpha"], made["alpha"], atol=1e-12)
-
-
-@pytest.mark.parametrize("address", ["north:", "bench.toml", "quanser:q2_usb/0", "serial:/dev/ttyACM0?supply=12"])
-@pytest.mark.parametrize("started_at", ["north:", "virtual"])
-def test_nor_does_a_program_move_a_bench_whose_address_a_cell_names(here, monkeypatch, started_at, address):
-    with at_the_bench().bench() as bench:
-        made = short(bench)
-    monkeypatch.setenv(RUNNING, "check")
-    monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
-    session = rotflex.lab.start("ada", bench=started_at, quiet=True)
-    with session.bench(address) as bench:
-        np.testing.assert_allclose(short(bench)["alpha"], made["alpha"], atol=1e-12)
 
 
 @pytest.mark.parametrize("volts", [10.0, 6.0, 5.0])

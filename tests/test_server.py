@@ -9,24 +9,19 @@ from rotflex.courseware import jupyterlab
 from rotflex.server import PromptConnection
 
 
-class Parent:
-    """What the connection is otherwise."""
-
-    def __init__(self, said):
-        self.connect = lambda: said.append("connected")
-
-
 def test_messages_are_not_gathered(monkeypatch):
     said = []
     connection = SimpleNamespace(websocket_handler=SimpleNamespace(set_nodelay=said.append))
-    monkeypatch.setattr("rotflex.server.super", lambda: Parent(said), raising=False)
+    parent = SimpleNamespace(connect=lambda: said.append("connected"))
+    monkeypatch.setattr("rotflex.server.super", lambda: parent, raising=False)
     PromptConnection.connect(connection)
     assert said == [True, "connected"]
 
 
 def test_the_command_names_a_class_that_the_server_takes(tmp_path, monkeypatch):
     commands = []
-    monkeypatch.setattr(jupyterlab.subprocess, "Popen", lambda command, **_: commands.append(command) or Ended())
+    ended = SimpleNamespace(wait=lambda timeout=None: 0, poll=lambda: 0)
+    monkeypatch.setattr(jupyterlab.subprocess, "Popen", lambda command, **_: commands.append(command) or ended)
     jupyterlab.open_jupyterlab(tmp_path, ["--port=1"])
     (option,) = [one for one in commands[0] if "connection_class" in one]
     module, _, name = option.partition("=")[2].rpartition(".")
@@ -34,13 +29,3 @@ def test_the_command_names_a_class_that_the_server_takes(tmp_path, monkeypatch):
     assert issubclass(found, BaseKernelWebsocketConnection)
     # A user's own options come last, and so win.
     assert commands[0].index("--port=1") > commands[0].index(option)
-
-
-class Ended:
-    """A program that has come to its end."""
-
-    def wait(self, timeout=None):
-        return 0
-
-    def poll(self):
-        return 0

@@ -198,20 +198,20 @@ def test_it_takes_the_shapes_that_matrices_come_in_and_says_how_it_was_made():
     assert made.items() <= plain.metadata.items()
 
 
-FOUR = r"^{} must have the shape \(4,.*its shape is {}.*'alpha_dot'"
+FOUR = r"^{}\b.*\(4,.*{}.*'alpha_dot'"
 
 
 @pytest.mark.parametrize(
     ("wrong", "named"),
     [
-        ({"A": np.eye(3)}, r"^A .*\(4, 4\).*is \(3, 3\).*'theta', 'alpha', 'theta_dot', 'alpha_dot'"),
-        ({"A": A * np.nan}, "^A has a value that is not finite"),
+        ({"A": np.eye(3)}, r"^A\b.*\(4, 4\).*\(3, 3\)"),
+        ({"A": A * np.nan}, "^A.*not finite"),
         ({"B": B.reshape(1, 4)}, FOUR.format("B", r"\(1, 4\)")),
         ({"B": None}, FOUR.format("B", r"\(\)")),
-        ({"K": K.reshape(4, 1)}, r"^K .*\(4,\) or \(1, 4\).*is \(4, 1\)"),
-        ({"K": "K"}, "^K must be an array of numbers .* it is 'K'"),
-        ({"K": K * (1 + 0.1j)}, "^K is complex.* conjugate pairs"),
-        ({"K": [1, 2, np.inf, 4]}, "^K has a value that is not finite"),
+        ({"K": K.reshape(4, 1)}, r"^K\b.*\(1, 4\).*\(4, 1\)"),
+        ({"K": "K"}, "^K must.*'K'"),
+        ({"K": K * (1 + 0.1j)}, "^K.*complex.*conjugate"),
+        ({"K": [1, 2, np.inf, 4]}, "^K.*not finite"),
         ({"x0": [0, 0]}, FOUR.format("x0", r"\(2,\)")),
     ],
 )

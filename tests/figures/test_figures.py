@@ -45,19 +45,9 @@ HUMP = 1 / (0.01 + (F - 3.17) ** 2)
 OPEN_LOOP = [0, -18.86, -8.092 + 26.984j, -8.092 - 26.984j]
 CLOSED_LOOP = [-12 + 16j, -12 - 16j, -30, -40]
 
-DIAGRAMS = {
-    "joint_angles": figures.joint_angles,
-    "lumped_model": figures.lumped_model,
-    "desired_poles": figures.desired_poles,
-    "sweep_experiment": figures.sweep_experiment,
-    "validation_experiment": figures.validation_experiment,
-    "state_feedback": figures.state_feedback,
-    "simulation_loop": figures.simulation_loop,
-    "implementation_loop": figures.implementation_loop,
-    "trolley_with_pendulum": prelab.trolley_with_pendulum,
-    "armature_circuit": prelab.armature_circuit,
-    "parallel_axes": prelab.parallel_axes,
-}
+EXPERIMENTS = ("sweep_experiment", "validation_experiment", "state_feedback", "simulation_loop", "implementation_loop")
+DIAGRAMS = {name: getattr(figures, name) for name in ("joint_angles", "lumped_model", "desired_poles", *EXPERIMENTS)}
+DIAGRAMS |= {name: getattr(prelab, name) for name in ("trolley_with_pendulum", "armature_circuit", "parallel_axes")}
 PLOTS = {
     "compound_sine_spectrum": figures.compound_sine_spectrum,
     "sweep_response": lambda: figures.sweep_response(SWEEP),
@@ -365,7 +355,7 @@ def test_desired_poles_gives_no_numbers_away():
     assert not re.search(r"\b(12|16|20|30|40|0\.6)\b", words_of(figure) + figure.alt_text)
 
 
-@pytest.mark.parametrize("name", [name for name in DIAGRAMS if name.endswith(("_experiment", "_loop", "_feedback"))])
+@pytest.mark.parametrize("name", EXPERIMENTS)
 def test_wires_run_along_the_axes_in_block_diagrams(name):
     arrows = arrows_of(DIAGRAMS[name]())
     assert len(arrows) >= 6

@@ -17,21 +17,15 @@ SAMPLE_TIME = 0.002
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
 
-def filtered(signal: np.ndarray, cutoff: float, sample_time: float, method: str = "euler") -> np.ndarray:
+def filtered(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """w_c s/(s + w_c), discretised by scipy, from rest at the signal's first value."""
-    numerator, denominator, _ = cont2discrete(([cutoff, 0.0], [1.0, cutoff]), sample_time, method=method)
+    numerator, denominator, _ = cont2discrete(([cutoff, 0.0], [1.0, cutoff]), sample_time, method="euler")
     return lfilter(np.ravel(numerator), denominator, signal - signal[0])
 
 
 def derivative(signal: np.ndarray, cutoff: float = DERIVATIVE_CUTOFF, sample_time: float = SAMPLE_TIME) -> np.ndarray:
     follow = BandLimitedDerivative(sample_time, cutoff)
     return np.array([follow(value) for value in signal.tolist()])
-
-
-def test_the_derivative_of_a_ramp_is_its_slope():
-    ramp = 3.0 * SAMPLE_TIME * np.arange(500)
-    assert derivative(ramp)[-1] == pytest.approx(3.0, rel=1e-12)
-    assert filtered(ramp, DERIVATIVE_CUTOFF, SAMPLE_TIME, "zoh")[-1] == pytest.approx(3.0 * 1.22, rel=0.01)  # the trap
 
 
 @given(st.lists(st.floats(-100, 100), min_size=2, max_size=60), st.floats(1.0, 990.0), st.sampled_from([1e-3, 2e-3]))
@@ -78,13 +72,10 @@ def test_state_feedback_is_its_equation(samples, K):
     np.testing.assert_allclose(respond(StateFeedback(K), samples), expected, atol=1e-8, rtol=1e-9)
 
 
-@given(angles, st.lists(st.floats(-3, 3), min_size=30, max_size=30))
-def test_partial_feedback_does_not_see_alpha(samples, others):
-    otherwise = [(reference, theta, other) for (reference, theta, _), other in zip(samples, others, strict=False)]
-    controller = StateFeedback(GAIN, feedback="partial")
-    np.testing.assert_array_equal(respond(controller, samples), respond(controller, otherwise))
-    without = StateFeedback([GAIN[0], 0.0, GAIN[2], 0.0])
-    np.testing.assert_array_equal(respond(controller, samples), respond(without, samples))
+@given(angles)
+def test_partial_feedback_does_not_see_alpha(samples):
+    without = respond(StateFeedback([GAIN[0], 0.0, GAIN[2], 0.0]), samples)
+    np.testing.assert_array_equal(respond(StateFeedback(GAIN, feedback="partial"), samples), without)
 
 
 def test_the_gain_may_be_a_row_and_reset_forgets_the_past():

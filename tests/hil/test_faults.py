@@ -145,19 +145,6 @@ def at_fault(happens: Callable[[float], Any]) -> Callable[[FaultBoard], Any]:
     return lambda board: Faulty(FAULT_AT, happens)
 
 
-def drawing_fails(bench: Bench) -> None:
-    """A plot of what is measured, of which matplotlib thinks nothing."""
-    from matplotlib.figure import Figure
-
-    axes = Figure().subplots()
-
-    def draw(measured: Any, _voltage: float) -> None:
-        if measured.time >= FAULT_AT * SAMPLE_TIME:
-            axes.plot([measured.time, 1.0], [measured.theta])
-
-    bench.on_sample = draw
-
-
 def gone(board: FaultBoard) -> None:
     """The board closes under the loop."""
     board.before["task_read_encoder"] = lambda sample: board.inner.close() if sample >= FAULT_AT else None
@@ -177,7 +164,6 @@ FAULTS: dict[str, Fault] = {
     "somebody presses STOP": Fault(
         RunStopped, "RunStopped: You", prepare=watched_by(RunStopped("You stopped it. The motor is at 0 V."))
     ),
-    "an exception in plotting": Fault(ValueError, "same first dimension", prepare=drawing_fails),
     **{
         f"Ctrl-C in {verb}": Fault(
             KeyboardInterrupt, "KeyboardInterrupt", spoiled(**{verb: failing(FAULT_AT, KeyboardInterrupt())})
@@ -235,12 +221,6 @@ FAULTS: dict[str, Fault] = {
         "voltage and spring|deflection reached",
         board=reading(lambda new, last, _: [new[0], 2 * last[1] - new[1]]),
         within=150,
-    ),
-    "the servo's limit": Fault(
-        LimitExceeded, "servo angle reached", bench={"limits": Limits(theta=12 * DEG)}, within=SAMPLES
-    ),
-    "the deflection's limit": Fault(
-        LimitExceeded, "deflection reached", bench={"limits": Limits(alpha=4 * DEG)}, within=SAMPLES
     ),
     "the limit of the rate": Fault(
         LimitExceeded, r"turned at .*limit is ±2\.0 rad/s", bench={"limits": Limits(rate=2.0)}, within=SAMPLES
@@ -372,9 +352,7 @@ def test_catching_up_after_a_pause_is_a_sign_of_life():
 
 
 def test_a_run_without_a_pause_is_reported_so():
-    board = FaultBoard()
-    with bench_of(board) as bench:
-        timing = run(bench, StateFeedback(GAIN), REFERENCE, SAMPLE_TIME, progress=False).metadata["timing"]
+    timing = undisturbed_run().metadata["timing"]
     assert (timing["late"], timing["missed"], timing["latest"]) == (0, 0, 0.0)
     assert timing["period"] == {"p50": 0.002, "p99": 0.002, "p99.9": 0.002, "max": 0.002}
     assert timing["answer"]["max"] == 0.0

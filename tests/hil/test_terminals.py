@@ -38,11 +38,7 @@ def terminals(timing=LATE, gain=1.0, now=0.0):
 
 
 @pytest.mark.parametrize(
-    ("delay", "held"),
-    [
-        (0.0, [(3.0, 2e-3), (-3.0, 2e-3)]),
-        (0.75e-3, [(0.0, 0.75e-3), (3.0, 2e-3), (-3.0, 1.25e-3)]),
-    ],
+    ("delay", "held"), [(0.0, [(3.0, 2e-3), (-3.0, 2e-3)]), (0.75e-3, [(0.0, 0.75e-3), (3.0, 2e-3), (-3.0, 1.25e-3)])]
 )
 def test_a_voltage_takes_effect_after_the_delay_and_the_one_before_holds_until_then(delay, held):
     ours = terminals(Timing(delay=delay), gain=3.0, now=1.0)
