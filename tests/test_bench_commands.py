@@ -218,15 +218,15 @@ def test_of_several_recordings_each_is_predicted_by_a_fit_to_the_others():
 
 def test_a_fit_is_kept_where_no_recording_can_be_left_out():
     output = said("fit", recorded("1.mat", duration="2"), recorded("2.mat", 2, "2"), "--free", "K_s")
-    assert "of one that it has not seen, cannot be said: Something moves in 2 windows of 1 s only" in output
+    assert "in 2 windows" in output
     assert "open it as virtual:twin.toml" in output
 
 
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["rest.mat"], "rest.mat: The channel 'theta' is constant, 0: nothing moved, or a cable is loose. Leave"),
-        (["short.mat"], "Something moves in 1 window of 1 s only; at least 3 are needed. Record for longer"),
+        (["rest.mat"], "rest.mat: The channel 'theta'"),
+        (["short.mat"], "at least 3"),
         (["short.mat", "--free", "K_s,stiffness"], "'stiffness'"),
     ],
 )
@@ -240,12 +240,10 @@ def test_recordings_of_different_arms_are_not_fitted_together():
     for position in ("1", "2"):
         bench = ("--bench", f"virtual:?seed=1&arm_position={position}")
         said("run", "sweep", *bench, "--duration", "1", "--out", f"{position}.mat")
-    assert "differ in arm_position (1.mat: 1, 2.mat: 2)" in said("fit", "1.mat", "2.mat", code=2)
+    assert "(1.mat: 1, 2.mat" in said("fit", "1.mat", "2.mat", code=2)
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"), [("[plant]\nJ_l = 1", "is no fitted plant: it needs"), ("[plant", "cannot be read: Expected")]
-)
+@pytest.mark.parametrize(("text", "expected"), [("[plant]\nJ_l = 1", "no fitted plant"), ("[plant", "read: Expected")])
 def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
     (tmp_path / "twin.toml").write_text(text, encoding="utf-8")
     assert expected in said("watch", "--bench", "virtual:twin.toml", "--duration", "0.1", code=2)

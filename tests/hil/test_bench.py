@@ -433,7 +433,7 @@ def test_time_waits_for_the_program_unless_it_is_the_computers():
     assert not hil.open("virtual:?clock=wall").is_simulated
 
 
-NOT_UNDERSTOOD = "seed, arm_position, preset, run, encoder, clock"
+NOT_UNDERSTOOD = "seed, arm_position, preset"
 
 
 @pytest.mark.parametrize(

@@ -193,10 +193,10 @@ def test_what_the_reader_left_out_is_told_in_one_line_of_bounded_length(content)
     ("text", "why"),
     [
         ("", "'told' is missing"),
-        ('keys = ["x"]\n[told]\n[truth]', "it has the entry keys, and signatures are no longer checked: delete that"),
+        ('keys = ["x"]\n[told]\n[truth]', "keys, and signatures"),
         ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0", "'omega_n_u' is missing"),
-        ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0\nomega_n_u = 1.0", "known to 4.5% only"),
-        ("[told]\narm_position = 1\nm1 = 3\n[truth]\n", "it knows no entry 'm1'"),
+        ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0\nomega_n_u = 1.0", "4.5% only"),
+        ("[told]\narm_position = 1\nm1 = 3\n[truth]\n", "no entry 'm1'"),
         ("[told]\narm_position = 7\n[truth]\n", "arm_position is 7"),
         ('[told]\narm_position = 1\n[truth]\nomega_n = "x"\nomega_n_u = 1', "omega_n is 'x'"),
         ("[", "cannot be used"),

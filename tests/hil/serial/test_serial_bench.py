@@ -123,11 +123,11 @@ def test_a_bench_file_names_a_port(tmp_path):
 @needs_simavr
 def test_no_loop_is_closed_before_the_bench_is_commissioned(uno):
     with hil.open(URI) as bench:
-        with pytest.raises(BenchError, match="has not been commissioned as it is wired now"):
+        with pytest.raises(BenchError, match="not been commissioned"):
             experiments.tracking(bench, K, duration=1.0, progress=False)
         bench.start(0.002)
         bench.read()
-        with pytest.raises(LimitExceeded, match=r"asked for 3\.0 V, and the limit is ±2 V.*has not been commissioned"):
+        with pytest.raises(LimitExceeded, match=r"3\.0 V.*±2 V.*commissioned"):
             bench.write(3.0)
     assert uno.voltage == 0.0
 
