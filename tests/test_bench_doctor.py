@@ -15,7 +15,7 @@ from quanser_double import VARIANTS
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, lacking
 from typer.testing import CliRunner
 
-from rotflex import bench_doctor, cli, experiments, hil
+from rotflex import bench_doctor, experiments, hil
 from rotflex.bench_doctor import Finding, Level, on_the_board
 from rotflex.cli import app
 from rotflex.errors import HILError
@@ -305,14 +305,6 @@ def test_what_a_report_on_samples_means(late, missed, period, sample_time, level
     assert one.level is level and bool(one.to_do) == (level is not Level.OK)
     assert f"of 1500 samples {late} were late and {missed} missed." in one.said
     assert (" (The course samples at 500 Hz.)" in one.said) == (sample_time < 0.002 and level is Level.WARN)
-
-
-def test_without_a_bench_it_is_the_instructors_and_says_so_where_that_is_not_installed(monkeypatch):
-    monkeypatch.setitem(sys.modules, "rotflex.instructor.commands.grade", None)
-    monkeypatch.delattr("rotflex.instructor.commands.grade", raising=False)
-    monkeypatch.setattr(cli, "_is_installed", lambda distribution: False)
-    done = CliRunner().invoke(app, ["doctor"])
-    assert done.exit_code == 2 and "which comes with the instructor's distribution" in " ".join(done.output.split())
 
 
 def test_counts_are_those_of_the_channels_that_bench_toml_names(installed):

@@ -237,8 +237,6 @@ def test_functions_are_tried_on_inputs_of_the_students_seed_or_of_the_environmen
 
 
 def test_a_recording_of_the_virtual_bench_is_an_answer(capsys):
-    from rotflex import experiments
-
     lab = quiet()
     with lab.bench() as bench:
         sweep = experiments.sweep(bench, duration=1.0, progress=False)
@@ -250,7 +248,7 @@ def test_a_recording_of_the_virtual_bench_is_an_answer(capsys):
 
 
 def test_the_experiments_call_themselves_what_the_catalogue_expects():
-    from rotflex import experiments, simulation
+    from rotflex import simulation
 
     lab = quiet()
     A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 671.7, -35.0, 0], [0, -1098.8, 35.0, 0]])

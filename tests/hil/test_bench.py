@@ -124,11 +124,13 @@ def test_the_motor_is_at_0_V_before_and_after_the_board_is_set_up():
         assert (board.transcript.count("write_analog"), board.voltage) == (2, 0.0)
 
 
-def test_time_counts_samples_from_the_start():
+def test_time_counts_samples_from_the_start_and_waits_for_the_program_unless_it_is_the_computers():
     with hil.open("virtual:?preset=workbook") as bench:
+        assert bench.is_simulated
         for _ in range(2):
             bench.start(0.004)
             assert [bench.read().time for _ in range(3)] == [0.0, 0.004, 0.008]
+    assert not hil.open("virtual:?clock=wall").is_simulated
 
 
 def test_angles_are_calibrated_and_counted_from_the_start():
@@ -158,15 +160,11 @@ def test_wiring_says_which_encoder_is_which_and_its_sign():
         assert bench.read().theta == pytest.approx(-5 * DEG, abs=1e-3)
 
 
-def test_voltages_are_cut_to_the_limit_and_reported_as_set():
+def test_voltages_are_cut_to_the_limit_and_the_amplifiers_and_reported_as_set():
     with bench_of(FaultyBoard(), limits=Limits(voltage=6.0)) as bench:
         bench.start(SAMPLE_TIME)
         assert [bench.write(v) for v in (7.0, -100.0, 2.5, np.float64(3.0))] == [6.0, -6.0, 2.5, 3.0]
-
-
-def test_the_amplifier_bounds_the_voltage_too():
-    board = FaultyBoard()
-    with Bench(lambda: board, srv02(amplifier="Q3"), joint(1), {}) as bench:
+    with Bench(FaultyBoard, srv02(amplifier="Q3"), joint(1), {}) as bench:
         bench.start(SAMPLE_TIME)
         assert bench.write(10.0) == 4.16
 
@@ -222,12 +220,18 @@ def test_a_failing_watchdog_does_not_keep_the_motor_running():
     assert board.transcript[-5:] == ["write_analog", "watchdog_stop", "task_stop", "task_delete", "close"]
 
 
-def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog():
+@pytest.mark.parametrize("limits", [Limits(), Limits(theta=5 * DEG)], ids=["stop", "limit"])
+def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_stand(limits):
     board = FaultyBoard()
-    with pytest.raises(HILError, match="write_analog failed"), bench_of(board) as bench:
+    with pytest.raises(HILError, match="write_analog failed"), bench_of(board, limits=limits) as bench:
         run(bench)
         board.faults["write_analog"] = 0
-    assert board.transcript[-4:] == ["watchdog_start", "task_stop", "task_delete", "close"]
+        for _ in range(1000 if limits != Limits() else 0):
+            bench.read()
+    last = (
+        ["watchdog_start", "close"] if limits != Limits() else ["watchdog_start", "task_stop", "task_delete", "close"]
+    )
+    assert board.transcript[-len(last) :] == last
     watchdog = board.inner._watchdog
     assert watchdog.deadline <= board.inner.clock.now() + WATCHDOG_TIMEOUT
     assert watchdog.states == {0: 0.0}
@@ -289,16 +293,6 @@ def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, 
         with pytest.raises(BenchError, match="not sampling"):
             bench.read()
     assert_left_alone(board)
-
-
-def test_a_motor_that_cannot_be_stopped_is_not_said_to_be():
-    board = FaultyBoard()
-    with pytest.raises(HILError, match="write_analog failed"), bench_of(board, limits=Limits(theta=5 * DEG)) as bench:
-        bench.start(SAMPLE_TIME)
-        bench.write(6.0)
-        board.faults["write_analog"] = 0
-        for _ in range(1000):
-            bench.read()
 
 
 @pytest.mark.parametrize("voltage", [math.nan, math.inf, -math.inf, np.float64("nan")])
@@ -426,11 +420,6 @@ def test_the_address_goes_before_the_callers_preset_and_that_before_their_seed()
     assert hil.open("virtual:?preset=real_bench", preset="workbook").identity["preset"] == "real_bench"
     with pytest.raises(BenchError, match="a preset has its own parameters"):
         hil.open("virtual:?arm_position=2", preset="workbook")
-
-
-def test_time_waits_for_the_program_unless_it_is_the_computers():
-    assert hil.open("virtual").is_simulated
-    assert not hil.open("virtual:?clock=wall").is_simulated
 
 
 NOT_UNDERSTOOD = "seed, arm_position, preset"

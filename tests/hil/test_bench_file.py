@@ -13,15 +13,13 @@ import numpy as np
 import pytest
 import quanser_double
 
-from rotflex import commissioning, experiments, hil
-from rotflex.commissioning import driven
+from rotflex import experiments, hil
 from rotflex.errors import BenchError, ConfigurationError
 from rotflex.hil import bench_file, commissioned
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.kinds import BOARDS
 from rotflex.hil.loop import run
-from rotflex.hil.real import CAREFUL
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.units import DEG
@@ -58,18 +56,6 @@ def test_the_example_in_the_documentation_is_what_is_left_out():
     assert {name: told[name] for name in bench_file.TABLES} == {
         name: dict(getattr(bench, name)) for name in bench_file.TABLES
     }
-
-
-def test_what_the_documentation_says_of_the_commissioning_is_what_it_does():
-    text = " ".join(DOCS.read_text(encoding="utf-8").split())
-    volts, angle = f"{CAREFUL.voltage:g} V", f"{CAREFUL.theta / DEG:.0f} degrees"
-    assert f"with at most {volts}, within {angle}" in text
-    assert f"driven with up to {volts}, by up to {angle}" in text
-    sweep, (low, high) = driven._SWEEP, driven._NATURAL
-    assert f"a sweep of {sweep['amplitude']:g} V, {sweep['duration']:g} s" in text
-    assert f"of a joint of these, {low:g} to {high:g} Hz" in text
-    assert f"short steps of {driven._STEP:g} V" in text and f"rises by {driven._SLOPE:g} V/s" in text
-    assert f"the same within {commissioning._APART:.0%}".replace("%", " %") in text
 
 
 @pytest.mark.parametrize("name", BOARDS)

@@ -10,12 +10,12 @@ import miswired
 import numpy as np
 import pytest
 import quanser_double
-from quanser_double import VARIANTS, Undocumented, output
+from quanser_double import VARIANTS, output
 
 from rotflex import experiments, hil
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil import quanser
-from rotflex.hil.board import VERBS, Board
+from rotflex.hil.board import Board
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.real import Setup
@@ -80,16 +80,6 @@ def test_an_error_of_the_boards_is_told_in_the_makers_words(installed):
         board.task_stop(7)
     with pytest.raises(HILError, match="write_analog"):
         board.write_analog(MOTOR, 1, [0.0])  # type: ignore[arg-type]
-
-
-def test_every_verb_is_passed_on_and_nothing_undocumented_is_asked_for(installed):
-    installed()
-    board = quanser.connect("q2_usb", "0")
-    assert isinstance(board, Board)
-    for verb in VERBS:
-        assert callable(getattr(board, verb))
-    with pytest.raises(Undocumented, match="no documented task_peek"):
-        board._card.task_peek(1)  # type: ignore[attr-defined]
 
 
 def test_experiments_run_on_the_makers_simulator_as_on_the_virtual_bench(installed):

@@ -167,21 +167,21 @@ def final_speed(motor_voltage: float) -> float:
     return WORKBOOK.torque_per_volt * motor_voltage / damping
 
 
-def test_the_converter_gives_ten_volts_at_most_and_only_the_first_output_drives():
+def test_the_converter_gives_ten_volts_at_most_the_cable_multiplies_and_the_amplifier_limits():
     assert speed(10.0) == pytest.approx(final_speed(10.0), rel=1e-5)
     assert speed(25.0) == speed(10.0)
     assert speed(-25.0) == pytest.approx(-speed(10.0))
+    assert speed(2.0, cable_gain=3) == pytest.approx(final_speed(6.0), rel=1e-5)
+    assert speed(10.0, cable_gain=5) == pytest.approx(final_speed(24.0), rel=1e-5)
+    assert speed(10.0, cable_gain=3, amplifier="UPM_1503") == pytest.approx(final_speed(15.0), rel=1e-5)
+
+
+def test_only_the_first_output_drives():
     time = Stopwatch()
     board = VirtualBoard(WORKBOOK, clock=time)
     board.write_analog(BOTH[1:].copy(), 1, np.array([5.0]))
     time.time = 1.0
     assert counts(board) == [0, 0]
-
-
-def test_the_cable_multiplies_and_the_amplifier_limits():
-    assert speed(2.0, cable_gain=3) == pytest.approx(final_speed(6.0), rel=1e-5)
-    assert speed(10.0, cable_gain=5) == pytest.approx(final_speed(24.0), rel=1e-5)
-    assert speed(10.0, cable_gain=3, amplifier="UPM_1503") == pytest.approx(final_speed(15.0), rel=1e-5)
 
 
 def watched(timeout: float, expires_to: float = 0.0) -> tuple[VirtualBoard, Stopwatch]:

@@ -55,17 +55,12 @@ def test_both_pack_alike(compiled, body):
     assert compiled.frame_crc(body, ctypes.c_uint8(len(body))) == checksum(body)
 
 
-@given(st.lists(st.one_of(BODIES.map(pack), st.binary(max_size=60)), max_size=8).map(b"".join))
+#: A frame with another checksum, and one that ends too early.
+DAMAGED = BODIES.map(lambda body: pack(body)[:-2] + b"\x01\0") | BODIES.map(lambda body: pack(body)[:-3] + b"\0")
+
+
+@given(st.lists(st.one_of(BODIES.map(pack), DAMAGED, st.binary(max_size=60)), max_size=8).map(b"".join))
 def test_both_find_the_same_in_whatever_comes(compiled, content):
     receiver = Receiver()
     here = list(receiver.take(content))
     assert found(compiled, content) == (here, receiver.damaged)
-
-
-@given(st.lists(BODIES, min_size=1, max_size=4), st.integers(0, 10_000), st.integers(1, 255))
-def test_both_find_the_same_where_a_byte_was_changed(compiled, bodies, place, change):
-    line = bytearray(b"".join(map(pack, bodies)))
-    line[place % len(line)] ^= change
-    receiver = Receiver()
-    here = list(receiver.take(bytes(line)))
-    assert found(compiled, bytes(line)) == (here, receiver.damaged)

@@ -143,15 +143,6 @@ def test_of_more_samples_than_fit_the_old_or_the_new_ones_are_lost_or_it_is_an_e
         overrun(Bench(), BufferOverflowMode.ERROR_ON_OVERFLOW)
 
 
-def test_flushing_a_reader_does_nothing(bare):
-    bare.uno.turn(0, 100_000, 10_000 * MS)
-    bare.start()
-    first = bare.read()[0]
-    bare.uno.run(0.02)
-    bare.board.task_flush(bare.task)
-    assert bare.read()[0] - first == pytest.approx(20, abs=1)
-
-
 def test_starting_leaves_no_old_sample(bare):
     bare.uno.turn(0, 100_000, 10_000 * MS)
     bare.start()
