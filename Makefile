@@ -1,5 +1,5 @@
 # make lab    open JupyterLab on the course, in the folder work/
-# make check  what takes three minutes: style, types, imports, size, house rules, scripts, quick tests; it says what it leaves out
+# make check  the inner loop, in a minute and a half: style, types, imports, size, house rules, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
 # make test-all  the same, the tests too long for each landing, random examples, and nbgrader, installed for its tests
 # make site   build the site into build/site; make site-instructor: the one with answers, into build/site-instructor

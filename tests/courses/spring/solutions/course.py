@@ -1,5 +1,7 @@
 """The course as one object."""
 
+from __future__ import annotations
+
 from springlab.catalogue import CATALOGUE
 from springlab.plant import Spring, seed_of
 

@@ -1,5 +1,7 @@
 """How each answer is marked."""
 
+from __future__ import annotations
+
 import math
 
 from springlab.plant import MASS

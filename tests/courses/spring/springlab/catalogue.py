@@ -1,5 +1,7 @@
 """The questions of the course."""
 
+from __future__ import annotations
+
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, expression, number, prose, recording
 
