@@ -225,7 +225,7 @@ def test_a_fit_is_kept_where_no_recording_can_be_left_out():
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["rest.mat"], "rest.mat: The channel 'theta'"),
+        (["rest.mat"], "channel 'theta'"),
         (["short.mat"], "at least 3"),
         (["short.mat", "--free", "K_s,stiffness"], "'stiffness'"),
     ],

@@ -83,7 +83,7 @@ def test_what_octave_saves_otherwise_is_told_with_what_to_do(tmp_path, how, what
     ("program", "told"),
     [
         ("one.data_vm = [t vm]; two.data_vm = [t 2*vm]; save -v7 log.mat one two", r"one\.data_vm.*two\.data_vm"),
-        ("data_vm.time = t; data_vm.values = vm; save -v7 log.mat data_vm", "data_vm is a structure"),
+        ("data_vm.time = t; data_vm.values = vm; save -v7 log.mat data_vm", "a structure"),
         ("t_s = t; vm_V = vm(2:end); save -v7 log.mat t_s vm_V", "t_s and vm_V"),
         ("s.x = 3; save -v7 log.mat s", "data_theta, data_alpha, data_vm"),
     ],

@@ -436,7 +436,7 @@ NOT_UNDERSTOOD = "seed, arm_position, preset"
         *((BenchError, f"virtual:?seed={seed}", f"seed .*'{seed}'") for seed in ("-1", "one", "")),
         (BenchError, "virtual:?arm_position=x", "arm_position .*'x'"),
         (BenchError, "virtual:?preset=workbook&seed=1", "preset and a draw"),
-        (ConfigurationError, "virtual:?arm_position=4", "arm_position .*4.*1, 2, 3"),
+        (ConfigurationError, "virtual:?arm_position=4", "arm_position.*4.*2, 3"),
         (ConfigurationError, "virtual:?preset=moon", "'moon'.*'real_bench', 'workbook'"),
         (ConfigurationError, "virtual:?encoder=X", "'X'.*'E', 'EHR'"),
         (ConfigurationError, "virtual:?clock=sundial", "'sundial'.*'simulated', 'wall'"),

@@ -96,7 +96,7 @@ def test_an_address_tells_all_of_it():
     [
         ("serial:/dev/ttyACM0", {}, r"supply=12"),
         ("serial:COM3?supply=much", {}, r"supply=12"),
-        ("serial:COM3?supply=230", {}, "3 to 32 V"),
+        ("serial:COM3?supply=230", {}, "to 32 V"),
         (URI, {"plant": PLANT}, "plant"),
         (URI, {"servo": srv02()}, "setup="),
         (URI + "&arm_position=2", {"setup": COMMISSIONED}, "arm_position="),
