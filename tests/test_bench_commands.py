@@ -168,12 +168,12 @@ def test_a_bench_is_set_up_and_used(monkeypatch):
     laboratory = miswired.Laboratory(-1, 1, 1)
     package(monkeypatch, laboratory)
     monkeypatch.setattr(commissioning, "Terminal", lambda: miswired.Person(laboratory))
-    bench_file.save("bench.toml", bench_file.BenchFile(SIMULATOR))
-    assert "no loop is closed" in said("run", "sweep", "--bench", "bench.toml", "--out", "sweep.mat", code=2)
-    assert "is there already: give it in place of" in said("setup", SIMULATOR, code=2)
-    assert "Open it as bench.toml" in said("setup", "bench.toml")
-    assert bench_file.load("bench.toml").wiring["motor_sign"] == -1
-    said("run", "sweep", "--bench", "bench.toml", "--duration", "1", "--out", "sweep.mat")
+    bench_file.save("north.toml", bench_file.BenchFile(SIMULATOR))
+    assert "no loop is closed" in said("run", "sweep", "--bench", "north.toml", "--out", "sweep.mat", code=2)
+    assert "is there already: give it in place of" in said("setup", SIMULATOR, "--out", "north.toml", code=2)
+    assert "Open it as north.toml" in said("setup", "north.toml")
+    assert bench_file.load("north.toml").wiring["motor_sign"] == -1
+    said("run", "sweep", "--bench", "north.toml", "--duration", "1", "--out", "sweep.mat")
     assert Recording.load("sweep.mat").metadata["bench"]["uri"] == SIMULATOR
 
 

@@ -50,7 +50,7 @@ def test_each_combination_of_signs_is_found_on_the_makers_package_and_its_file_c
     modules, opened = quanser_double.package(laboratory)
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
-    told = BenchFile(SIMULATOR, wiring={"potentiometer": 0})
+    told = BenchFile(SIMULATOR, wiring={"potentiometer": 0, "motor_sign": -1})  # as found another time
     done = commission(told, lambda told, setup: hil.open(told.address, setup=setup), miswired.Person(laboratory))
     assert tuple(done.wiring[name] for name in SIGNS) == signs
     assert laboratory.moved < 30 * DEG

@@ -44,6 +44,7 @@ def test_the_first_prediction_stands_and_a_second_one_is_told_so(lab, capsys):
     assert lab.predicted("2.9", SWING) == 7.0
     again = rotflex.lab.start("ada", folder=lab.book.path.parent, quiet=True)
     again.predict("2.9", time_of_largest_swing=11)
+    again.book.predict("2.9", {SWING: {"kind": "number", "value": 13.0}}, None)  # as from a notebook that is behind
     assert again.predicted("2.9", SWING) == 7.0
 
 

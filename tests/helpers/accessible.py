@@ -1,7 +1,5 @@
 """What axe-core finds on a page that keeps somebody from using it."""
 
-from __future__ import annotations
-
 from importlib import resources
 from typing import Any
 

@@ -6,8 +6,6 @@
 Its time passes when samples are waited for, or when a test says so, so that nothing depends on how busy a computer is.
 """
 
-from __future__ import annotations
-
 import json
 import signal
 import sys

@@ -1,7 +1,5 @@
 """JupyterLab as a student starts it, and a headless browser in front of it: one of each for all tests of a process."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,5 @@
 """The command ``rotflex``, as a person types it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from click.testing import Result

@@ -4,8 +4,6 @@ It refuses what Docker's and Podman's default filters refuse to a process withou
 ask for it, and the CALLs. The numbers are those of x86_64.
 """
 
-from __future__ import annotations
-
 import ctypes
 import errno
 import os

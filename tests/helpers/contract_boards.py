@@ -1,7 +1,5 @@
 """The boards that the contract is tried on: a line each."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A class on some day of the term, made up: who is in trouble, what waits, what went wrong, what was given back."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from datetime import UTC, datetime

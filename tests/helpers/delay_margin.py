@@ -1,7 +1,5 @@
 """How late a board's output may come before a loop is unstable: the sampled loop, its delay included, linear."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a reader does with an explorer, and what they find in its scene, without a page."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

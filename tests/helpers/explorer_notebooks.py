@@ -1,7 +1,5 @@
 """A notebook for each explorer, in JupyterLab as students start it; and what tests ask of an explorer's page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

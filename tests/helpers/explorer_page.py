@@ -1,7 +1,5 @@
 """An explorer's page without JupyterLab: the scripts and the style sheet, in an empty page of headless Chromium."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """A board on which things go wrong, at a sample of one's choice, in time that the test owns."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

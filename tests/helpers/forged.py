@@ -1,7 +1,5 @@
 """Forged recordings: what somebody might do to one, and whether its voltages or its arm show it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

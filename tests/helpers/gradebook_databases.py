@@ -1,7 +1,5 @@
 """Databases that gradebooks are tried on: files, and a real PostgreSQL server, which is started for them."""
 
-from __future__ import annotations
-
 import glob
 import itertools
 import os

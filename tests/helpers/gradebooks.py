@@ -1,7 +1,5 @@
 """What gradebooks hold, made up for a test: marks of three questions of this course, runs, and rosters."""
 
-from __future__ import annotations
-
 import csv
 import io
 from pathlib import Path

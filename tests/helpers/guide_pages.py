@@ -1,7 +1,5 @@
 """The pages of the instructor's guide as tests read them: links, headings, tables, commands, names."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

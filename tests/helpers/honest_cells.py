@@ -1,7 +1,5 @@
 """Everything right, but not cell for cell as it was handed out: added, split, merged, moved, renewed, deleted cells."""
 
-from __future__ import annotations
-
 import copy
 import json
 from pathlib import Path

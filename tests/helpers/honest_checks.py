@@ -1,7 +1,5 @@
 """What a student sees at home of a hand-in of the honest class, held against what grading made of it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

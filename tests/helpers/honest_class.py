@@ -4,8 +4,6 @@ The first lot is to have full marks, however it was written and packed. In the s
 the student has to be told what. `honest_hand_in` says what a way is; `solved_notebooks` makes what they all begin with.
 """
 
-from __future__ import annotations
-
 import honest_cells
 import honest_code
 import honest_files

@@ -1,7 +1,5 @@
 """Everything right, in code as people write it: magics, prints, annotations, async, styles, names of their own."""
 
-from __future__ import annotations
-
 from honest_hand_in import Ways, Work, code, text_of
 
 WAYS = Ways()

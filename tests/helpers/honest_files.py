@@ -1,7 +1,5 @@
 """Everything right, with files of one's own beside the notebooks, or notebooks written by other programs."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The honest class, graded by the command: what each way got, and what the student was told."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,7 +1,5 @@
 """Everything right, in the packings and under the names that platforms, systems and people give to it."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 from pathlib import Path

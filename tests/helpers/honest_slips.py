@@ -1,7 +1,5 @@
 """Something wrong, honestly: wrong numbers, and what was not handed in. ``told`` is what the student must read."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Something wrong, honestly: code that stops, or that works at home only. ``told`` is what the student must read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from honest_hand_in import Ways, Work, as_folder, code, text_of

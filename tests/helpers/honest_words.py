@@ -1,7 +1,5 @@
 """Answers in words as people write them: in their languages, with formulas, lists, tables and pictures."""
 
-from __future__ import annotations
-
 import base64
 import copy
 import hashlib

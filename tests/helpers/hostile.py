@@ -11,8 +11,6 @@ figure 1; 2.11: frequency 2, explanation 1, which waits for a person; 2.12: iner
 a text cell, which waits for a person. There is no figure in this course, so 9 of the 13 points can be had at once.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import secrets

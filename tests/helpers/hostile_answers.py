@@ -3,8 +3,6 @@
 The file is put there just before the notebook's process ends itself, so that nothing sets it right again.
 """
 
-from __future__ import annotations
-
 from hostile import Attack
 
 _LEAVE = "\nos._exit(0)\n"

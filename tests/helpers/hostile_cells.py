@@ -2,8 +2,6 @@
 on what the notebook is run by, on the reports of what became of each cell, and by errors that are more than errors.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from hostile import PRELAB, STIFFNESS, Attack

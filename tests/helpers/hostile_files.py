@@ -2,8 +2,6 @@
 names. None of their code is code that does harm.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import os

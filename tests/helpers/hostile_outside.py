@@ -2,8 +2,6 @@
 instructor runs it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import json

@@ -2,8 +2,6 @@
 what was recorded at home, and ``course.json``, which says whose it is, and of which release.
 """
 
-from __future__ import annotations
-
 import json
 import stat
 import warnings

@@ -1,7 +1,5 @@
 """Attacks by words and pictures in text cells, which are not run, but read, kept, and shown to people."""
 
-from __future__ import annotations
-
 import base64
 import io
 import struct

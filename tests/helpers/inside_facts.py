@@ -1,7 +1,5 @@
 """What a notebook's cells leave behind, noted by the notebook itself: so a real kernel's can be compared with ours."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re

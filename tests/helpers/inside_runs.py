@@ -1,7 +1,5 @@
 """Notebooks made of a few lines, and how they are run as inside a sandbox, though there is none."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Courses made for a test: this one with another key, or with notebooks of a test's own."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterable
 from pathlib import Path

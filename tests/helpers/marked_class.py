@@ -1,7 +1,5 @@
 """A class with marks of every part of this course, made up at random: what is made of marks, without any run."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from pathlib import Path

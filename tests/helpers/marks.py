@@ -1,7 +1,5 @@
 """Which markers a test bears, by what it uses: nobody has to remember. (`slow` is given by hand, but for folders.)"""
 
-from __future__ import annotations
-
 import atexit
 import os
 import shutil

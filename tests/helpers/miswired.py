@@ -1,7 +1,5 @@
 """A virtual bench whose motor and encoders may be wired the wrong way round, and a person who moves it by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

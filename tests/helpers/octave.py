@@ -1,7 +1,5 @@
 """A real Octave, which saves and reads files for tests."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from functools import cache

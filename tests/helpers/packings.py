@@ -1,7 +1,5 @@
 """Hand-ins as students make them, packed and named as learning platforms hand them over."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

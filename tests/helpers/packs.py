@@ -1,7 +1,5 @@
 """Cases that touch different things are tried together; a pack that fails is taken apart, and names who is to blame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """PDFs as students make them, and as nobody should."""
 
-from __future__ import annotations
-
 import functools
 import io
 

@@ -3,8 +3,6 @@
 The bench is a virtual one of nobody's, behind the address "north:", which says nothing but its name.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """What ``lab.reflect()`` asks of a file of answers."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import tempfile

@@ -1,7 +1,5 @@
 """What bad inputs are refused with, as one text for a snapshot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any
 

@@ -3,8 +3,6 @@
 For tests in which hundreds of answers are worked out on few benches.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Documents of a few blocks, to be set: what a report does with one text."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 

@@ -4,8 +4,6 @@ Most were written down from what students read, before the key and the marking c
 place of the usual answers of ``working_through.py``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Other ways of writing the two functions (2.10, 2.13) rightly, and of running the experiments."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 

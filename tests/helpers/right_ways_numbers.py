@@ -1,7 +1,5 @@
 """Other ways of giving numbers, matrices, polynomials, poles and choices rightly, and other routes to them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction

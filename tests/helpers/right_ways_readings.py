@@ -1,7 +1,5 @@
 """Other ways of reading and rounding rightly, carried on into all that builds on them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Other ways of writing the derivation (2.1 to 2.8) rightly: symbols, equations, accelerations, matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

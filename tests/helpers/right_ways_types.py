@@ -1,7 +1,5 @@
 """What a way of answering is, and stand-ins for what other packages' tables and quantities are to numpy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

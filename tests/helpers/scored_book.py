@@ -1,7 +1,5 @@
 """The class of ``scored_class.py`` put into a gradebook: its course, files, recordings and the machine's marks."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from datetime import timedelta

@@ -5,8 +5,6 @@ docs/settings_and_releases.md, docs/outcomes.md and docs/scoring.md. The course'
 and its catalogue are read for what stands in them.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections import Counter

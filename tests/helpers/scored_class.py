@@ -4,8 +4,6 @@ No notebook is run. The machine's marks are drawn; each answer in words has a tr
 errors by a rule. ``scored_book.py`` puts it into a gradebook; what it comes to is worked out in ``scored_by_hand.py``.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field

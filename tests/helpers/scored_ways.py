@@ -3,8 +3,6 @@
 Whoever scores knows an answer by the number in its text alone, as a reader knows it by its words.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """A serial board with the simulated firmware behind it, as tests of the board and of its faults use it."""
 
-from __future__ import annotations
-
 import numpy as np
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno
 

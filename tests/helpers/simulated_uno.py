@@ -4,8 +4,6 @@ Time is the controller's own: it passes only while the program waits for the lin
 Nothing here depends on how quick the computer is.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil

@@ -1,7 +1,5 @@
 """What a single slip costs: the course worked through with it, and marked."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import tempfile

@@ -4,8 +4,6 @@ Each costs the points of its own answer. Where it costs more, a person who marke
 is said what and why. ``told`` is what the student must be able to read of it: what to look at, or what to do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """A class of any size whose notebook is done in a moment, for what is about the class and not about the course."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

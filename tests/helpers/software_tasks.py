@@ -4,8 +4,6 @@ A sample that is fetched too late cannot be taken any more. It counts as lost, a
 one that is due is taken.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -4,8 +4,6 @@ The students are those of :func:`class_of_four`. In each file one column takes m
 and something is there that a careless writer would lose: quotes, names with commas, line breaks, empty lines.
 """
 
-from __future__ import annotations
-
 import codecs
 from pathlib import Path
 

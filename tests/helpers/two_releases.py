@@ -3,8 +3,6 @@
 The second one has a question more, other words and packages, and one spring for everybody.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -11,8 +11,6 @@ The marks were worked out by hand: all points of the parts that are marked autom
 ``loses``, each loss with its reason. Policy and tolerances are those in ``solutions/key.py``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 from collections.abc import Callable, Mapping

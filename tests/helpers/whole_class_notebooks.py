@@ -1,7 +1,5 @@
 """Students of the whole class who hand in notebooks, since the running of them matters."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

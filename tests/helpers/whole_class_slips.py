@@ -1,7 +1,5 @@
 """One change at a time, in an otherwise perfect file: (value, all values) → value."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

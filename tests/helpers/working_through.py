@@ -4,8 +4,6 @@ Each answer is worked out from those before it as the notebooks do it: a mistake
 and where a gain is of no use, the spare one of the notebooks stands in.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

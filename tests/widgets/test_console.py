@@ -250,6 +250,10 @@ def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
     assert "too busy" in outcome(run)[1] and "0 V" in outcome(run)[1]
 
 
+def test_of_a_run_that_has_not_ended_nothing_good_is_said():
+    assert outcome(Running(None, None))[0] == "NOT AT 0 V"
+
+
 def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(live):
     live._run = Running(live._bench, live._experiment())
     live._run.start()

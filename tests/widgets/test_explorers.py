@@ -103,7 +103,7 @@ def test_the_sweep_explorer_shows_why_the_voltage_misleads(lab):
     assert explorer.found.peak() == expected.peak()
     by_position = explorer.found.peak()
     change(explorer, "drive", "voltage")
-    assert control(explorer, "amplitude")["unit"] == "V"
+    assert control(explorer, "amplitude")["unit"] == "V" and control(explorer, "amplitude")["value"] == 0.8
     assert explorer.found.peak() > 1.15 * by_position
     assert explorer.found.peak("ratio") == pytest.approx(by_position, rel=0.05)
 

@@ -128,6 +128,12 @@ def test_figures_tables_and_equations_are_numbered_with_their_captions(paper):
     assert text.index("(1)") < text.index("Table 2. Masses")
 
 
+def test_each_of_two_tables_has_the_caption_above_it():
+    page = written(of_text("".join(f"Table: The {n}.\n\n| {n} |\n|---|\n| 1 |\n\n" for n in ("first", "second")))).page
+    captions = re.findall(r"Table (\d)\. The (\w+)", re.sub(r"<[^>]*>", "", page))
+    assert captions == [("2", "first"), ("3", "second")]
+
+
 def test_a_wide_equation_does_not_reach_its_number(paper):
     for page in paper:
         text = page.get_textpage()

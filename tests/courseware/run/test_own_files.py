@@ -53,8 +53,9 @@ def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
     (tmp_path / "secret").write_text("secret")
     (tmp_path / "work" / "link").symlink_to(tmp_path / "secret")
     (tmp_path / "work" / "all").symlink_to(tmp_path)
+    (tmp_path / "work" / "u\u0308ber.csv").write_bytes(b"1")  # as macOS names it
     found = own_files.read(tmp_path / "work", COURSE)
-    assert found == own_files.OwnFiles({"tools/fits.py": b"a = 1\r\n"}, [])
+    assert found == own_files.OwnFiles({"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}, [])
 
 
 HARMFUL = {

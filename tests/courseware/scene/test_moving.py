@@ -8,7 +8,7 @@ from checkout import ROOT
 
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.moving import GROUND, Moving
-from rotflex.courseware.scene.scene import Column, Panel, Play, Scene
+from rotflex.courseware.scene.scene import MOST_POINTS, Column, Panel, Play, Scene, thinned
 from rotflex.errors import RotflexError
 
 FOLDER = ROOT / "rotflex" / "courseware" / "scene"
@@ -243,3 +243,10 @@ def test_the_player_goes_through_recorded_signals_by_name(page):
         "x 3.00   angle 6.00   bend -1.10",
         "x 3.00   angle 8.00   bend -1.10",
     ]
+
+
+def test_a_curve_of_fewer_points_runs_forward_and_keeps_its_peaks():
+    x = np.linspace(0.0, 1.0, 20_001)
+    kept, heights = thinned(x, np.sin(40 * x))
+    assert kept.size <= MOST_POINTS and np.all(np.diff(kept) >= 0)
+    assert (heights.min(), heights.max()) == (np.sin(40 * x).min(), np.sin(40 * x).max())
