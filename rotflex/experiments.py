@@ -1,7 +1,7 @@
 """The laboratory's experiments: a bench in, a recording out.
 
 Each runs on an open bench, real or virtual, waits until the arm stands still, counts the angles from where it stands,
-and leaves the motor at 0 V::
+and leaves the motor at 0 V. A virtual bench begins each experiment in the same state, whatever ran before::
 
     with lab.bench() as on_the_bench:
         recording = experiments.sweep(on_the_bench)
@@ -206,18 +206,22 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
     samples, settings = time_axis(duration, SAMPLE_TIME).size, {"experiment": "watch"}
     if isinstance(bench.recorded, RecordedRuns):
         bench.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
+    bench.renew()
     heard = listen(bench, samples, SAMPLE_TIME, settings, progress)
     return _handed_over(bench, _as_recorded(bench, heard))
 
 
 def rest(bench: Bench) -> None:
-    """Wait at 0 V until neither encoder has counted for half a second. For a replay, there is nothing to wait for.
+    """Wait at 0 V until neither encoder has counted for half a second. A virtual bench is connected anew before.
+
+    A replay does not wait.
 
     Raises
     ------
     BenchError
         If the arm does not come to rest.
     """
+    bench.renew()
     if bench.recorded is not None:
         return
     still_samples, still = round(_STILL_FOR / SAMPLE_TIME), 0
@@ -279,6 +283,7 @@ def _validated(
         samples = time_axis(min(duration or held, held), SAMPLE_TIME).size
         if bench.recorded.voltage(samples, SAMPLE_TIME) is None:
             raise BenchError(f"{bench.recorded.name} holds no vm: nothing drives a model.")
+        bench.renew()
         return listen(bench, samples, SAMPLE_TIME, settings, progress)
     if signal == "square":
         t = time_axis(duration or 10.0, SAMPLE_TIME)

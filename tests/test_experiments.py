@@ -131,6 +131,23 @@ def test_every_experiment_starts_at_rest_counted_from_there_and_ends_at_0_volts(
         assert abs(state.alpha_dot) < 0.5 * bench.servo.K_enc * true_frequency(5)  # it swings within a count
 
 
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_an_experiment_on_a_virtual_bench_does_not_depend_on_what_ran_before_it(experiment):
+    run, _usual = EXPERIMENTS[experiment]
+    with hil.open(seed=4) as bench:
+        alone = run(bench, duration=1.0, progress=False)
+    with hil.open(seed=4) as bench:
+        bench.start(0.002)
+        for voltage in (2.0, 2.0, -1.0):
+            bench.read()
+            bench.write(voltage)
+        experiments.tracking(bench, GAIN, duration=0.7, progress=False)
+        for _ in range(2):
+            again = run(bench, duration=1.0, progress=False)
+            for channel in alone.channels:
+                np.testing.assert_array_equal(again[channel], alone[channel])
+
+
 def test_a_sweep_that_is_too_wild_stops_at_0_volts_and_says_why():
     with hil.open(seed=1) as bench:
         with pytest.raises(LimitExceeded, match=r"deflection.*smaller amplitude"):

@@ -129,6 +129,7 @@ def open(
         servo=parts,
         joint=spec.joint,
         identity=identity,
+        virtual=True,
     )
 
 
@@ -199,6 +200,7 @@ def _replay(uri: str, rest: str) -> Bench:
         identity={"uri": uri, "recording": plant.name, "clock": clock},
         limits=Limits(theta=math.inf, alpha=math.inf),  # there is nothing to come to harm
         recorded=plant,
+        virtual=True,
     )
 
 

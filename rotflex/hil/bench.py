@@ -59,6 +59,7 @@ class Bench:
     clock : of the board, that paces the samples
     now : the computer's time, s
     prepare : sets up the board, once its watchdog is stopped and the motor at 0 V: options, ranges, quadrature, filters
+    virtual : whether `connect` makes a new plant, at rest
 
     Attributes
     ----------
@@ -83,6 +84,7 @@ class Bench:
         clock: int = Clock.HARDWARE_CLOCK_0,
         now: Callable[[], float] = time.perf_counter,
         prepare: Callable[[Board], None] | None = None,
+        virtual: bool = False,
     ) -> None:
         self.servo = check_mounted(servo)
         self.joint = joint
@@ -91,7 +93,7 @@ class Bench:
         self.recorded = recorded
         self.safety = safety or Safety()
         self._clock, self._now = clock, now
-        self._connect, self._prepare = connect, prepare
+        self._connect, self._prepare, self._virtual = connect, prepare, virtual
         self._wiring = wiring or Wiring()
         self.on_sample: Callable[[Measurement, float], None] | None = None
         self.on_recorded: Callable[[Recording], object] | None = None
@@ -148,6 +150,12 @@ class Bench:
             self._close()
             raise
         return self
+
+    def renew(self) -> None:
+        """Connect a virtual bench anew, so that an experiment does not depend on what ran before it."""
+        if self._virtual and self.board.is_valid():
+            self._close()
+            self.__enter__()
 
     def _prepare_watchdog(self, board: Board) -> None:
         """Have an expired watchdog set 0 V, also where the one of the last program still holds the board."""

@@ -184,9 +184,6 @@ class BenchConsole(Explorer):
             self.connect()
         if self._bench is None:
             raise BenchError("Connect the bench first.")
-        if self._replayed is not None:  # from its beginning
-            self._bench.__exit__(None, None, None)
-            self._bench.__enter__()
         self.recording, self._settled = None, False
         self._last_message = time.monotonic()
         self._run = Running(self._bench, experiment, self._alive)
