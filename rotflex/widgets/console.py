@@ -27,7 +27,6 @@ from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
-from rotflex.widgets.addresses import in_real_time, replayed_at
 from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.running import Experiment, Running, outcome
 from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
@@ -35,6 +34,7 @@ from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, repor
 if TYPE_CHECKING:
     from rotflex.lab import Lab
 
+_COMPUTED = "This bench is computed: nothing can break. STOP, or the Escape key, ends a run."
 SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
     "while computer and page do. Interrupting the kernel does not stop a run."
@@ -52,6 +52,13 @@ _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
     **dict.fromkeys(_FEEDBACK, experiments.tracking),
     "watch": experiments.watch,
 }
+
+
+def replayed_at(address: str) -> Recording | None:
+    """Return the recording that a replay's address plays; None for another address."""
+    if not address.startswith("replay:"):
+        return None
+    return Recording.load(address.removeprefix("replay:").partition("?")[0])
 
 
 class BenchConsole(Explorer):
@@ -79,14 +86,14 @@ class BenchConsole(Explorer):
         model: tuple[ArrayLike, ArrayLike] | None = None,
     ) -> None:
         self._lab, self._gain, self._model = lab, K, model
-        self._addresses = list(dict.fromkeys([in_real_time(lab.address), lab.address, *addresses]))
+        self._addresses = list(dict.fromkeys([lab.address, *addresses]))
         self._bench: Bench | None = None
         self._run: Running | None = None
         self._choose(self._addresses[0], replayed_at(self._addresses[0]))
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
         self._settled = True  # whether what came of it has been taken in
-        self._state, self._message = "not connected", ""
+        self._state, self._message = self._idle, ""
         self.recording: Recording | None = None
         self._last_message = 0.0
         self._page = False  # whether a page has ever spoken
@@ -109,7 +116,7 @@ class BenchConsole(Explorer):
             behind = time.time() - sent / 1000  # of the page's clock, which may not be ours
             self._least_behind = min(self._least_behind, behind)
             late = behind - self._least_behind
-            if event.get("name") == "start" and late > _SILENCE:
+            if event.get("name") == "start" and late > _SILENCE and not self._is_computed():
                 event = {**event, "kind": "late"}
                 self._message = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
         super().receive(event)
@@ -135,6 +142,7 @@ class BenchConsole(Explorer):
 
     def _choose(self, address: str, replayed: Recording | None) -> None:
         self.address, self._replayed = address, replayed
+        self._idle = "ready" if self._is_computed() else "not connected"
         self.choice = self._names()[0]
 
     # --- the same, in words of a program ----------------------------------------------------------------------------
@@ -153,7 +161,7 @@ class BenchConsole(Explorer):
             If there is no such bench, or it cannot be opened.
         """
         if self._bench is None:
-            self._state = "not connected"
+            self._state = self._idle
             bench = self._lab.bench(self.address)
             self._bench = bench.__enter__()
             self._state, self._message = "connected", "The motor is at 0 V."
@@ -167,7 +175,7 @@ class BenchConsole(Explorer):
         bench, self._bench = self._bench, None
         if bench is not None:
             bench.__exit__(None, None, None)
-            self._state, self._message = "not connected", ""
+            self._state, self._message = self._idle, ""
 
     def start(self) -> None:
         """Run the chosen experiment. A bench that is only computed is connected for it; a real one, on purpose, before.
@@ -180,17 +188,18 @@ class BenchConsole(Explorer):
         if self.running:
             raise BenchError("An experiment is running already.")
         experiment = self._experiment()
-        if self._connects_itself():
+        if self._is_computed():
             self.connect()
         if self._bench is None:
             raise BenchError("Connect the bench first.")
         self.recording, self._settled = None, False
         self._last_message = time.monotonic()
-        self._run = Running(self._bench, experiment, self._alive)
+        loop = self._loop if self._loop is not None and self._loop.is_running() else None
+        self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
         self._state, self._message = "running", "Most experiments first wait until the arm stands still."
         self._run.start()
-        if self._loop is not None and self._loop.is_running():
-            self._task = self._loop.create_task(self._show(self._run))
+        if loop is not None:
+            self._task = loop.create_task(self._show(self._run))
             return
         try:
             self._run.wait()
@@ -212,6 +221,8 @@ class BenchConsole(Explorer):
     # --- while it runs ----------------------------------------------------------------------------------------------
 
     def _alive(self) -> str:
+        if self._is_computed():
+            return ""  # nothing moves, so that nothing need be stopped, however busy Python is
         if self._page and time.monotonic() - self._last_message > _SILENCE:
             return "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
         return ""
@@ -236,7 +247,7 @@ class BenchConsole(Explorer):
             bench, self._bench = self._bench, None
             bench.__exit__(None, None, None)
 
-    def _connects_itself(self) -> bool:
+    def _is_computed(self) -> bool:
         return self.address.partition(":")[0] in ("virtual", "replay")
 
     def _names(self) -> tuple[str, ...]:
@@ -323,13 +334,17 @@ class BenchConsole(Explorer):
 
     def _controls(self) -> list[list[Button | Choice | Any]]:
         connected, running = self._bench is not None, self.running
-        ready = (connected or self._connects_itself()) and not running
-        return [
-            [
-                Choice("address", "bench", {one: one for one in self._addresses}, self.address, running),
-                Button("connect", "Connect", disabled=connected, look="" if connected or ready else "main"),
+        ready = (connected or self._is_computed()) and not running
+        bench: list[Button | Choice | Any] = []
+        if len(self._addresses) > 1:
+            bench.append(Choice("address", "bench", {one: one for one in self._addresses}, self.address, running))
+        if not self._is_computed():
+            bench += [
+                Button("connect", "Connect", disabled=connected, look="" if connected else "main"),
                 Button("disconnect", "Disconnect", disabled=not connected or running),
-            ],
+            ]
+        return [
+            *([bench] if bench else []),
             [
                 Choice(
                     "experiment",
@@ -345,15 +360,14 @@ class BenchConsole(Explorer):
         ]
 
     def _status(self) -> Readout:
-        run = self._run
-        late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
-        rows = [
-            Row("state", (self._state,)),
-            Row("", (self._message or SAFETY,)),
-            Row("missed deadlines", (late,)),
-        ]
+        mind = _COMPUTED if self._is_computed() else SAFETY
+        rows = [Row("state", (self._state,)), Row("", (self._message or mind,))]
+        if not self._is_computed():
+            run = self._run
+            late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
+            rows.append(Row("missed deadlines", (late,)))
         if self._message:
-            rows.append(Row("mind", (SAFETY,)))
+            rows.append(Row("mind", (mind,)))
         return Readout("State", rows)
 
 

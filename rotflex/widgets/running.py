@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.errors import HILError, RotflexError, RunStopped, WatchdogExpired
+from rotflex.errors import HILError, LimitExceeded, RotflexError, RunStopped, WatchdogExpired
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.recording import Recording
 
 _LATE = 1.0  # sample times after which a sample counts as missed
 _SWITCH = 0.0005  # s; how often threads take turns, so that the page does not hold up the loop
 _FIRST = 4096  # samples there is room for to begin with
+_AHEAD = 0.005  # s that simulated time may be ahead of the picture: some samples are computed at a time
 
 Experiment = Callable[[Bench], Recording]
 
@@ -30,6 +31,7 @@ class Running:
     bench : an open bench
     experiment : what to run on it
     alive : asked now and then; text that is not empty stops the run, and is the reason
+    paced : whether a bench in simulated time waits, so that it can be watched; what it records is the same
 
     Attributes
     ----------
@@ -40,11 +42,15 @@ class Running:
     at_zero : when it was, by the computer's clock (s since 1970)
     """
 
-    def __init__(self, bench: Bench, experiment: Experiment, alive: Callable[[], str] = lambda: "") -> None:
+    def __init__(
+        self, bench: Bench, experiment: Experiment, alive: Callable[[], str] = lambda: "", paced: bool = False
+    ) -> None:
         self._bench, self._experiment, self._alive = bench, experiment, alive
+        self._paced = paced and bench.is_simulated
         self._samples = np.empty((_FIRST, 4))
         self._count = 0
         self._asked: str = ""
+        self._stopped = threading.Event()
         self._due = 0.0
         self.recording: Recording | None = None
         self.error: Exception | None = None
@@ -61,6 +67,7 @@ class Running:
     def stop(self, reason: str = "") -> None:
         """Ask it to stop: at the next sample, within milliseconds, the motor is at 0 V."""
         self._asked = self._asked or reason or "You stopped it."
+        self._stopped.set()
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until it has ended, and whether it has."""
@@ -113,6 +120,16 @@ class Running:
             self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
         self._samples[self._count] = (*measured, voltage)
         self._count += 1
+        if self._paced:
+            self._wait_for(measured.time)
+
+    def _wait_for(self, sample: float) -> None:
+        """Wait until a sample's time, or for STOP. On a busy computer the picture is late, and nothing waits."""
+        if sample == 0.0:
+            self._due = time.perf_counter()
+        ahead = self._due + sample - time.perf_counter()
+        if ahead > _AHEAD:
+            self._stopped.wait(ahead)
 
     def _see_lateness(self, sample: float) -> None:
         now = time.perf_counter()
@@ -139,5 +156,6 @@ def outcome(run: Running) -> tuple[str, str]:
     ):  # a maker's words
         return "ended", "The computer was too busy to control the bench, so its watchdog set the motor to 0 V."
     if isinstance(error, RotflexError):
-        return "ended", str(error)
+        busy = f"The computer was too busy: {run.late} samples came late, which may have led to this. "
+        return "ended", f"{busy if run.late and isinstance(error, LimitExceeded) else ''}{error}"
     return "ended", f"The experiment ended ({type(error).__name__}: {error}). The motor is at 0 V."
