@@ -105,8 +105,10 @@ def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str
     still : HTML of a drawing that stands for a bench that would move
     """
     notebook = copy.deepcopy(notebook)
-    title, _newline, rest = notebook.cells[0].source.partition("\n")
-    notebook.cells[0].source = f"{title}\n{note.format(name=name)}\n{rest}"
+    first = next(cell for cell in notebook.cells if cell.cell_type == "markdown")
+    notebook.cells.sort(key=lambda cell: cell is not first)  # a page begins with its title
+    title, _newline, rest = first.source.partition("\n")
+    first.source = f"{title}\n{note.format(name=name)}\n{rest}"
     shown = 0
     for cell in notebook.cells:
         cell.pop("attachments", None) if "attachment:" not in cell.source else None
