@@ -24,6 +24,7 @@ _LOOK = 0.2  # s between two looks for its address
 _ASKING = 5  # s for its server to take a request; it answers at once, and before the patience for its end is over
 _EVERYWHERE = ("", "0.0.0.0", "::", "*")  # addresses that stand for all of a machine's
 _PATHS = "JUPYTER_CONFIG_PATH"
+_STARTUP = "PYTHONSTARTUP"
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
 
 _WINDOWS = sys.platform == "win32"
@@ -92,10 +93,13 @@ def _setting(option: str) -> str:
 def _environment() -> dict[str, str]:
     """With a secret that is in no log: by one of JupyterLab's own making, it would print the address in five lines.
 
-    And with settings by which it does not ask, over a student's first picture, whether they want its news.
+    And with settings by which it does not ask, over a student's first picture, whether they want its news; and with a
+    file that each kernel runs at its start, unless the user has one.
     """
     paths = [os.environ.get(_PATHS, ""), str(_SETTINGS)]
     ours = {_PATHS: os.pathsep.join(filter(None, paths))}
+    if not os.environ.get(_STARTUP):
+        ours[_STARTUP] = str(_SETTINGS / "startup.py")
     if not any(os.environ.get(name) for name in _TOKENS):
         ours[_TOKENS[0]] = secrets.token_hex(24)
     return os.environ | ours

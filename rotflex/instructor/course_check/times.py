@@ -116,9 +116,9 @@ def check(course: Course) -> Iterator[Finding]:
         with contextlib.suppress(GradingError):  # why there is no student version of it, the check of the cells tells
             times[name] = reading_time(notebook, name, course.catalogue)
     for name, notebook in notebooks.items():
-        title = next((cell for cell in notebook.cells if cell.cell_type == "markdown"), None)
-        for cell in notebook.cells:
-            stated = [(name, match[1]) for match in _TITLE.finditer(cell.source)] if cell is title else []
+        title = next(index for index, cell in enumerate(notebook.cells) if cell.cell_type == "markdown")
+        for index, cell in enumerate(notebook.cells):
+            stated = [(name, match[1]) for match in _TITLE.finditer(cell.source)] if index == title else []
             stated += [(match["notebook"], match["minutes"]) for match in _ROW.finditer(cell.source)]
             for which, minutes in stated:
                 if which in times and int(minutes) != times[which].stated:
