@@ -29,6 +29,19 @@ def one_of(what: str, value: Any, allowed: Iterable[Any]) -> Any:
     return value
 
 
+def in_radians(what: str, angle: float) -> float:
+    """Return an angle (rad) that the servo may turn by.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is more than half a turn, which looks like degrees.
+    """
+    if abs(angle) > REV / 2:
+        raise ConfigurationError(f"{what} = {angle:g} rad is {angle / DEG:.0f} deg; did you mean {angle:g} * DEG?")
+    return angle
+
+
 # --- the servo -------------------------------------------------------------------------------------------------------
 
 

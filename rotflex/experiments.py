@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
-from rotflex.config import one_of
+from rotflex.config import in_radians, one_of
 from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
@@ -77,7 +77,8 @@ def sweep(
     if drive == "voltage":
         volts = chirp(t, f_start, f_stop, 0.8 if amplitude is None else amplitude)
         return _run(bench, OpenLoop(), volts, settings, progress)
-    theta_ref = chirp(t, f_start, f_stop, 4 * DEG if amplitude is None else amplitude)
+    turned = 4 * DEG if amplitude is None else in_radians("amplitude", amplitude)
+    theta_ref = chirp(t, f_start, f_stop, turned)
     return _run(bench, FOLLOWING(), theta_ref, settings, progress, theta_ref=theta_ref)
 
 
@@ -101,7 +102,7 @@ def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0,
     Recording
         theta_ref, theta, alpha, vm, from the jump on.
     """
-    theta_ref = step(time_axis(duration, SAMPLE_TIME), amplitude)
+    theta_ref = step(time_axis(duration, SAMPLE_TIME), in_radians("amplitude", amplitude))
     return _run(bench, HOLDING(), theta_ref, {"experiment": "free decay"}, progress, theta_ref=theta_ref)
 
 
@@ -183,7 +184,8 @@ def tracking(
         theta_ref, theta, alpha, vm.
     """
     controller = StateFeedback(K, feedback, SAMPLE_TIME)
-    theta_ref = smooth_square_wave(time_axis(duration, SAMPLE_TIME), frequency, amplitude, rate)
+    turned = in_radians("amplitude", amplitude)
+    theta_ref = smooth_square_wave(time_axis(duration, SAMPLE_TIME), frequency, turned, rate)
     settings = {"experiment": "tracking", "feedback": feedback, "K": np.asarray(K, dtype=float).ravel().tolist()}
     return _run(bench, controller, theta_ref, settings, progress, theta_ref=theta_ref)
 

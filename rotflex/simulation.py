@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex import __version__
-from rotflex.config import DAC_LIMIT, Servo, one_of
+from rotflex.config import DAC_LIMIT, Servo, in_radians, one_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.recording import Recording
 from rotflex.units import HZ
@@ -79,6 +79,7 @@ def closed_loop(
     A, B = _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4)
     K, state = _matrix("K", K, [(4,), (1, 4)]).reshape(4), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
     theta_ref = _reference(reference)
+    in_radians("reference", float(np.abs(theta_ref).max()))
     one_of("feedback", feedback, ("full", "partial"))
     one_of("fidelity", fidelity, ("exact", "workbook"))
     limit = np.inf if saturation is None else float(saturation)

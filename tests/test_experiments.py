@@ -12,6 +12,7 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, DesignError, LimitExceeded
 from rotflex.hil.student_benches import student_bench
+from rotflex.simulation import closed_loop
 from rotflex.units import DEG, HZ
 
 
@@ -153,6 +154,20 @@ def test_a_sweep_that_is_too_wild_stops_at_0_volts_and_says_why():
         with pytest.raises(LimitExceeded, match=r"deflection.*smaller amplitude"):
             experiments.sweep(bench, amplitude=25 * DEG, progress=False)
         assert bench.board.terminals.commanded[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda bench: experiments.free_decay(bench, amplitude=10),
+        lambda bench: experiments.sweep(bench, amplitude=10),
+        lambda bench: experiments.tracking(bench, GAIN, amplitude=10),
+        lambda _bench: closed_loop(*LINEAR, GAIN, np.full(10, 10.0)),
+    ],
+)
+def test_an_angle_that_looks_like_degrees_is_refused_with_how_to_write_it(ask):
+    with hil.open(seed=1) as bench, pytest.raises(ConfigurationError, match=r"573 deg; did you mean 10 \* DEG"):
+        ask(bench)
 
 
 def test_unknown_choices_name_the_known_ones_and_a_model_is_four_by_four():

@@ -358,14 +358,14 @@ class Session:
         words = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
         from_notebook.run("submit", words, self._folder, cell_now(), needs_saving=True)
 
-    def restore(self, *notebooks: str) -> None:
+    def restore(self, *notebooks: str | int) -> None:
         """Give back cells and text of the course's that were changed, moved or deleted. No answer is touched.
 
         Parameters
         ----------
         notebooks : by their numbers, as in ``lab.restore("02")``; all unless given
         """
-        from_notebook.run("restore", ["--", *notebooks], self._folder, cell_now(), needs_saving=True)
+        from_notebook.run("restore", ["--", *map(str, notebooks)], self._folder, cell_now(), needs_saving=True)
 
     def _say_what_is_read(self) -> None:
         if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):

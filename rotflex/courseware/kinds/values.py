@@ -28,6 +28,7 @@ LONGEST_PROSE = 5000  #: characters; two pages
 #: What a notebook may leave where a text is to be written.
 STUBS = ("", "...", "your answer here", "your text here")
 
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d)[^\W\d_].*")
 _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
 _LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
 #: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
@@ -78,7 +79,9 @@ def complex_number(value: Any) -> complex:
     if isinstance(value, bool | np.bool_):
         raise FormError("it is True or False, not a number")
     if isinstance(value, str | bytes):
-        raise FormError("it is text; leave out the quotes")
+        found = _NUMBER_AND_UNIT.fullmatch(str(value))
+        how = f"write the number alone, without quotes and unit: {found[1]}" if found else "leave out the quotes"
+        raise FormError(f"it is text; {how}")
     if is_symbolic(value) and getattr(value, "free_symbols", None):
         left = ", ".join(sorted(str(symbol) for symbol in value.free_symbols))
         raise FormError(f"it still contains {left}: substitute numbers for them")

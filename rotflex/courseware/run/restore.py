@@ -63,8 +63,10 @@ def named(words: Sequence[str], notebooks: Sequence[str]) -> list[str]:
     found = []
     for word in words:
         stem = word.removesuffix(".ipynb")
+        number = stem.zfill(2) if stem.isdecimal() else stem
         exact = [name for name in notebooks if name == f"{stem}.ipynb"]
-        meant = exact or [name for name in notebooks if stem and name.startswith(stem)]
+        meant = exact or [name for name in notebooks if number and name.startswith(number)]
+        meant = meant or [name for name in notebooks if stem and name.startswith(stem)]
         if not meant:
             raise CheckError(f"{word!r} is no notebook of the course. There are {', '.join(notebooks)}.")
         if len(meant) > 1:

@@ -116,7 +116,7 @@ def check(course: Course) -> Iterator[Finding]:
         with contextlib.suppress(GradingError):  # why there is no student version of it, the check of the cells tells
             times[name] = reading_time(notebook, name, course.catalogue)
     for name, notebook in notebooks.items():
-        title = next(index for index, cell in enumerate(notebook.cells) if cell.cell_type == "markdown")
+        title = next((index for index, cell in enumerate(notebook.cells) if cell.cell_type == "markdown"), -1)
         for index, cell in enumerate(notebook.cells):
             stated = [(name, match[1]) for match in _TITLE.finditer(cell.source)] if index == title else []
             stated += [(match["notebook"], match["minutes"]) for match in _ROW.finditer(cell.source)]

@@ -197,8 +197,9 @@ NAMES = ["01_springs.ipynb", "02_masses.ipynb", "10_end.ipynb"]
 
 def test_notebooks_are_named_by_their_numbers():
     assert restore.named([], NAMES) == NAMES
-    assert restore.named(["02"], NAMES) == ["02_masses.ipynb"]
-    assert restore.named(["02_masses.ipynb", "1", "02"], NAMES) == ["02_masses.ipynb", "10_end.ipynb"]
+    assert restore.named(["02"], NAMES) == restore.named(["2"], NAMES) == ["02_masses.ipynb"]
+    assert restore.named(["1"], ["01_a.ipynb", "10_end.ipynb"]) == ["01_a.ipynb"]
+    assert restore.named(["02_masses.ipynb", "10", "02"], NAMES) == ["02_masses.ipynb", "10_end.ipynb"]
     for word in ("0", "03", ""):
         with pytest.raises(CheckError, match="01_springs"):
             restore.named([word], NAMES)
