@@ -153,7 +153,8 @@ def test_each_answer_of_the_workbook_has_its_solution():
 
 def minutes(number: str) -> int:
     """What a notebook states; check-course holds it against the formula."""
-    first = json.loads((ROOT / "solutions" / f"{NOTEBOOKS[number]}.ipynb").read_text(encoding="utf-8"))["cells"][0]
+    cells = json.loads((ROOT / "solutions" / f"{NOTEBOOKS[number]}.ipynb").read_text(encoding="utf-8"))["cells"]
+    first = next(cell for cell in cells if cell["cell_type"] == "markdown")
     return int(re.search(r"about (\d+) minutes", "".join(first["source"]))[1])
 
 

@@ -11,7 +11,7 @@ import pytest
 from explorer_events import control
 
 from rotflex import experiments, hil
-from rotflex.errors import BenchError, ConfigurationError, HILError, RecordingError
+from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, RecordingError
 from rotflex.hil.clock import WallClock
 from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
@@ -24,15 +24,15 @@ K = [18.2, -17.2, 1.59, 0.633]
 @pytest.fixture
 def console(lab):
     made = BenchConsole(lab, K, addresses=["virtual:?seed=7"])
-    made.set("address", "virtual")  # in simulated time
     yield made
     made.close()
 
 
 @pytest.fixture
 def live(lab):
-    """Connected to a virtual bench in real time, with a sweep to be started."""
-    made = BenchConsole(lab, K)
+    """Connected to a bench whose time does not wait, as a real one's, with a sweep to be started."""
+    made = BenchConsole(lab, K, addresses=["virtual:?clock=wall"])
+    made.set("address", "virtual:?clock=wall")
     made.press("connect")
     made.set("experiment", "sweep")
     yield made
@@ -82,24 +82,64 @@ def test_the_console_records_what_the_plain_function_records(console, lab, name,
     assert output(console._bench) == 0.0
 
 
-def test_what_the_bench_reports_is_shown(console):
-    assert rows(console, "The bench") == {"not connected": []}
-    event(console, "press", "connect")
-    reported = rows(console, "The bench reports")
+def test_what_the_bench_reports_is_shown(live):
+    reported = rows(live, "The bench reports")
     assert reported["arm_position"] and "±180" in reported["servo angle"][0] and "0.2 s" in reported["watchdog"][0]
-    assert any("emergency stop comes first" in "".join(values) for values in rows(console, "State").values())
+    assert "emergency stop comes first" in rows(live, "State")["mind"][0]
 
 
-def test_stop_ends_a_run_at_the_next_sample_and_leaves_0_volts(live):
-    assert "clock=wall" in live.address
-    run = Running(live._bench, live._experiment())
-    run.start()
-    wait_until(lambda: run.samples().shape[1] > 300 and np.abs(run.samples()[3, -50:]).max() > 0)
-    run.stop()
-    assert run.wait(30)
-    assert outcome(run)[0] == "stopped" and "0 V" in outcome(run)[1]
-    assert output(live._bench) == 0.0
-    assert run.recording is None and run.at_zero is not None
+def test_a_virtual_bench_is_ready_and_speaks_of_no_connection_and_no_deadlines(lab):
+    console = BenchConsole(lab, K)
+    names = {one["name"] for row in console.scene["controls"] for one in row}
+    assert names == {"experiment", "start", "stop", "save"}
+    assert rows(console, "State")["state"] == ["ready"] and "missed deadlines" not in rows(console, "State")
+    assert control(console, "start")["look"] == "main" and not control(console, "start")["disabled"]
+
+
+@pytest.mark.parametrize("paced", [True, False])
+def test_stop_ends_a_run_within_50_samples_and_leaves_0_volts(console, live, paced):
+    bench = (console if paced else live)._lab.bench("virtual" if paced else live.address)
+    with bench:
+        run = Running(bench, lambda bench: experiments.sweep(bench, progress=False), paced=paced)
+        run.start()
+        wait_until(lambda: run.samples().shape[1] > 300 and np.abs(run.samples()[3, -50:]).max() > 0)
+        before = run.samples().shape[1]
+        run.stop()
+        assert run.wait(30)
+        assert run.samples().shape[1] - before <= 50
+        assert outcome(run)[0] == "stopped" and "0 V" in outcome(run)[1]
+        assert output(bench) == 0.0
+        assert run.recording is None and run.at_zero is not None
+
+
+def test_a_run_that_is_watched_on_a_busy_computer_is_that_of_one_that_nobody_watches(lab):
+    """Other threads take the interpreter in turns; the picture is late, and the recording is not changed."""
+    ended = threading.Event()
+
+    def busy():
+        while not ended.is_set():
+            sum(range(2000))
+
+    threads = [threading.Thread(target=busy) for _ in range(6)]
+    with lab.bench() as bench:
+        expected = experiments.free_decay(bench, duration=1.0, progress=False)
+        run = Running(bench, lambda bench: experiments.free_decay(bench, duration=1.0, progress=False), paced=True)
+        for thread in threads:
+            thread.start()
+        run.start()
+        assert run.wait(60)
+        ended.set()
+    for channel in ("theta", "alpha", "vm"):
+        np.testing.assert_array_equal(run.recording[channel], expected[channel])
+
+
+@pytest.mark.parametrize(("late", "first"), [(0, "The servo angle"), (7, "The computer was too busy")])
+def test_where_samples_came_late_before_a_limit_the_computer_is_named_first(late, first):
+    run = Running(hil.open("virtual"), lambda _bench: None)
+    run.error, run.late = LimitExceeded("The servo angle reached 181 deg."), late
+    run._ended.set()
+    state, message = outcome(run)
+    assert state == "ended" and message.startswith(first) and "181 deg" in message
 
 
 def test_a_run_whose_page_is_gone_stops_itself(live, monkeypatch):
@@ -231,16 +271,17 @@ def test_a_run_is_settled_by_its_own_watcher(lab):
     asyncio.run(scenario())
 
 
-def test_a_start_that_waited_for_a_busy_python_is_not_carried_out(console):
-    console.connect()
+def test_a_start_that_waited_for_a_busy_python_is_not_carried_out_at_a_bench_that_can_break(live):
+    console = live
     skew = 1e6  # s; the page's clock may be another's
     now = 1000 * (time.time() - skew)
     event(console, "set", "experiment", value="free decay", at=now)
     event(console, "press", "start", at=now - 30_000)
     assert console._run is None
     assert "Press it again" in rows(console, "State")[""][0]
+    live.set("experiment", "watch")
     event(console, "press", "start", at=1000 * (time.time() - skew))
-    assert console.recording is not None
+    assert console._run is not None
 
 
 def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
@@ -370,7 +411,6 @@ def test_a_validation_runs_a_model_beside_the_bench_and_shows_both(lab):
     A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 600, -35, 0], [0, -1000, 35, 0]])
     B = np.array([[0], [0], [60], [-60]])
     console = BenchConsole(lab, experiment="validation", model=(A, B))
-    console.address = "virtual"  # in simulated time
     console.start()
     with lab.bench() as bench:
         expected = experiments.validation(bench, A, B, progress=False)
@@ -382,7 +422,6 @@ def test_a_validation_runs_a_model_beside_the_bench_and_shows_both(lab):
 
 def test_a_validation_takes_the_answered_model_with_the_actuator_added(lab):
     console = BenchConsole(lab, experiment="validation")
-    console.address = "virtual"
     event(console, "press", "start")
     assert "answer question 2.14 first" in console.scene["notice"]["text"] and console.recording is None
     A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 600, -1.9, 0], [0, -1000, 1.9, 0]])
@@ -397,8 +436,6 @@ def test_a_validation_takes_the_answered_model_with_the_actuator_added(lab):
 
 def test_tracking_needs_a_gain(lab):
     console = BenchConsole(lab)
-    console.set("address", "virtual")
-    console.connect()
     console.set("experiment", "tracking, full state")
     event(console, "press", "start")
     assert "question 3.8" in console.scene["notice"]["text"]

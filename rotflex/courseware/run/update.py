@@ -19,6 +19,7 @@ from rotflex.courseware import files
 from rotflex.courseware.run import alignment, restore
 from rotflex.courseware.run.alignment import Happened, Role
 from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
+from rotflex.courseware.words import MARK
 from rotflex.errors import ConfigurationError
 
 STUB = "# Your code here."  #: what a released answer cell has where the solution stood
@@ -193,7 +194,7 @@ class _Preparing:
     def _answer(self, cell: _Cell, meant: _Cell) -> _Cell | None:
         """An answer of the student's. (An empty one presets what the release presets, but for a piece of one.)"""
         pieces = [one for one in self._own if self._of_course(one) is meant]
-        unfilled = _is_unfilled(cell) and len(pieces) == 1
+        unfilled = _is_unfilled(cell, alignment.source_of(meant)) and len(pieces) == 1
         if cell.get("cell_type") == meant["cell_type"]:
             same = alignment.source_of(cell) == alignment.source_of(meant)
             return copy.deepcopy(meant) if unfilled and not same else cell
@@ -247,12 +248,16 @@ def _own(cell: _Cell, name: str) -> _Cell:
     }
 
 
-def _is_unfilled(cell: Mapping[str, Any]) -> bool:
-    """Whether an answer cell with code is as it was released: nothing but presets, as ``k = None``, and the stub."""
+def _is_unfilled(cell: Mapping[str, Any], released: str = "") -> bool:
+    """Say whether an answer cell is empty: its banner, presets as ``k = None  # N/m``, and the stub.
+
+    A comment that is not in the cell as it is `released` now is the student's, and counts as an answer.
+    """
     if cell.get("cell_type") != CODE:
         return False
-    lines = [line for line in alignment.source_of(cell).splitlines() if line.strip() != STUB]
-    if any("#" in line for line in lines):
+    source = alignment.source_of(cell).splitlines()
+    lines = [line for line in source if line.strip() != STUB and not line.startswith(f"# {MARK}")]
+    if any("#" in line and line[line.index("#") :] not in released for line in lines):
         return False
     try:
         body = ast.parse("\n".join(lines)).body

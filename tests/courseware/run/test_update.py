@@ -20,7 +20,7 @@ OLD = notebook(
     code("parameters", 'student = ""', ["parameters"]),
     locked("setup", "import math"),
     text("q1-text", "How stiff?"),
-    answer("q1", "k = None\n# Your code here."),
+    answer("q1", "# ✎ Your answer: 1 ────\nk = None  # N/m\n# Your code here."),
     locked("q1-answer", 'lab.answer("1", k=k)'),
     answer("q2", 'why = ""\n# Your code here.'),
     locked("q2-answer", 'lab.answer("2", why=why)'),
@@ -38,7 +38,7 @@ NEW = notebook(
     code("parameters", 'student = ""', ["parameters"]),
     locked("setup", "import math\nimport cmath"),
     text("q1-text", "How stiff?"),
-    answer("q1", "k = error = None\n# Your code here."),
+    answer("q1", "k = error = None  # N/m\n# Your code here."),
     locked("q1-answer", 'lab.answer("1", k=k, error=error)'),
     words("q2", "*Write here.*"),
     text("q4-text", "How fast?"),
@@ -72,6 +72,12 @@ def test_without_any_answer_it_is_the_new_notebook():
     done, changes = brought(OLD)
     assert done["cells"] == NEW["cells"]
     assert changes == Changes(changed=3, new=2, gone=3)
+
+
+def test_a_note_in_an_empty_answer_cell_stays():
+    noted = "# ✎ Your answer: 1 ────\nk = None  # N/m\n# about 3?\n# Your code here."
+    done, _changes = brought(worked(q1=noted))
+    assert by_id(done)["q1"]["source"] == noted
 
 
 def test_answers_added_cells_parameters_and_outputs_stay_where_they_are():
@@ -114,7 +120,7 @@ def test_an_answer_that_is_no_longer_asked_for_stays_as_their_own_and_what_recor
 def test_an_answer_in_words_that_stood_in_code_stays_as_their_own_and_its_new_text_cell_is_empty():
     worded = words("q3-why", "*Write here.*")
     master = notebook(*OLD["cells"][:4], worded)
-    done, changes = brought(worked(q3='why = "It rubs."'), master)
+    done, changes = brought(worked(q1="k = None", q3='why = "It rubs."'), master)
     assert by_id(done)["q3-why"] == worded
     assert by_id(done)["q3"]["source"] == 'why = "It rubs."'
     assert changes.dropped == ("q3",)
@@ -151,7 +157,7 @@ FILLED = ["k = 0", "k = None  # to do: ask Grace", "k = None\nprint(3)", "k = "]
 
 def test_only_what_holds_nothing_of_a_students_is_replaced():
     for source in UNFILLED:
-        assert by_id(brought(worked(q1=source))[0])["q1"]["source"] == "k = error = None\n# Your code here."
+        assert by_id(brought(worked(q1=source))[0])["q1"]["source"] == "k = error = None  # N/m\n# Your code here."
     for source in [*FILLED, "def f():\n    # Your code here.\n    return None"]:
         assert by_id(brought(worked(q1=source))[0])["q1"]["source"] == source
 
