@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from rotflex.config import Amplifier, Servo, joint, srv02
+from rotflex.config import Amplifier, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import real
 from rotflex.hil.bench import Bench
@@ -50,10 +50,8 @@ def bench(uri: str, name: str, options: Mapping[str, str], setup: Setup | None =
 
 def _setup(uri: str, options: Mapping[str, str]) -> Setup:
     """The parts that an address names."""
-    position = options.get("arm_position", "1")
-    return Setup(
-        servo=srv02(encoder=options.get("encoder", "E")), joint=joint(int(position) if position.isdecimal() else 0)
-    )
+    position = one_of("arm_position", options.get("arm_position", "1"), "123")
+    return Setup(servo=srv02(encoder=options.get("encoder", "E")), joint=joint(int(position)))
 
 
 def _supply(uri: str, value: str | None) -> float:
