@@ -206,9 +206,16 @@ def _lies(path: Path, outside: Outside) -> None:
 
 def _unusual(path: Path, outside: Outside) -> None:
     contents = _contents(path)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as packed:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as packed:
         for name, content in contents.items():
             packed.writestr(name, content)
+    data = bytearray(path.read_bytes())
+    for sign, method in ((b"PK\3\4", 8), (b"PK\1\2", 10)):
+        at = data.find(sign)
+        while at >= 0:
+            data[at + method] = 93  # Zstandard
+            at = data.find(sign, at + 4)
+    path.write_bytes(data)
 
 
 _TOO_LARGE = f"more than {limits.MAX_NOTEBOOK_FILE} bytes"

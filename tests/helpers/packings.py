@@ -3,8 +3,9 @@
 import io
 import json
 import os
+import tarfile
 import zipfile
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 
 #: The course's notebooks, and the ids of their cells.
@@ -48,6 +49,17 @@ def zipped(files: dict[str, bytes], when: datetime = datetime(2026, 11, 21, 13, 
             entry = (_Unflagged if plain else zipfile.ZipInfo)(name, when.timetuple()[:6])
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, content)
+    return packed.getvalue()
+
+
+def tarred(files: dict[str, bytes], mode: str = "w:gz") -> bytes:
+    """A tar of files, compressed as `mode` of tarfile says."""
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode=mode) as archive:
+        for name, content in files.items():
+            entry = tarfile.TarInfo(name)
+            entry.size, entry.mtime = len(content), datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC).timestamp()
+            archive.addfile(entry, io.BytesIO(content))
     return packed.getvalue()
 
 

@@ -124,13 +124,18 @@ class _Explorer:
 
     def _file(self, child: Child, label: Label | None, siblings: Sequence[str], depth: int) -> None:
         """A file that is of no platform's form."""
-        if child.is_zip:
+        if child.is_archive:
             self._look_into(child, label, siblings, depth)
             return
         if is_notebook(child.name):
             why = "it does not say whose it is. Put it into a folder that is named by the student's ID."
         elif child.name.casefold().endswith(places.OTHER_ARCHIVES):
             why = "it is packed in a way that is not read. Unpack it, or ask for an ordinary zip."
+            stem = places.without_ending(child.name)
+            match = self._people.named(stem, siblings) if label is None else self._people.labelled(label)
+            if match.students:  # it is theirs, and they are to read why nothing of it counts
+                self._take_unread(child, match, label, why)
+                return
         else:
             why = "it is neither a folder nor a zip."
         self._ignore(child.source, why)
@@ -166,13 +171,13 @@ class _Explorer:
 
     def _is_class(self, within: Sequence[Child], depth: int) -> bool:
         within = [child for child in within if not (names.is_hidden(child.name) or child.why_not)]
-        loose = [child for child in within if child.entry is not None and not child.is_zip]
+        loose = [child for child in within if child.entry is not None and not child.is_archive]
         if any(places.is_work(child.name) and labels.read(child.name) is None for child in loose):
             return False
         if any(map(self._is_surely_somebodys, within)):
             return True
         folders = [child for child in within if child.is_folder]
-        if len(folders) != 1 or depth + 1 >= limits.MAX_CLASS_DEPTH or any(child.is_zip for child in within):
+        if len(folders) != 1 or depth + 1 >= limits.MAX_CLASS_DEPTH or any(child.is_archive for child in within):
             return False
         try:
             return self._is_class(list(places.children(folders[0].look(whole_class=True))), depth + 1)
@@ -182,9 +187,9 @@ class _Explorer:
     def _is_surely_somebodys(self, child: Child) -> bool:
         label = labels.read(child.name)
         if label is not None:
-            usual = child.is_folder or child.is_zip or places.is_work(label.rest)
+            usual = child.is_folder or child.is_archive or places.is_work(label.rest)
             return usual or bool(self._people.labelled(label).students)
-        if child.entry is not None and not child.is_zip:
+        if child.entry is not None and not child.is_archive:
             return False
         match = self._people.named(child.stem)
         if self._people or not match.students:
@@ -202,11 +207,14 @@ class _Explorer:
         try:
             place = child.look()
         except Unreadable as error:
-            empty = Place(child.source, child.where, Listing(), child.latest)
-            self._raws.append(_Raw(child.name, empty, match, label, trouble=str(error)))
+            self._take_unread(child, match, label, str(error))
         else:
             self._inner_left = limits.MAX_INNER_ARCHIVES
             self._raws += self._pieces(child.name, place, match, label)
+
+    def _take_unread(self, child: Child, match: Match, label: Label | None, why: str) -> None:
+        empty = Place(child.source, child.where, Listing(), child.latest)
+        self._raws.append(_Raw(child.name, empty, match, label, trouble=why))
 
     def _take_loose(self, files: Sequence[tuple[Child, Label]]) -> None:
         """Files of one student that a platform named, side by side."""
@@ -216,7 +224,7 @@ class _Explorer:
         loose: list[Child] = []
         for child, label in sorted(files, key=lambda one: -one[1].attempt):
             assert child.entry is not None
-            if child.is_zip:
+            if child.is_archive:
                 self._take(child, match, label)
             elif label.rest in together:
                 self._ignore(child.source, "there is a newer one of the same name.")
@@ -238,7 +246,7 @@ class _Explorer:
         files = dict(place.listing.files)
         found: list[_Raw] = []
         broken = []
-        for path in [path for path in files if path.casefold().endswith(places.ZIP) and not names.is_hidden(path)]:
+        for path in [path for path in files if places.is_archive(path) and not names.is_hidden(path)]:
             if nesting == limits.MAX_NESTING or not self._inner_left:
                 break
             self._inner_left -= 1
@@ -266,7 +274,7 @@ class _Explorer:
     @staticmethod
     def _counted(match: Match, path: str) -> Match:
         """An owner, with the number in the name of a zip of several."""
-        repeated = labels.again(path.rpartition("/")[2][: -len(places.ZIP)])
+        repeated = labels.again(places.without_ending(path.rpartition("/")[2]))
         return replace(match, attempt=max(match.attempt, repeated[1] if repeated else 0))
 
     # --- whose they are, and when they came ---------------------------------------------------------------------------
@@ -312,7 +320,7 @@ class _Explorer:
     def _received(self, raw: _Raw, owners: whose.Owners, saved: datetime) -> tuple[datetime, str]:
         if raw.label is not None and raw.label.time is not None:
             return in_utc(raw.label.time, self._zone), "the time in its name"
-        given = [raw.name, raw.name.removesuffix(places.ZIP), *owners.students]
+        given = [raw.name, places.without_ending(raw.name), *owners.students]
         if raw.label is not None:
             given += [*raw.label.people, raw.label.number, f"Participant {raw.label.number}"]
         listed_time = next((self._times[caseless(one)] for one in given if caseless(one) in self._times), None)

@@ -15,8 +15,8 @@ from rotflex.instructor.running.intake import limits, names
 from rotflex.instructor.running.intake.notebook_names import is_notebook
 from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where, opened
 
-ZIP = ".zip"
-OTHER_ARCHIVES = (".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz", ".zipx")  #: that are not read
+ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz", ".tar")  #: that Python's own library reads
+OTHER_ARCHIVES = (".7z", ".rar", ".gz", ".bz2", ".xz", ".zipx")  #: that it does not
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Child:
     why_not: str = ""
 
     @property
-    def is_zip(self) -> bool:
-        """Whether it is a zip, by its name."""
-        return self.entry is not None and self.name.casefold().endswith(ZIP)
+    def is_archive(self) -> bool:
+        """Whether it is a zip or a tar, by its name."""
+        return self.entry is not None and is_archive(self.name)
 
     @property
     def is_folder(self) -> bool:
@@ -71,8 +71,8 @@ class Child:
 
     @property
     def stem(self) -> str:
-        """Its name, without a zip's ending."""
-        return self.name[: -len(ZIP)] if self.is_zip else self.name
+        """Its name, without an archive's ending."""
+        return without_ending(self.name) if self.is_archive else self.name
 
     def look(self, whole_class: bool = False) -> Place:
         """What lies in it.
@@ -90,6 +90,17 @@ class Child:
         where = self.where if self.entry is None else within(self.where, self.entry)
         with opened(where, whole_class) as store:
             return Place(self.source, where, store.listing(most), self.latest)
+
+
+def is_archive(name: str) -> bool:
+    """Say whether a file is a zip or a tar, by its name."""
+    return name.casefold().endswith(ARCHIVES)
+
+
+def without_ending(name: str) -> str:
+    """Return a name without the ending of an archive, read or not."""
+    endings = (one for one in (*ARCHIVES, *OTHER_ARCHIVES) if name.casefold().endswith(one))
+    return name[: -len(next(endings, "")) or None]
 
 
 def within(where: Where, entry: Entry) -> Where:

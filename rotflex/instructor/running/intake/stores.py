@@ -1,4 +1,4 @@
-"""Files of a hand-in, wherever they lie: in a folder, in a zip, or in a zip within a zip.
+"""Files of a hand-in, wherever they lie: in a folder, in a zip or a tar, or in an archive within an archive.
 
 All is read as untrusted input: bounded in size and number, never unpacked to disk, links never followed, names never
 used for writing.
@@ -6,13 +6,17 @@ used for writing.
 
 from __future__ import annotations
 
+import bz2
+import gzip
 import io
+import lzma
 import os
 import stat
 import struct
+import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -24,8 +28,15 @@ from rotflex.instructor.running.intake import limits, names
 
 _DAMAGED = (
     *(zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError),
-    *(NotImplementedError, struct.error, RuntimeError),
+    *(NotImplementedError, struct.error, RuntimeError, MemoryError, lzma.LZMAError, tarfile.TarError),
 )
+#: What a compressed tar begins with → what reads it.
+_COMPRESSED: dict[bytes, Callable[[IO[bytes]], IO[bytes]]] = {
+    b"\x1f\x8b": lambda file: gzip.GzipFile(fileobj=file),  # type: ignore[dict-item, return-value]
+    b"BZh": bz2.BZ2File,
+    b"\xfd7zXZ\0": lzma.LZMAFile,
+}
+_USTAR = slice(257, 262)  # where a tar that is not compressed says so
 _PIECE = 1_000_000  # bytes that are read at a time
 _UTF8_NAME = 0x800  # flag of a zip's entry
 _NO_TIME = (1980, 1, 2)  # what has an earlier one has none: it is the first that a zip can hold
@@ -96,9 +107,9 @@ def opened(where: Where, whole_class: bool = False) -> Iterator[Store]:
         if where.path.is_dir() and not where.path.is_symlink():
             store: Store = FolderStore(where.path)
         else:
-            store = ZipStore(stack.enter_context(_zip_on_disk(where.path, whole_class)), whole_class)
+            store = _archive(stack.enter_context(_archive_on_disk(where.path, whole_class)))
         for inner in where.zips:
-            store = ZipStore(io.BytesIO(store.read(inner, limits.MAX_INNER_ARCHIVE)))
+            store = _archive(io.BytesIO(store.read(inner, limits.MAX_INNER_ARCHIVE)))
         yield store
 
 
@@ -117,7 +128,7 @@ class Shelf(ExitStack):
 
 
 @contextmanager
-def _zip_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
+def _archive_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
     most = limits.MAX_CLASS_ARCHIVE if whole_class else limits.MAX_ARCHIVE
     try:
         descriptor = _open(path)
@@ -125,7 +136,7 @@ def _zip_on_disk(path: Path, whole_class: bool) -> Iterator[IO[bytes]]:
         raise Unreadable(f"{error.strerror}.") from None
     with _InPieces(descriptor, whole_class) as file:
         if os.fstat(descriptor).st_size > most:
-            raise Unreadable(f"the zip has more than {most} bytes.")
+            raise Unreadable(f"it has more than {most} bytes.")
         yield file
 
 
@@ -218,10 +229,21 @@ def _long_directory(most: int) -> Unreadable:
     return Unreadable(f"its table of contents has more than {most} bytes.")
 
 
+def _archive(file: IO[bytes]) -> Store:
+    """Open a zip or a tar, by what it begins with."""
+    start = bytearray(_USTAR.stop)
+    file.readinto(start)  # type: ignore[attr-defined]
+    file.seek(0)
+    for mark, read in _COMPRESSED.items():
+        if start.startswith(mark):
+            return TarStore(read(file))
+    return TarStore(file) if start[_USTAR] == b"ustar" else ZipStore(file)
+
+
 class ZipStore:
     """A zip, opened."""
 
-    def __init__(self, file: IO[bytes], whole_class: bool = False) -> None:
+    def __init__(self, file: IO[bytes]) -> None:
         self._by_key: dict[str, zipfile.ZipInfo] = {}
         try:
             self._zip = zipfile.ZipFile(file)
@@ -250,13 +272,7 @@ class ZipStore:
     def _objection(self, entry: zipfile.ZipInfo, path: str, found: Mapping[str, Entry]) -> str:
         if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
             return "it is a link, or another thing than a file"
-        if not path or ".." in path.split("/"):
-            return "its name leads outside"
-        if path in found or entry.filename in self._by_key:
-            return "it is there twice; the first is taken"
-        if path.count("/") > limits.MAX_DEPTH:
-            return f"it lies deeper than {limits.MAX_DEPTH} folders"
-        return ""
+        return _objection(path, path in found or entry.filename in self._by_key)
 
     def read(self, key: str, limit: int) -> bytes:
         """See :class:`Store`."""
@@ -268,14 +284,70 @@ class ZipStore:
             raise Unreadable("it is no longer there.") from None
         if entry.flag_bits & 1:
             raise Unreadable("it is encrypted.")
-        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise Unreadable("it is compressed in an unusual way; use an ordinary zip.")
         try:
             with self._zip.open(entry) as file:
                 data = _in_pieces(file, limit + 1)
+        except NotImplementedError:
+            raise Unreadable("it is compressed in an unusual way; use an ordinary zip.") from None
         except _DAMAGED as error:
             raise Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
         return _bounded(data, limit)
+
+
+class TarStore:
+    """A tar, unpacked in memory: it has no table of contents, and is compressed as a whole."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        try:
+            data = _bounded(_in_pieces(file, limits.MAX_INNER_ARCHIVE + 1), limits.MAX_INNER_ARCHIVE)
+            self._tar = tarfile.open(fileobj=io.BytesIO(data), mode="r:")  # noqa: SIM115 (in memory)
+            self._members = self._tar.getmembers()
+        except _DAMAGED as error:
+            raise Unreadable(f"it is not a tar that can be read ({type(error).__name__}).") from None
+
+    def listing(self, most: int) -> Listing:
+        """See :class:`Store`."""
+        if len(self._members) > most:
+            raise Unreadable(f"it has more than {most} files and folders.")
+        found: dict[str, Entry] = {}
+        others: dict[str, str] = {}
+        for number, member in enumerate(self._members):
+            path = "/".join(part for part in names.readable(member.name).split("/") if part not in ("", "."))
+            if member.isdir():
+                continue
+            why = "" if member.isreg() else "it is a link, or another thing than a file"
+            why = why or _objection(path, path in found)
+            if why:
+                others[path or member.name] = why
+            else:
+                found[path] = Entry(str(number), member.size, _instant(member.mtime))
+        return Listing(found, others)
+
+    def read(self, key: str, limit: int) -> bytes:
+        """See :class:`Store`."""
+        try:
+            file = self._tar.extractfile(self._members[int(key)])
+            return _bounded(file.read(limit + 1) if file else b"", limit)
+        except _DAMAGED as error:
+            raise Unreadable(f"the tar is damaged ({type(error).__name__}).") from None
+
+
+def _objection(path: str, there: bool) -> str:
+    if not path or ".." in path.split("/"):
+        return "its name leads outside"
+    if there:
+        return "it is there twice; the first is taken"
+    if path.count("/") > limits.MAX_DEPTH:
+        return f"it lies deeper than {limits.MAX_DEPTH} folders"
+    return ""
+
+
+def _instant(seconds: float) -> datetime | None:
+    try:
+        found = datetime.fromtimestamp(seconds, UTC)
+    except (ValueError, OverflowError, OSError):
+        return None
+    return found if found > datetime(*_NO_TIME, tzinfo=UTC) else None
 
 
 def _in_pieces(file: IO[bytes], most: int) -> bytes:

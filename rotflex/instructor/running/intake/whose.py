@@ -130,7 +130,7 @@ def _borne_out(name: str, match: Match, says: _Says) -> tuple[tuple[str, ...], i
         return match.students, match.attempt
     if student in map(caseless, match.perhaps):
         return match.perhaps, match.attempt
-    for one in names.alternatives(name.removesuffix(places.ZIP)):
+    for one in names.alternatives(places.without_ending(name)):
         again = labels.again(one)
         if again is not None and caseless(again[0]) == student:  # ada's second, not the first of one called ada-1
             return (says.student,), again[1]

@@ -1,18 +1,20 @@
 """Submissions are read as untrusted input: what is taken, what is noted, what is refused."""
 
+import io
 import json
 import os
 import random
 import re
 import stat
 import struct
+import tarfile
 import zipfile
 from datetime import datetime
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, under, work, zipped
+from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, work, zipped
 
 from rotflex.courseware import answers
 from rotflex.courseware.run import own_files, student_folder, submit
@@ -20,6 +22,25 @@ from rotflex.instructor.running import intake
 from rotflex.instructor.running.intake import limits, places, stores
 
 A, B, C = WANTED
+
+
+PACKED = {
+    **{
+        f"ada.tar{ending}": lambda files, ending=ending: tarred(files, f"w:{ending[1:]}")
+        for ending in ("", ".bz2", ".xz")
+    },
+    "ada.TGZ": tarred,
+    "ada (1).zip": lambda files: compressed(files, zipfile.ZIP_LZMA),
+    "ada.zip": lambda files: compressed(files, zipfile.ZIP_BZIP2),
+}
+
+
+def compressed(files, method):
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", method) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return packed.getvalue()
 
 
 class Read:
@@ -51,7 +72,11 @@ def as_zip_in_a_folder(root, files):
     lay(root / "ada", {"x.zip": zipped(under("work", files))})
 
 
-@pytest.fixture(params=[as_folder, as_zip, as_zip_in_a_folder])
+def as_tar(root, files):
+    lay(root, {"ada.tar.gz": tarred(files)})
+
+
+@pytest.fixture(params=[as_folder, as_zip, as_zip_in_a_folder, as_tar])
 def taken(request, tmp_path):
     def take(files, **more):
         request.param(tmp_path, files)
@@ -397,3 +422,45 @@ def test_nothing_leads_outside_and_everything_is_taken_or_told(files, tmp_path_f
     for path in {*listing.files, *listing.others} - taken - {*WANTED, "course.json"}:
         left_by_programs = any(part.startswith((".", "~$")) for part in path.split("/"))
         assert left_by_programs or many or repr(path)[1:-1] in told or path in told, path
+
+
+@pytest.mark.parametrize("name", PACKED)
+def test_what_pythons_library_unpacks_is_read(tmp_path, name):
+    lay(tmp_path, {name: PACKED[name](under("course", work()))})
+    read = Read(tmp_path)
+    assert (read.notebooks, read.problems, read.missing) == (WANTED, [], [])
+    assert read.found.submissions[0].student == "ada"
+
+
+def test_of_a_tar_only_ordinary_files_within_it_are_read(tmp_path):
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w:gz") as archive:
+        for name, content in (work() | {"../outside.py": b"1", "/etc/own.py": b"2"}).items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            archive.addfile(entry, io.BytesIO(content))
+        for kind in (tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.FIFOTYPE, tarfile.CHRTYPE):
+            entry = tarfile.TarInfo(f"link-{kind.decode()}.py")
+            entry.type, entry.linkname = kind, "/etc/passwd"
+            archive.addfile(entry)
+    lay(tmp_path, {"ada.tar.gz": packed.getvalue()})
+    read = Read(tmp_path)
+    assert read.notebooks == WANTED
+    assert set(read.hand_in.files) <= {"etc/own.py"}
+
+
+@pytest.mark.parametrize("name", ["ada.tar.gz", "ada.tar.xz", "ada.tar.bz2", "ada.tar"])
+def test_a_tar_that_is_damaged_or_too_large_is_the_students_and_is_told(tmp_path, name, monkeypatch):
+    whole = tarred(work(), f"w:{name.rpartition('.')[2].replace('tar', '')}")
+    monkeypatch.setattr(limits, "MAX_INNER_ARCHIVE", 50_000)
+    for content in (whole[: len(whole) // 2], b"no archive", tarred({"a.ipynb": b"0" * 60_000}, "w:gz")):
+        lay(tmp_path, {name: content})
+        read = Read(tmp_path)
+        assert read.notebooks == [] and read.problems
+
+
+@pytest.mark.parametrize("name", ["ada.7z", "ada.rar"])
+def test_an_archive_that_is_not_read_is_its_students_and_named(tmp_path, name):
+    lay(tmp_path, {name: b"7z"})
+    read = Read(tmp_path)
+    assert any(name in line or "ordinary zip" in line for line in read.problems)
