@@ -17,10 +17,12 @@ LONGEST_IN_BYTES = 240  #: of UTF-8; file systems take 255, and ".zip" is put be
 GRADES_FILE = "grades.csv"  #: in the folder of results, beside the students' folders
 GRADEBOOK_FILE = "gradebook.sqlite"  #: beside it
 HINTS_FILE = "hints.md"  #: beside it
+INTAKE_FILE = "intake.csv"  #: beside it
 #: Names that grading itself gives in the folder of results; the last three are SQLite's.
 RESERVED = (
     GRADES_FILE,
     HINTS_FILE,
+    INTAKE_FILE,
     GRADEBOOK_FILE,
     *(f"{GRADEBOOK_FILE}-{part}" for part in ("journal", "wal", "shm")),
 )

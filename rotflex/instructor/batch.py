@@ -47,7 +47,7 @@ from rotflex.instructor.running import counted_pages, executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
-from rotflex.instructor.running.intake import Submission, newest
+from rotflex.instructor.running.intake import Decisions, Submission, newest
 from rotflex.instructor.running.prepared import Prepared, prepare
 from rotflex.instructor.running.runner import Job, Limits
 from rotflex.instructor.running.supplied import Supplied, together
@@ -76,6 +76,7 @@ class Settings:
     times : name of what lies among the submissions, or a student's, → when it was handed in
     zone : of times in names and in zips, which do not say theirs
     again : IDs of persons who were erased, and begin anew
+    decisions : what the instructor decided of submissions (``intake.csv``)
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -88,6 +89,7 @@ class Settings:
     times: Mapping[str, datetime] = field(default_factory=dict)
     zone: tzinfo = UTC
     again: tuple[str, ...] = ()
+    decisions: Decisions = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,7 @@ class Batch:
     ----------
     ignored : a message on what lies among the submissions and is none
     absent : students of the gradebook's roster who have not handed in anything
+    doubts : what an instructor may decide otherwise; complete when all are graded
 
     Raises
     ------
@@ -133,14 +136,18 @@ class Batch:
         self._settings = settings or Settings()
         roster = [one for one in gradebook.students() if one.enrolled]
         self._gradebook = gradebook
-        found = intake.find(submissions, roster, self._settings.times, self._settings.zone, stages.named_in(gradebook))
+        known = stages.named_in(gradebook)
+        times, zone, decisions = self._settings.times, self._settings.zone, self._settings.decisions
+        found = intake.find(submissions, roster, times, zone, known, decisions)
         self._submissions, erased = stages.without_erased(gradebook, found.submissions, self._settings.again)
+        self._submissions += stages.given_over(gradebook, self._submissions)
+        self.doubts = [one for one in found.doubts if one.about != intake.TIME or course.settings.deadlines]
         self.ignored = [*found.ignored, *erased]
         self._course, self._key_digest = course, marking_digest(course)
         self._bundles = Bundles(course)
         self.ignored += self._bundles.releases.problems
         self._masters = {
-            name: [cell["id"] for cell in notebook["cells"]]
+            name: {cell["id"]: cell for cell in notebook["cells"]}
             for name, notebook in self._bundles.current.pristine.items()
         }
         self._reports = list(report_files.names(course.catalogue).values())
@@ -216,7 +223,9 @@ class Batch:
 
     def _taken_in(self, submission: Submission) -> _Taken:
         """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
-        read = intake.read(submission, self._bundles.names, self._masters, self._course.packages, self._reports)
+        packages, decisions = self._course.packages, self._settings.decisions
+        read = intake.read(submission, self._bundles.names, self._masters, packages, self._reports, decisions)
+        self.doubts += [doubt for one in read for doubt in one.doubts]
         earlier, delivered = stages.kept(self._gradebook, submission, read)
         problems = [*submission.problems, *intake.problems(read, earlier)]
         notes = [*submission.notes, *intake.notes(read)]

@@ -47,8 +47,25 @@ def kept(gradebook: Gradebook, submission: Submission, read: Sequence[Delivered]
     delivered = [_delivery(item) for one in read for item in one.items()]
     if submission.claimed_by:
         return names, [*earlier, *delivered]
-    gradebook.deliver(holder, delivered)
+    gradebook.deliver(holder, delivered, any(one.piece.clock == intake.DECIDED for one in read))
     return names, gradebook.delivered(holder)
+
+
+def given_over(gradebook: Gradebook, found: Sequence[Submission]) -> list[Submission]:
+    """Take submissions from those who counted as their owners before an instructor decided otherwise.
+
+    Returns
+    -------
+    list
+        an empty submission for each of them who handed in nothing else, so that their marks are made anew
+    """
+    there = {caseless(one.student) for one in found}
+    losing: dict[str, Submission] = {}
+    for piece, owner in ((piece, one.student) for one in found for piece in one.pieces if piece.rule == intake.DECIDED):
+        for student in gradebook.give_over(piece.source, owner):
+            why = f"{piece.source} is {owner}'s, as the instructor decided."
+            losing[student] = Submission(student, problems=(why,))
+    return [one for student, one in losing.items() if caseless(student) not in there]
 
 
 def without_erased(

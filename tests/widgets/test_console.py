@@ -83,6 +83,7 @@ def test_the_console_records_what_the_plain_function_records(console, lab, name,
 
 
 def test_what_the_bench_reports_is_shown(live):
+    event(live, "press", "connect")
     reported = rows(live, "The bench reports")
     assert reported["arm_position"] and "±180" in reported["servo angle"][0] and "0.2 s" in reported["watchdog"][0]
     assert "emergency stop comes first" in rows(live, "State")["mind"][0]

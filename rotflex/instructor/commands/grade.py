@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from datetime import UTC, tzinfo
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rotflex.courseware.student_id import GRADEBOOK_FILE
+from rotflex.courseware.student_id import GRADEBOOK_FILE, INTAKE_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -94,6 +95,7 @@ def grade(
     3 nothing graded, as students' code cannot be isolated here.
     """
     from rotflex.instructor.batch import Batch, Settings
+    from rotflex.instructor.reports import intake_table
     from rotflex.instructor.reports.changes import Before
     from rotflex.instructor.reports.grades import Reports, make_folder
     from rotflex.instructor.reports.live_report import JsonLines, Screen
@@ -121,14 +123,24 @@ def grade(
         )
         _check_isolation(settings)
         make_folder(out)
+        decided = intake_table.read(out / INTAKE_FILE)
+        decisions = {(one.submission, one.about): text for one, text in decided.items() if text}
+        settings = replace(settings, decisions=decisions)
         with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
             batch = Batch(submissions, found, book, settings)
             before = Before(book)
             progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *untold], batch.absent)
             with Reports(out, found, book, batch.students) as reports, progress:
-                for step in batch.grade():
-                    progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
-        for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
+                try:
+                    for step in batch.grade():
+                        progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
+                finally:
+                    open_rows = intake_table.write(out / INTAKE_FILE, batch.doubts, decided)
+        to_decide = (
+            f"{open_rows} things that cannot be known for certain are in {out / INTAKE_FILE}, with what was assumed: "
+            "write what is right under decision, and grade again."
+        )
+        for line in filter(None, (reports.closed, reports.unknown, reports.hints, to_decide if open_rows else "")):
             typer.echo(line, err=True)
     except IsolationError as error:
         isolation_report.refuse(error)

@@ -107,15 +107,38 @@ def added(connection: Connection, statement: Any) -> int:
 # --- what was handed in -----------------------------------------------------------------------------------------------
 
 
-def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery]) -> int:
-    """Write the files that are not there yet; how many."""
-    found = select(deliveries.c.name, deliveries.c.digest, deliveries.c.received)
-    there = {tuple(row) for row in connection.execute(found.where(deliveries.c.student_id == student_id))}
+def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery], decided: bool = False) -> int:
+    """Write the files that are not there yet, and return how many.
+
+    Another content of the same name, time and source is replaced: an instructor decided that another file counts.
+    ``decided`` says that they decided the time, too; then another time of the same content and source is replaced.
+    """
+    columns = (deliveries.c.id, deliveries.c.name, deliveries.c.digest, deliveries.c.received, deliveries.c.source)
+    there = connection.execute(select(*columns).where(deliveries.c.student_id == student_id)).all()
+    known = {(row.name, row.digest, row.received) for row in there}
     wanted = {(one.name, one.digest, one.received): one for one in new}
-    rows = [{"student_id": student_id, **vars(one)} for known_by, one in wanted.items() if known_by not in there]
+    at_once = {(one.name, one.received, one.source) for one in new}
+    alike = {(one.name, one.digest, one.source) for one in new} if decided else set()
+    replaced = [
+        row.id
+        for row in there
+        if (row.name, row.digest, row.received) not in wanted
+        and ((row.name, row.received, row.source) in at_once or (row.name, row.digest, row.source) in alike)
+    ]
+    connection.execute(delete(deliveries).where(deliveries.c.id.in_(replaced)))
+    rows = [{"student_id": student_id, **vars(one)} for known_by, one in wanted.items() if known_by not in known]
     if rows:
         connection.execute(insert(deliveries), rows)
     return len(rows)
+
+
+def give_over_deliveries(connection: Connection, source: str, student_id: int) -> list[str]:
+    """Delete what came in a submission from all but its owner, and return the IDs of those it was taken from."""
+    others = (deliveries.c.source == source) & (deliveries.c.student_id != student_id)
+    of_them = select(students.c.student).join(deliveries, deliveries.c.student_id == students.c.id).where(others)
+    found = list(connection.scalars(of_them.distinct()))
+    connection.execute(delete(deliveries).where(others))
+    return found
 
 
 def newest_deliveries(connection: Connection, student_id: int) -> list[Delivery]:

@@ -146,10 +146,16 @@ class Gradebook:
 
     # --- what was handed in -------------------------------------------------------------------------------------------
 
-    def deliver(self, student: str, files: Sequence[Delivery]) -> int:
+    def deliver(self, student: str, files: Sequence[Delivery], decided: bool = False) -> int:
         """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
 
         What has the name, the digest and the time of one that is there is the same.
+
+        Parameters
+        ----------
+        student : ID
+        files : what was handed in
+        decided : whether an instructor decided when; then these replace the same content of the same source
 
         Returns
         -------
@@ -164,7 +170,14 @@ class Gradebook:
         student = storable.student(student)
         new = list(map(storable.delivery, files))
         with self._database.writing() as connection:
-            return rows.put_deliveries(connection, rows.student_for(connection, student), new)
+            return rows.put_deliveries(connection, rows.student_for(connection, student), new, decided)
+
+    def give_over(self, source: str, student: str) -> list[str]:
+        """Take what came in a submission from all students but its owner, and return their IDs."""
+        student = storable.student(student)
+        with self._database.writing() as connection:
+            owner = rows.student_for(connection, student)
+            return rows.give_over_deliveries(connection, storable.text(source), owner)
 
     def delivered(self, student: str) -> list[Delivery]:
         """The newest of each file that a student handed in, by name: received last, of equals recorded last."""

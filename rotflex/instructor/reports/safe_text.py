@@ -23,3 +23,8 @@ def spreadsheet_cell(text: str) -> str:
     """Text that a spreadsheet takes for text."""
     text = no_escapes(text)
     return f"'{text}" if text.lstrip(" \xa0").startswith(_FORMULA) else text
+
+
+def from_spreadsheet_cell(text: str) -> str:
+    """Return a text without the sign that :func:`spreadsheet_cell` puts before what looks like a formula."""
+    return text[1:] if text.startswith("'") and spreadsheet_cell(text[1:]) == text else text

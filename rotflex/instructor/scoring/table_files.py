@@ -10,7 +10,7 @@ from typing import Any
 
 from rotflex.courseware import files
 from rotflex.errors import GradingError
-from rotflex.instructor.reports.safe_text import spreadsheet_cell
+from rotflex.instructor.reports.safe_text import from_spreadsheet_cell, spreadsheet_cell
 
 COLUMNS = ("key", "question", "part", "who", "answer", "out of", "level", "points", "remark", "state", "check")
 MOST_BYTES = 50_000_000  #: of a table that is read; fifty answers of 5000 characters of each of 200 students
@@ -108,10 +108,7 @@ def rows(path: Path) -> Iterator[tuple[int, dict[str, Cell]]]:
 
 
 def _typed(text: Cell) -> Cell:
-    """A cell without the sign that we put before what looks like a formula."""
-    if text is None:
-        return None
-    return text[1:] if text.startswith("'") and spreadsheet_cell(text[1:]) == text else text
+    return None if text is None else from_spreadsheet_cell(text)
 
 
 def _content(path: Path) -> bytes:

@@ -8,6 +8,8 @@
 ``people``         which student a name means
 ``whose``          whose a hand-in is, by its name and by its course.json
 ``times``          the file that says what came when
+``decisions``      what cannot be known for certain, and what an instructor decided
+``scripts``        a notebook that was handed in as a program
 ``places``         folders and zips, alike; ``stores`` reads them, bounded
 ``notebooks``      a notebook without its outputs; ``notebook_names`` tells which it is
 ``own_files``      which of a student's own files come along
@@ -15,6 +17,7 @@
 =================  ===================================================================================================
 """
 
+from rotflex.instructor.running.intake.decisions import DECIDED, OWNER, TIME, Decisions, Doubt
 from rotflex.instructor.running.intake.delivered import Item, newest
 from rotflex.instructor.running.intake.finding import find
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
@@ -22,7 +25,12 @@ from rotflex.instructor.running.intake.reading import Delivered, is_unread, note
 from rotflex.instructor.running.intake.whose import named_in
 
 __all__ = [
+    "DECIDED",
+    "OWNER",
+    "TIME",
+    "Decisions",
     "Delivered",
+    "Doubt",
     "Found",
     "Item",
     "Piece",

@@ -14,15 +14,18 @@ from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
 from rotflex.instructor.running.intake import labels, limits, names, places, whose
+from rotflex.instructor.running.intake.decisions import DECIDED, OWNER, TIME, Decisions, Doubt
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
 from rotflex.instructor.running.intake.labels import Label
 from rotflex.instructor.running.intake.notebook_names import is_notebook
 from rotflex.instructor.running.intake.people import Match, People
 from rotflex.instructor.running.intake.places import Child, Place
 from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where
-from rotflex.instructor.running.intake.times import folded, in_utc
+from rotflex.instructor.running.intake.times import folded, in_utc, parsed
 
 _WRONG_CLOCK = timedelta(days=1)  # by which what is in a zip may be later than the zip, as clocks have zones
+#: What is known of a time by files alone: in a folder, in an archive.
+_FILES_CLOCKS = ("the newest file", "the newest file in the zip")
 
 
 @dataclass
@@ -43,6 +46,7 @@ def find(
     times: Mapping[str, datetime] | None = None,
     zone: tzinfo = UTC,
     earlier: Callable[[str], Collection[str] | None] = whose.nobody_earlier,
+    decisions: Decisions | None = None,
 ) -> Found:
     """What is in a class's folder, or in a zip of it.
 
@@ -53,6 +57,7 @@ def find(
     times : name of what lies there, or a student's ID or name → when it was handed in, from :func:`.times.read`
     zone : of times in names and in zips, which do not say theirs
     earlier : whom a student named who handed in before; None for one who did not
+    decisions : owners and times, by the instructor
 
     Raises
     ------
@@ -62,23 +67,28 @@ def find(
     if not (folder.is_dir() or folder.is_file()):
         raise GradingError(f"There is no folder {folder}.")
     with Shelf() as shelf:
-        explorer = _Explorer(People(roster), times or {}, zone, shelf)
+        explorer = _Explorer(People(roster), times or {}, zone, shelf, decisions or {})
         try:
             explorer.start(folder)
         except Unreadable as error:
             raise GradingError(f"{folder} cannot be read: {error}") from None
         submissions = explorer.submissions(earlier)
-    ignored = explorer.ignored()
+    ignored = [*explorer.ignored(), *explorer.wrong]
     if not submissions:
         nothing = "There are no submissions in {folder}: it should hold a folder or a zip for each student."
         raise GradingError(" ".join([nothing.format(folder=folder), *ignored]))
-    return Found(submissions, ignored)
+    return Found(submissions, ignored, explorer.doubts)
 
 
 class _Explorer:
     """Goes through folders and zips around those of the students."""
 
-    def __init__(self, people: People, times: Mapping[str, datetime], zone: tzinfo, shelf: Shelf) -> None:
+    def __init__(
+        self, people: People, times: Mapping[str, datetime], zone: tzinfo, shelf: Shelf, decisions: Decisions
+    ) -> None:
+        self.doubts: list[Doubt] = []
+        self.wrong: list[str] = []  # decisions that cannot be followed
+        self._decisions = decisions
         self._people = people
         self._times = folded(times)
         self._zone = zone
@@ -128,8 +138,12 @@ class _Explorer:
             self._look_into(child, label, siblings, depth)
             return
         if is_notebook(child.name):
-            why = "it does not say whose it is. Put it into a folder that is named by the student's ID."
-        elif child.name.casefold().endswith(places.OTHER_ARCHIVES):
+            why = "it does not say who handed it in. Put it into a folder that is named by the student's ID."
+            assert child.entry is not None
+            place = Place(child.source, child.where, Listing({child.name: child.entry}), child.latest)
+            self._raws.append(_Raw(child.name, place, Match(why_not=why), label, place.listing.files))
+            return
+        if child.name.casefold().endswith(places.OTHER_ARCHIVES):
             why = "it is packed in a way that is not read. Unpack it, or ask for an ordinary zip."
             stem = places.without_ending(child.name)
             match = self._people.named(stem, siblings) if label is None else self._people.labelled(label)
@@ -282,13 +296,22 @@ class _Explorer:
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """One for each student."""
         taken: list[tuple[whose.Owners, Piece]] = []
-        what_to_do = "Rename it to the student's ID, or put the student on the roster (rotflex roster)."
+        what_to_do = (
+            "Rename it to the student's ID, put the student on the roster (rotflex roster), or write the ID into "
+            "intake.csv."
+        )
         known = [raw.match for raw in self._raws if raw.match.certain or not self._people]
         present = {one for match in known for one in match.students}
         for place, raw in enumerate(self._raws):
             course = self._course_file(raw)
             holds_work = any(map(places.is_work, raw.files))
             owners = whose.owners(raw.name, raw.match, course, self._people, holds_work, present)
+            decided = self._decided_owner(raw.place.source)
+            unlisted = any(self._people.known(one) is None for one in owners.students)
+            if owners.problems or owners.why_not or unlisted or decided:
+                why = " ".join((*owners.problems, *owners.notes, owners.why_not)).strip()
+                self.doubts.append(Doubt(raw.place.source, OWNER, " ".join(owners.students), why))
+            owners = decided or owners
             if owners.students:
                 taken.append((owners, self._piece(raw, owners, course, place)))
             else:
@@ -297,12 +320,25 @@ class _Explorer:
         pieces = [(owners, piece) for owners, (_before, piece) in zip(agreed, taken, strict=True)]
         return [_submission(student, pieces) for student in whose.of_each(agreed)]
 
+    def _decided_owner(self, source: str) -> whose.Owners | None:
+        """Return the owner that the instructor decided; None without a decision, or if it cannot be followed."""
+        given = self._decisions.get((source, OWNER))
+        if not given:
+            return None
+        student = self._people.known(given)
+        if student is None:
+            self.wrong.append(f"intake.csv: {names.shown(given)}, the owner of {names.shown(source)}, is unknown.")
+            return None
+        return whose.Owners((student,), (), student, DECIDED)
+
     def _course_file(self, raw: _Raw) -> dict[str, Any]:
         return places.course_file(replace(raw.place, listing=Listing(raw.files)), self._shelf)
 
     def _piece(self, raw: _Raw, owners: whose.Owners, course: Mapping[str, Any], place: int) -> Piece:
         saved = self._saved(raw)
         received, clock = self._received(raw, owners, saved)
+        if clock in (*_FILES_CLOCKS, DECIDED):
+            self.doubts.append(Doubt(raw.place.source, TIME, f"{received:%Y-%m-%d %H:%M} UTC", clock))
         attempt = max(owners.attempt, raw.label.attempt if raw.label and raw.label.rest else 0)
         return Piece(
             source=raw.place.source,
@@ -318,6 +354,11 @@ class _Explorer:
         )
 
     def _received(self, raw: _Raw, owners: whose.Owners, saved: datetime) -> tuple[datetime, str]:
+        decided = self._decisions.get((raw.place.source, TIME))
+        if decided:
+            if (time := parsed(decided, self._zone)) is not None:
+                return time, DECIDED
+            self.wrong.append(f"intake.csv: {names.shown(decided)} is not a time; write it as 2026-11-21 13:05.")
         if raw.label is not None and raw.label.time is not None:
             return in_utc(raw.label.time, self._zone), "the time in its name"
         given = [raw.name, places.without_ending(raw.name), *owners.students]
@@ -327,7 +368,7 @@ class _Explorer:
         if listed_time is not None:
             return listed_time, "the list of times"
         zipped = bool(raw.place.where.zips) or raw.place.where.path.is_file()
-        return saved, "the newest file in the zip" if zipped else "the newest file"
+        return saved, _FILES_CLOCKS[zipped]
 
     def _saved(self, raw: _Raw) -> datetime:
         """When the newest of its files was saved, as far as that can be so."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
+from rotflex.instructor.running.intake.decisions import Doubt
 from rotflex.instructor.running.intake.stores import Entry, Where
 
 
@@ -77,7 +78,9 @@ class Found:
     ----------
     submissions : one for each student, by ID
     ignored : a sentence on everything that is not taken
+    doubts : what an instructor may decide otherwise
     """
 
     submissions: list[Submission]
     ignored: list[str]
+    doubts: list[Doubt] = field(default_factory=list)

@@ -66,7 +66,7 @@ def fitting(
 
 def _stem(name: str) -> str:
     folded = caseless(name)
-    ending = next((one for one in sorted((*_ENDINGS, _PDF), key=len, reverse=True) if folded.endswith(one)), "")
+    ending = next((one for one in sorted((*_ENDINGS, _PDF, ".py"), key=len, reverse=True) if folded.endswith(one)), "")
     return folded.removesuffix(ending)
 
 

@@ -5,22 +5,30 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import PurePosixPath
+from typing import Any
 
 import rotflex
 from rotflex.courseware import answers, report_files
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.run import own_files
+from rotflex.courseware.run.alignment import source_of
 from rotflex.courseware.run.handed_in import Cell, NotebookError
-from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks
+from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks, scripts
+from rotflex.instructor.running.intake.decisions import DECIDED, Decisions, Doubt
 from rotflex.instructor.running.intake.delivered import Item
 from rotflex.instructor.running.intake.hand_ins import Piece, Submission
 from rotflex.instructor.running.intake.notebook_names import Fit
 from rotflex.instructor.running.intake.stores import Entry, Store, Unreadable, opened
+from rotflex.instructor.running.intake.times import in_utc
 
 _UNREAD = "{name} cannot be read: {error}"
 _MOST_SHOWN = 5  # files that are named in a message
+_MOST_COMPARED = 10  # files that may be the same notebook
+_SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
+#: Of each notebook, its cells by their ids.
+Masters = Mapping[str, Mapping[str, Mapping[str, Any]]]
 
 
 @dataclass
@@ -39,6 +47,7 @@ class Delivered:
     unread : file of the course → why it could not be read
     problems : what else could not be read as it should
     notes : what a student or an instructor may want to know
+    doubts : what an instructor may decide otherwise
     """
 
     piece: Piece
@@ -51,6 +60,7 @@ class Delivered:
     unread: dict[str, str] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
 
     @property
     def received(self) -> datetime:
@@ -75,9 +85,10 @@ class Delivered:
 def read(
     submission: Submission,
     wanted: Sequence[str],
-    masters: Mapping[str, Collection[str]] | None = None,
+    masters: Masters | None = None,
     packages: Collection[str] = (rotflex.__name__,),
     reports: Sequence[str] = (),
+    decisions: Decisions | None = None,
 ) -> list[Delivered]:
     """Read a submission's pieces, in order of time. Whatever one of them is, the others are read.
 
@@ -85,9 +96,10 @@ def read(
     ----------
     submission : as found
     wanted : file names of the course's notebooks
-    masters : of each of these, the ids of its cells, by which one is told whose name is another
+    masters : the cells of each of these, by which a notebook of another name is recognised
     packages : names of the course's packages, which are not own files
     reports : file names of the course's reports, as PDF
+    decisions : which of several files counts, by the instructor
     """
     found = []
     for piece in submission.pieces:
@@ -100,7 +112,7 @@ def read(
         try:
             with ExitStack() as stack:
                 store = stack.enter_context(opened(piece.where))
-                _Reader(delivered, store, wanted, masters or {}, packages, reports).read()
+                _Reader(delivered, store, wanted, masters or {}, packages, reports, decisions or {}).read()
         except Unreadable as error:
             delivered.unreadable = _unreadable(piece, str(error))
     return found
@@ -185,10 +197,12 @@ class _Reader:
         delivered: Delivered,
         store: Store,
         wanted: Sequence[str],
-        masters: Mapping[str, Collection[str]],
+        masters: Masters,
         packages: Collection[str],
         reports: Sequence[str],
+        decisions: Decisions,
     ) -> None:
+        self._decisions = decisions
         self._delivered, self._store, self._wanted = delivered, store, wanted
         self._masters, self._packages, self._reports = masters, packages, reports
         self._files = delivered.piece.files
@@ -202,6 +216,7 @@ class _Reader:
         for name in self._wanted:
             self._notebook(name, sorted(fits.get(name, []), key=lambda one: self._preference(one, base)))
         self._by_their_cells([path for path in seen if path not in self._used], base)
+        self._exported(seen, base)
         for name, candidates in notebook_names.fitting(seen, self._reports, notebook_names.is_pdf).items():
             self._report(name, sorted(candidates, key=lambda one: self._preference(one, base)))
         self._delivered.claim = self._of_the_course(seen, ANSWERS_FILE, answers.MAX_BYTES, base)
@@ -231,16 +246,53 @@ class _Reader:
             self._cells(name, self._best(name, candidates))
 
     def _best(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> str:
-        """The path of the file that fits best; that there are others, or that it bears another name, is told."""
+        """Return the path of the file that counts; say which others there are, and if it has another name."""
+        self._used.update(path for _fit, path in candidates)
         path = candidates[0][1]
-        self._used.update(other for _fit, other in candidates)
         if len(candidates) > 1:
-            others = names.listed([other for _fit, other in candidates[1:]])
-            told = "There are {count} files {name}; the one at {path} is taken, not {others}."
-            self._note(told.format(count=len(candidates), name=name, path=names.shown(path), others=others))
+            path, why = self._chosen(name, [path for _fit, path in candidates])
+            rest = [other for _fit, other in candidates if other != path]
+            others = names.listed(rest)
+            self._note(f"There are {len(candidates)} files {name}; {names.shown(path)} counts, {why}; not {others}.")
+            self._delivered.doubts.append(Doubt(self._delivered.source, name, path, why, "; ".join(rest)))
         elif candidates[0][0].changes:
             self._note(f"{names.shown(path)} is taken for {name}.")
         return path
+
+    def _chosen(self, name: str, paths: Sequence[str]) -> tuple[str, str]:
+        """Return which of several files counts, and why: the newer, or the fuller of those of one time."""
+        decided = self._decisions.get((self._delivered.source, name))
+        if decided and decided in paths:
+            return decided, DECIDED
+        if decided:
+            self._delivered.problems.append(f"intake.csv: there is no file {names.shown(decided)} that may be {name}.")
+        filled = {path: self._filled(name, path) for path in paths[:_MOST_COMPARED]}
+        readable = [path for path in filled if filled[path] >= 0] or paths[:1]
+        begun = [path for path in readable if filled[path]] or list(readable)
+        known = {path: in_utc(time, UTC) for path in begun if (time := self._files[path].modified)}
+        newest = max(known.values(), default=datetime.min.replace(tzinfo=UTC))
+        recent = begun if len(known) < len(begun) else [one for one in begun if newest - known[one] <= _SAME_TIME]
+        path = max(recent, key=lambda path: filled[path])
+        if len(begun) < len(readable):
+            why = "as it is not empty"
+        elif len(recent) < len(begun):
+            why = f"as it is the newest ({known[path]:%Y-%m-%d %H:%M} UTC)"
+        elif any(filled[other] != filled[path] for other in recent):
+            why = "as more of it is filled in"
+        else:
+            why = "as its name or folder fits best"
+        return path, why
+
+    def _filled(self, name: str, path: str) -> int:
+        """Return in how many cells of a notebook the student wrote something; -1 if it cannot be read."""
+        if not notebook_names.is_notebook(path):
+            return 0
+        released = {source_of(cell).strip() for cell in self._masters.get(name, {}).values()}
+        try:
+            cells, _left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+        except (Unreadable, NotebookError):
+            return -1
+        return sum(cell.source.strip() not in released for cell in cells)
 
     def _report(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> None:
         """A report's PDF: its bytes. Only their beginning and their number are looked at here."""
@@ -283,6 +335,23 @@ class _Reader:
                 self._delivered.notebooks[name] = cells
                 self._delivered.problems += [f"{name}: {why}" for why in left_out]
                 self._note(f"{names.shown(path)} is taken for {name}, by its cells.")
+
+    def _exported(self, seen: Sequence[str], base: str) -> None:
+        """Programs in place of notebooks that are not there, as editors export them."""
+        there = {*self._delivered.notebooks, *self._delivered.unread}
+        missing = [name for name in self._wanted if name not in there and name in self._masters]
+        found = notebook_names.fitting(seen, missing, lambda path: path.casefold().endswith(scripts.ENDING))
+        for name, candidates in found.items():
+            path = min(candidates, key=lambda one: self._preference(one, base))[1]
+            try:
+                data = self._store.read(self._files[path].key, limits.MAX_NOTEBOOK)
+                cells = scripts.cells_of(data, list(self._masters[name].values()))
+            except (Unreadable, NotebookError) as error:
+                self._delivered.unread[name] = f"{names.shown(path)}: {error}"
+            else:
+                self._used.add(path)
+                self._delivered.notebooks[name] = cells
+                self._note(f"{names.shown(path)} is a program; it is taken for {name}, by the course's cells in it.")
 
     def _of_the_course(self, seen: Iterable[str], name: str, limit: int, base: str) -> bytes | None:
         paths = [path for path in seen if path.rpartition("/")[2] == name]
