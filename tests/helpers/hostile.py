@@ -117,7 +117,6 @@ _SOLUTIONS = {
         "2.12": ("q2-12", "J_l, K_s = 0.0033, 1.3", "J_l=J_l, K_s=K_s"),
     },
 }
-ANSWER_CELLS = tuple(cell for questions in _SOLUTIONS.values() for cell, _, _ in questions.values())
 
 
 def course(folder: Path, canary: str) -> Path:

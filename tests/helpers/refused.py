@@ -1,4 +1,4 @@
-"""What bad inputs are refused with, as one text for a snapshot."""
+"""Collect the messages with which bad inputs are refused, as one text for a snapshot."""
 
 from collections.abc import Callable, Iterable
 from typing import Any

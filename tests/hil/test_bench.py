@@ -29,7 +29,7 @@ OPENING = ["watchdog_set_analog_expiration_state", "watchdog_clear", "watchdog_s
 
 
 class FaultyBoard:
-    """A virtual board that keeps what it is told, with a copy of each value, and fails where it is told to.
+    """A virtual board that records each call with a copy of its values, and fails as ``faults`` say.
 
     ``faults`` maps a verb to the number of its calls that still succeed; ``interrupted_at`` is one with a Ctrl-C.
     """
@@ -72,7 +72,7 @@ class FaultyBoard:
 
 @pytest.fixture
 def left_at_7_V() -> FaultyBoard:
-    """A board on whose output somebody left a voltage."""
+    """A board with a voltage left on its output."""
     board = FaultyBoard()
     board.inner.write_analog(np.array([0], dtype=np.uint32), 1, np.array([7.0]))
     return board

@@ -55,7 +55,7 @@ def raising(error: BaseException) -> Callable[[Any], Any]:
 
 
 def failing(error_at: int = 0, error: BaseException | None = None, times: int = 1) -> Callable[[int], None]:
-    """A verb that fails so often, from a sample on."""
+    """Make a verb that fails ``times`` times, from sample ``error_at`` on."""
     waiting = [error or HILError("the board refused")] * times
 
     def before(sample: int) -> None:

@@ -185,7 +185,7 @@ def test_only_the_first_output_drives():
 
 
 def watched(timeout: float, expires_to: float = 0.0) -> tuple[VirtualBoard, Stopwatch]:
-    """A board whose watchdog runs."""
+    """Return a board with a running watchdog, and its clock."""
     time = Stopwatch()
     board = VirtualBoard(WORKBOOK, clock=time)
     board.watchdog_set_analog_expiration_state(MOTOR, 1, np.array([expires_to]))

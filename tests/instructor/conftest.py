@@ -1,4 +1,4 @@
-"""What tests of several rooms begin with."""
+"""Fixtures for the tests of several rooms."""
 
 import pytest
 from fake_class import FakeClass

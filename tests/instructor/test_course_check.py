@@ -89,7 +89,7 @@ def copy(tmp_path):
 
 
 def listed(told):
-    """What is told of several courses, for a snapshot."""
+    """Return the messages about several courses, as one text for a snapshot."""
     return "\n".join(f"{what}\n" + "\n".join(f"  {line}" for line in lines) for what, lines in told.items())
 
 
@@ -250,7 +250,7 @@ def test_a_slip_in_the_key_is_told_with_its_question(claims, snapshot):
         "lambda": omega_n(lambda bench: bench.omega),
         "too wide": omega_n(lambda bench: bench.omega_n, rtol=0.9),
         "slip": omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}),
-        "follow-through": omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody),  # noqa: F821
+        "follow-through": omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody),  # noqa: F821 (on purpose)
         "no such question": omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")),
     }
     told = {what: [line for line in judged(course, claims) if "2.11 omega_n" in line] for what, course in slips.items()}

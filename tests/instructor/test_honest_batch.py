@@ -246,7 +246,7 @@ FUTURE = 4e9  # what a file says of itself, somebody may have written there
 
 @pytest.fixture
 def stage(tmp_path):
-    """Takes in folders: name → (answer, partners, student of the course.json); what counts for each student then."""
+    """Grade folders, {name: (answer, partners, student of the course.json)}; return what counts for each student."""
     taken = []
 
     def take(**folders):

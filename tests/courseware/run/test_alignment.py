@@ -101,7 +101,7 @@ def move(cells, name, to=None):
 
 
 LOCKED_COPY = Cell("new", "setup", CODE, "lab2 = start()")
-#: What somebody did to the cells, what is run then, and what is told of it.
+#: What somebody did to the cells, what is run then, and what is reported of it.
 DONE = {
     "a cell of one's own": (lambda cells: cells.insert(at("q1"), own()), [*WHOLE[:2], "own = 1", *WHOLE[2:]], []),
     "a locked cell changed": (

@@ -72,7 +72,7 @@ def talk():
 
 
 def test_it_fits_into_the_controller():
-    """Into 32 KiB of flash with half a KiB of it the bootloader's, and 2 KiB of memory with room for the stack."""
+    """It has 32 KiB of flash, half a KiB of which the bootloader takes; of 2 KiB of memory the stack needs a part."""
     elf = firmware().read_bytes()  # 32-bit: a table of sections, whose names are in one of them
     table, entry_size, count, names_at = struct.unpack_from("<I", elf, 32) + struct.unpack_from("<3H", elf, 46)
     entries = [struct.unpack_from("<10I", elf, table + number * entry_size) for number in range(count)]

@@ -201,7 +201,7 @@ def test_the_last_0_v_is_sent_until_it_is_obeyed(bench):
 
 
 def losing(times, is_lost):
-    """A line that loses what it is told to, so often; ``left`` is how often still."""
+    """Make a line that loses the content that ``is_lost`` selects; ``left`` counts how often it still does."""
 
     def line(content):
         if line.left and is_lost(content):

@@ -1,7 +1,7 @@
 """Gradebooks on a file and on a real PostgreSQL server.
 
-On both run the gradebook's contract (``test_gradebook.py``), and other tests that name ``url``, since they ask the
-database itself. What else has a ``book`` has it in a file.
+On both run the gradebook's contract (``test_gradebook.py``, ``test_database.py``), and other tests that name ``url``,
+since they ask the database itself. What else has a ``book`` has it in a file.
 """
 
 import inspect
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 from gradebook_databases import KINDS, new_file, new_schema, programs, unprivileged, wait_for
+from made_runs import record, small_class
 
 from rotflex.instructor.gradebook import Gradebook
 
@@ -77,7 +78,7 @@ def pytest_generate_tests(metafunc):
     if any(mark.args[0] == "kind" for mark in metafunc.definition.iter_markers("parametrize")):
         return
     named = inspect.signature(metafunc.function).parameters
-    both = metafunc.definition.path.name == "test_gradebook.py" or "url" in named
+    both = metafunc.definition.path.name in ("test_gradebook.py", "test_database.py") or "url" in named
     metafunc.parametrize("kind", KINDS if both else KINDS[:1], indirect=True)
 
 
@@ -96,3 +97,11 @@ def url(new_url):
 def book(url):
     with Gradebook(url) as opened:
         yield opened
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    with Gradebook(tmp_path_factory.mktemp("undisturbed") / "class.sqlite") as opened:
+        for one in small_class():
+            record(opened, one)
+        return opened.dump()

@@ -21,7 +21,6 @@ ROSTER = [
     StudentRecord("jürgen", "Jürgen Groß"),
     StudentRecord("mary", "Mary-Ann Smith-Jones"),
 ]
-LATER = "y = 2"
 
 
 def first_answer(found, student, name=WANTED[0]):
