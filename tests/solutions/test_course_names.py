@@ -1,0 +1,62 @@
+"""Names between the cells of a course: whatever a student keeps under a short name, the cells after it still run."""
+
+from __future__ import annotations
+
+import ast
+import re
+import string
+from collections import defaultdict
+from types import SimpleNamespace
+from typing import Any
+
+import nbformat
+import pytest
+from checkout import ROOT
+
+from rotflex import greybox, progress
+from rotflex.courseware.run import RUNNING
+from rotflex.plant import PlantParameters
+
+NOTEBOOKS = sorted((ROOT / "solutions").glob("[01]*.ipynb"))
+SHORT = {*string.ascii_letters, "data", "time", "fig", "ax"}
+SOLUTION = re.compile(r"### BEGIN SOLUTION.*?### END SOLUTION", re.DOTALL)
+
+
+def assigned(source: str) -> set[str]:
+    """Return the names that code assigns."""
+    names = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name))
+    return {name.id for name in names if isinstance(name.ctx, ast.Store)}
+
+
+def fitted(_recording: Any, servo: Any, joint: Any, **_how: Any) -> SimpleNamespace:
+    """Stand in for `greybox.fit`, which takes longer than all other cells together."""
+    return SimpleNamespace(
+        parameters=PlantParameters.of(servo, joint, 1.4),
+        estimates=defaultdict(lambda: SimpleNamespace(value=1.0)),
+        intervals=defaultdict(lambda: (0.0, 2.0)),
+    )
+
+
+@pytest.mark.slow
+def test_every_short_name_that_no_question_asks_for_is_the_students(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(RUNNING, "check")
+    monkeypatch.setenv(progress.SWITCH, "off")
+    monkeypatch.setattr(greybox, "fit", fitted)
+    broken = {}
+    for path in NOTEBOOKS:
+        names: dict[str, Any] = {"display": lambda *shown: None}
+        asked: set[str] = set()
+        for cell in nbformat.read(path, as_version=4).cells:
+            if cell.cell_type != "code" or "instructor" in cell.metadata.get("tags", ()):
+                continue
+            try:
+                exec(compile(cell.source, cell.id, "exec"), names)
+            except Exception as error:
+                broken[path.stem, cell.id] = repr(error)
+            if "parameters" in cell.metadata.get("tags", ()):
+                names["student"] = "ada"
+            if SOLUTION.search(cell.source):
+                asked |= assigned(SOLUTION.sub("pass", cell.source))
+                names |= dict.fromkeys(SHORT - asked, object())
+    assert broken == {}
