@@ -12,6 +12,7 @@ leaves the old one.
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -61,8 +62,8 @@ def parse(data: bytes) -> dict[str, Any]:
     if len(data) > MAX_BYTES:
         raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
     try:
-        content = json.loads(data, parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as error:
+        content = files.from_json(data, parse_constant=_finite, parse_float=_finite)
+    except ValueError as error:
         raise AnswerError(f"It is not JSON: {error}") from None
     number = content.get("format") if isinstance(content, dict) else None
     if not isinstance(number, int | None) or isinstance(number, bool) or number not in (None, *_KEYS):
@@ -96,8 +97,11 @@ def parse(data: bytes) -> dict[str, Any]:
     return content
 
 
-def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is not a number")
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):  # NaN, Infinity, 1e999
+        raise ValueError(f"{text:.20} is not a finite number")
+    return number
 
 
 def _identity(seen: os.stat_result) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import rotflex
-from rotflex.courseware import benches
+from rotflex.courseware import benches, files
 from rotflex.courseware.benches import BenchPolicy
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.errors import ConfigurationError
@@ -35,18 +35,29 @@ def read(folder: Path) -> dict[str, Any] | None:
         If it cannot be read, or is not an object that names a student.
     """
     try:
-        content = (folder / COURSE_FILE).read_text(encoding="utf-8-sig")  # Windows's editors may put a mark before it
+        course = parse((folder / COURSE_FILE).read_bytes())
+        course[STUDENT]
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
+    except (OSError, KeyError) as error:
         raise _unreadable(error) from None
+    return course
+
+
+def parse(data: bytes) -> dict[str, Any]:
+    """Parse the content of a ``course.json``, which may hold anything.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not an object.
+    """
     try:
-        course = json.loads(content)
-        if not isinstance(course, dict):
-            raise TypeError("it is no object")
-        course[STUDENT]
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        course = files.from_json(data)
+    except ValueError as error:
         raise _unreadable(error) from None
+    if not isinstance(course, dict):
+        raise _unreadable(TypeError("it is no object"))
     return course
 
 

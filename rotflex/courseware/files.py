@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import json
 import os
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
-from typing import TypeVar
+from pathlib import Path, PurePath
+from typing import Any, TypeVar
 
 ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
 COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
+MAX_DEPTH = 100  #: lists and objects within each other in a JSON file; Python can copy and write ten times as many
 
 Content = str | bytes | Callable[[Path], object]
 
@@ -54,6 +56,42 @@ def replace(source: Path, target: Path) -> None:
         If it cannot be done.
     """
     patiently(lambda: os.replace(source, target))
+
+
+def from_json(data: bytes, **hooks: Any) -> Any:
+    """Parse a JSON file that may hold anything, so that what is returned can always be copied and written again.
+
+    Halves of surrogate pairs, which UTF-8 does not have, become question marks.
+
+    Parameters
+    ----------
+    data : the file's content
+    hooks : for :func:`json.loads`
+
+    Raises
+    ------
+    ValueError
+        If it is not JSON, or is nested too deeply.
+    """
+    try:
+        value = json.loads(data, **hooks)
+        if _depth(value) > MAX_DEPTH:
+            raise RecursionError
+    except RecursionError:
+        raise ValueError(f"more than {MAX_DEPTH} lists or objects lie within each other") from None
+    text = json.dumps(value, ensure_ascii=False)
+    written = text.encode(errors="replace")
+    return value if written.decode() == text else json.loads(written, **hooks)
+
+
+def _depth(value: Any) -> int:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return 1 + max(map(_depth, inner), default=0)
+
+
+def shown(path: str | PurePath) -> str:
+    """Return a path as text that can be printed: the bytes of its name may be no UTF-8."""
+    return str(path).encode(errors="replace").decode()
 
 
 def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:

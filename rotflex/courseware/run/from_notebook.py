@@ -5,7 +5,6 @@ They run as programs of their own: the notebook's kernel keeps its names, and st
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import subprocess
@@ -14,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rotflex.courseware.run import by_program
+from rotflex.courseware.run.handed_in import NotebookError, cells_of
 
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # an id as notebooks have them; editors may send other things
 _PATIENCE = 15  # s for a program that was asked to end; three times the grace of what is ended
@@ -98,9 +98,8 @@ def _source_now() -> str | None:
 def _cells(path: Path) -> set[tuple[str, str]]:
     """Ids and sources of a notebook's cells; none where it cannot be read."""
     try:
-        cells = json.loads(path.read_bytes())["cells"]
-        return {(str(cell.get("id")), "".join(cell["source"])) for cell in cells}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {(cell.id, cell.source) for cell in cells_of(path.read_bytes())}
+    except (OSError, NotebookError):
         return set()
 
 

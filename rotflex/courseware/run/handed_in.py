@@ -7,15 +7,18 @@ needed, and are left behind.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+from rotflex.courseware import files
 
 MAX_CELLS = 1_000  #: of a notebook; ten times what a long one has
 MAX_SOURCE = 200_000  #: characters of a cell; thousands of lines
 MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
-CODE, TEXT = "code", "markdown"  #: kinds of cells that count; there are others
-UNREADABLE = "unreadable"  #: kind of a cell whose source is no text, or too long; it is empty here
+CODE, TEXT, RAW = "code", "markdown", "raw"  #: kinds of cells
+UNREADABLE = "unreadable"  #: kind of a cell whose source is too long; it is empty here
+_FORMS = {"nbgrader": dict, "rotflex": dict, "tags": list}  # of a cell's metadata, as far as they are used
 
 
 class NotebookError(Exception):
@@ -70,8 +73,7 @@ def as_released(notebook: Mapping[str, Any], answers: Mapping[str, str] | None =
     notebook : as released
     answers : cell's id → what was written there
     """
-    found = _cells(notebook["cells"])
-    return tuple(replace(cell, source=(answers or {}).get(cell.id, cell.source)) for cell in found)
+    return tuple(replace(cell, source=(answers or {}).get(cell.id, cell.source)) for cell in cells_in(notebook))
 
 
 def cells_of(data: bytes) -> tuple[Cell, ...]:
@@ -82,11 +84,19 @@ def cells_of(data: bytes) -> tuple[Cell, ...]:
     NotebookError
         If it is not a notebook with cells.
     """
-    return _cells(document(data)["cells"])
+    return cells_in(document(data))
+
+
+def cells_in(notebook: Mapping[str, Any]) -> tuple[Cell, ...]:
+    """The cells of a notebook that :func:`document` has read, or of one of the course's."""
+    return tuple(map(_cell, notebook["cells"]))
 
 
 def document(data: bytes) -> dict[str, Any]:
-    """A notebook's file as it is, with a list of cells whatever its format: in format 3 they stand elsewhere.
+    """Read a notebook's file, the only way in which students' notebooks are read. What can be repaired is.
+
+    Cells are in format 4, except that they have an id only where the file gives one. What is no cell, and what the
+    format does not know, is left out.
 
     Raises
     ------
@@ -94,66 +104,88 @@ def document(data: bytes) -> dict[str, Any]:
         If it is not a notebook with cells.
     """
     try:
-        notebook = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise NotebookError(f"it is not JSON ({type(error).__name__}).") from None
+        notebook = files.from_json(data)
+    except ValueError as error:
+        raise NotebookError(f"it is not JSON ({error}).") from None
     cells = _listed(notebook) if isinstance(notebook, dict) else None
     if not isinstance(cells, list):
         raise NotebookError("it is JSON, but not a notebook with cells.")
     if len(cells) > MAX_CELLS:
         raise NotebookError(f"it has more than {MAX_CELLS} cells.")
-    kept = {name: value for name, value in notebook.items() if name != "worksheets"}
-    return {**(notebook if "cells" in notebook else kept), "cells": cells}
+    kept = {name: notebook[name] for name in ("metadata", "nbformat", "nbformat_minor") if name in notebook}
+    if not isinstance(kept.get("metadata", {}), dict):
+        del kept["metadata"]
+    return {"cells": [_repaired(cell) for cell in cells if isinstance(cell, dict)], **kept}
 
 
 def _listed(notebook: dict[str, Any]) -> Any:
-    """The cells of a notebook; in format 3 and before, they are on worksheets, and code is an input."""
+    """The cells of a notebook, which are on worksheets in format 3 and before; None if one of these is none."""
     sheets = notebook.get("worksheets")
     if "cells" in notebook or not isinstance(sheets, list):
         return notebook.get("cells")
-    cells = [cell for sheet in sheets if isinstance(sheet, dict) for cell in sheet.get("cells") or ()]
-    return [{**cell, "source": cell.get("source", cell.get("input"))} for cell in cells if isinstance(cell, dict)]
+    lists = [sheet.get("cells", []) if isinstance(sheet, dict) else None for sheet in sheets]
+    if not all(isinstance(one, list) for one in lists):
+        return None
+    return [_upgraded(cell) for one in lists for cell in one if isinstance(cell, dict)]
 
 
-def _cells(cells: Sequence[Any]) -> tuple[Cell, ...]:
-    return tuple(_cell(cell) for cell in cells if isinstance(cell, dict))
+def _upgraded(cell: dict[str, Any]) -> dict[str, Any]:
+    """A cell of format 3 in format 4; without its outputs and metadata if these are broken."""
+    from nbformat import from_dict  # it takes a while to load, and old notebooks are rare
+    from nbformat.v4.convert import upgrade_cell
+
+    for tried in (cell, {**cell, "outputs": [], "metadata": {}}):
+        try:
+            return {**upgrade_cell(from_dict(tried)), "id": cell.get("id")}  # instead of one drawn by chance
+        except Exception:  # nbformat checks nothing: whatever a broken cell leads to
+            continue
+    return cell
 
 
-def _cell(cell: dict[str, Any]) -> Cell:
-    source = cell.get("source")
-    if isinstance(source, list) and all(isinstance(line, str) for line in source):
-        source = "".join(source)
-    kind = _text(cell.get("cell_type"))
-    if not isinstance(source, str) or not _is_readable(source, MAX_TEXT if kind == TEXT else MAX_SOURCE):
+def _repaired(cell: Mapping[str, Any]) -> dict[str, Any]:
+    """A cell in format 4, keys sorted as JupyterLab writes them."""
+    metadata, kind = cell.get("metadata"), cell.get("cell_type")
+    found: dict[str, Any] = {
+        "cell_type": kind if kind in (CODE, TEXT, UNREADABLE) else RAW,
+        "metadata": {
+            key: value
+            for key, value in (metadata.items() if isinstance(metadata, dict) else ())
+            if isinstance(value, _FORMS.get(key, object))
+        },
+        "source": _source(cell.get("source")),
+    }
+    if isinstance(cell.get("id"), str):
+        found["id"] = cell["id"]
+    if kind == CODE:
+        count, outputs = cell.get("execution_count"), cell.get("outputs")
+        found["execution_count"] = count if type(count) is int else None
+        found["outputs"] = [one for one in outputs if isinstance(one, dict)] if isinstance(outputs, list) else []
+    elif attachments := _attachments(cell):
+        found["attachments"] = attachments
+    return dict(sorted(found.items()))
+
+
+def _source(source: Any) -> str | list[str]:
+    """Text, or its lines; where a value is neither, it is shown as JSON, so that nothing is lost."""
+    if isinstance(source, list):
+        return [one if isinstance(one, str) else json.dumps(one) for one in source]
+    return source if isinstance(source, str) else "" if source is None else json.dumps(source)
+
+
+def _cell(cell: Mapping[str, Any]) -> Cell:
+    kind, source = cell["cell_type"], "".join(cell["source"])
+    if len(source) > (MAX_TEXT if kind == TEXT else MAX_SOURCE):
         kind, source = UNREADABLE, ""
-    metadata = cell.get("metadata")
-    grading = metadata.get("nbgrader") if isinstance(metadata, dict) else None
-    grade_id = grading.get("grade_id") if isinstance(grading, dict) else None
-    return Cell(_text(cell.get("id")), _text(grade_id), kind, source, _attachments(cell))
+    grade_id = cell.get("metadata", {}).get("nbgrader", {}).get("grade_id")
+    attachments = cell.get("attachments", {}) if kind == TEXT else {}
+    return Cell(cell.get("id", ""), grade_id if isinstance(grade_id, str) else "", kind, source, attachments)
 
 
-def _is_readable(source: str, most: int) -> bool:
-    """Whether it is valid text of no more than so many characters."""
-    if len(source) > most:
-        return False
-    try:
-        source.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-def _text(value: object) -> str:
-    return value if isinstance(value, str) else ""
-
-
-def _attachments(cell: dict[str, Any]) -> dict[str, dict[str, str]]:
-    """Of a text cell; anything of another form is left out."""
+def _attachments(cell: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Pictures in a text; anything of another form is left out."""
     found = cell.get("attachments")
-    if cell.get("cell_type") != TEXT or not isinstance(found, dict):
-        return {}
     return {
         name: {kind: data for kind, data in content.items() if isinstance(data, str)}
-        for name, content in found.items()
-        if isinstance(name, str) and isinstance(content, dict)
+        for name, content in (found.items() if isinstance(found, dict) else ())
+        if isinstance(content, dict)
     }

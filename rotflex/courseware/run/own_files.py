@@ -16,6 +16,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+from rotflex.courseware import files
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.messages import plural
 from rotflex.courseware.run.cell_reports import REPORTS_FILE
@@ -96,7 +97,7 @@ def chosen(
         if not why and len(paths) == MAX_FILES:
             why = f"{MAX_FILES} files at most come along"
         if why:
-            notes.append(f"{path} does not come along: {why}.")
+            notes.append(f"{files.shown(path)} does not come along: {why}.")
         else:
             paths.append(path)
             total += size

@@ -19,7 +19,7 @@ from typing import Any
 from rotflex.courseware import files
 from rotflex.courseware.run import alignment, own_files
 from rotflex.courseware.run.alignment import Change, Happened, Placed, Role
-from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
+from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_in, document
 from rotflex.errors import CheckError
 
 _VERSION = (4, 5)  # of the format of notebooks: the first whose cells have ids
@@ -130,9 +130,10 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
     NotebookError
         If the file is no notebook.
     """
-    changes = alignment.align(master["cells"], cells_of(data)).changes
     notebook = document(data)
-    notebook["cells"] = [cell for cell in notebook["cells"] if isinstance(cell, dict)]
+    lines = [_said(change) for change in alignment.align(master["cells"], cells_in(notebook)).changes]
+    if notebook != json.loads(data):
+        lines.append("its file has the form of a notebook again")
     version = (notebook.get("nbformat"), notebook.get("nbformat_minor"))
     if not all(isinstance(number, int) for number in version) or version < _VERSION:
         notebook["nbformat"], notebook["nbformat_minor"] = _VERSION
@@ -142,12 +143,12 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
         _put_right(notebook, master)
         if json.dumps(notebook["cells"]) == before:
             break
-    return notebook, tuple(_said(change) for change in changes)
+    return notebook, tuple(lines)
 
 
 def _put_right(notebook: dict[str, Any], master: Mapping[str, Any]) -> None:
     """Put the cells in order, and the course's into their place."""
-    aligned = alignment.align(master["cells"], cells_of(json.dumps(notebook).encode()))
+    aligned = alignment.align(master["cells"], cells_in(notebook))
     wrong = {change.cell for change in aligned.changes if change.what is Happened.OTHER_KIND}
     found = _Cells(master["cells"], notebook["cells"], wrong)
     notebook["cells"] = [found.cell(place) for place in aligned.placed]
@@ -179,8 +180,7 @@ class _Cells:
         if place.master in self._begun:
             return self._of_its_kind(own, master)
         self._begun.add(place.master)
-        about = own.get("metadata")
-        own["metadata"] = {**(about if isinstance(about, dict) else {}), **copy.deepcopy(master["metadata"])}
+        own["metadata"] = {**own["metadata"], **copy.deepcopy(master["metadata"])}
         own["id"] = master["id"]
         return self._as_released(own, master) if place.role in _COURSES else self._of_its_kind(own, master)
 
@@ -235,5 +235,5 @@ def _write(path: Path, notebook: Mapping[str, Any]) -> None:
     text = json.dumps(notebook, ensure_ascii=False, indent=1) + "\n"
     try:
         files.write(path, text)
-    except (OSError, UnicodeEncodeError) as error:
+    except OSError as error:
         raise CheckError(f"{path.name} cannot be written: {error}.") from None

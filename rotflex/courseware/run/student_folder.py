@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import hub, report_files, student_id
+from rotflex.courseware import course_file, files, hub, report_files, student_id
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.run import own_files
 from rotflex.courseware.run.handed_in import Cell, HandIn, NotebookError, cells_of
 from rotflex.courseware.session import DEMO
-from rotflex.errors import CheckError, StudentIDError
+from rotflex.errors import CheckError, ConfigurationError, StudentIDError
 
 USUAL = "notebooks"  #: the folder that ``rotflex lab`` opens unless it is told another
 _MOST_BYTES = 200_000_000  # of a notebook: more would be a mistake, and fill the memory
@@ -109,7 +108,13 @@ def read(
             for path in own.files
             if path.casefold().endswith(report_files.PDF) and "/" not in path
         ]
-    hand_in = HandIn(cells, own.files, _content(folder / ANSWERS_FILE), _course(folder), reports)
+    course: dict[str, Any] = {}
+    if (data := _content(folder / COURSE_FILE)) is not None:
+        try:
+            course = course_file.parse(data)
+        except ConfigurationError as error:
+            problems.append(str(error))
+    hand_in = HandIn(cells, own.files, _content(folder / ANSWERS_FILE), course, reports)
     return Work(folder, hand_in, saved, tuple(problems), tuple(notes))
 
 
@@ -135,7 +140,9 @@ def student_of(work: Work, given: str = "") -> str:
 def _not_there(folder: Path, name: str) -> str:
     """Words on a notebook that is missing, and on a file that may be it."""
     number = name.partition("_")[0]
-    found = sorted(path.name for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name)
+    found = sorted(
+        files.shown(path.name) for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name
+    )
     if not found:
         return f"{name} is not there. (rotflex restore {name} gives a new one.)"
     return (
@@ -151,13 +158,9 @@ def _content(path: Path) -> bytes | None:
         return None
 
 
-def _course(folder: Path) -> dict[str, Any]:
-    return _json(_content(folder / COURSE_FILE))
-
-
 def _json(data: bytes | None) -> dict[str, Any]:
     try:
-        found = json.loads(data or b"{}")
-    except (ValueError, RecursionError):
+        found = files.from_json(data or b"{}")
+    except ValueError:
         return {}
     return found if isinstance(found, dict) else {}

@@ -170,12 +170,10 @@ def slim(data: bytes) -> tuple[bytes, int]:
     notebook = document(data)
     dropped = 0
     for cell in notebook["cells"]:
-        outputs = cell.get("outputs") if isinstance(cell, dict) else None
-        if outputs and len(json.dumps(outputs)) > MAX_OUTPUT:
+        if len(json.dumps(cell.get("outputs"))) > MAX_OUTPUT:
             cell["outputs"] = []
             dropped += 1
-    about = notebook.get("metadata")
-    widgets = about.pop("widgets", None) if isinstance(about, dict) else None
+    widgets = notebook.get("metadata", {}).pop("widgets", None)
     if not dropped and widgets is None:
         return data, 0
     return (json.dumps(notebook, indent=1) + "\n").encode(), dropped

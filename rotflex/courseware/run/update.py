@@ -18,7 +18,7 @@ from typing import Any
 from rotflex.courseware import files
 from rotflex.courseware.run import alignment, restore
 from rotflex.courseware.run.alignment import Happened, Role
-from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_of, document
+from rotflex.courseware.run.handed_in import CODE, NotebookError, cells_in, document
 from rotflex.courseware.words import MARK
 from rotflex.errors import ConfigurationError
 
@@ -99,7 +99,7 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
             try:
                 _keep(kept, own.name, data)
                 files.write(own, json.dumps(done, ensure_ascii=False, indent=1) + "\n")
-            except (OSError, UnicodeEncodeError) as error:
+            except OSError as error:
                 raise ConfigurationError(
                     f"{own} cannot be brought to the release {release}: {error}. It is as it was."
                 ) from None
@@ -138,15 +138,14 @@ def updated(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], Cha
         If the file is no notebook.
     """
     notebook = document(data)
-    preparing = _Preparing(master["cells"], [cell for cell in notebook["cells"] if isinstance(cell, dict)])
+    preparing = _Preparing(master["cells"], notebook["cells"])
     notebook["cells"] = preparing.cells()
-    prepared = json.dumps(notebook).encode()
     happened = [
         change.what
-        for change in alignment.align(master["cells"], cells_of(prepared)).changes
+        for change in alignment.align(master["cells"], cells_in(notebook)).changes
         if change.role in (Role.LOCKED, Role.TEXT)
     ]
-    done, _lines = restore.mend(prepared, master)
+    done, _lines = restore.mend(json.dumps(notebook).encode(), master)
     done["cells"] = _below(done["cells"], preparing.aside)
     return done, Changes(
         changed=happened.count(Happened.CHANGED),
@@ -225,18 +224,15 @@ class _Preparing:
 
 
 def _metadata(cell: Mapping[str, Any]) -> dict[str, Any]:
-    metadata = cell.get("metadata")
-    return metadata if isinstance(metadata, dict) else {}
+    return cell.get("metadata", {})
 
 
 def _grading(cell: Mapping[str, Any]) -> dict[str, Any]:
-    grading = _metadata(cell).get("nbgrader")
-    return grading if isinstance(grading, dict) else {}
+    return _metadata(cell).get("nbgrader", {})
 
 
 def _name(cell: Mapping[str, Any]) -> str:
-    name = cell.get("id")
-    return name if isinstance(name, str) else ""
+    return cell.get("id", "")
 
 
 def _own(cell: _Cell, name: str) -> _Cell:

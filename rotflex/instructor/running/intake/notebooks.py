@@ -107,12 +107,14 @@ class _Scanner:
 
     def without_outputs(self) -> bytes:
         """The notebook with its cells alone, and these with what counts of them."""
-        cells: list[bytes] = []
+        cells: list[bytes] | None = None
         for key in self._members():
             if key == b'"cells"' and self._at(b"["):
                 cells = list(self._cells())  # of two lists of cells, the last counts, as everywhere
             else:
                 self._skip()
+        if cells is None:
+            raise NotebookError("it is large, and not a notebook of format 4: save it in JupyterLab.")
         return b'{"cells":[' + b",".join(cells) + b"]}"
 
     def _cells(self) -> Iterator[bytes]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +9,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from rotflex.courseware.course_file import parse
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
+from rotflex.errors import ConfigurationError
 from rotflex.instructor.running.intake import limits, names
 from rotflex.instructor.running.intake.notebook_names import is_notebook
 from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where, opened
@@ -184,7 +185,6 @@ def course_file(place: Place, shelf: Shelf) -> dict[str, Any]:
 def course_data(data: bytes) -> dict[str, Any]:
     """The content of a course file; nothing if it is not such a file."""
     try:
-        found = json.loads(data)
-    except (ValueError, RecursionError):
+        return parse(data)
+    except ConfigurationError:
         return {}
-    return found if isinstance(found, dict) else {}

@@ -10,11 +10,12 @@ from pathlib import PurePosixPath
 from typing import Any
 
 import rotflex
-from rotflex.courseware import answers, report_files
+from rotflex.courseware import answers, course_file, report_files
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.run import own_files
 from rotflex.courseware.run.alignment import source_of
 from rotflex.courseware.run.handed_in import Cell, NotebookError
+from rotflex.errors import ConfigurationError
 from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks, scripts
 from rotflex.instructor.running.intake.decisions import DECIDED, Decisions, Doubt
 from rotflex.instructor.running.intake.delivered import Item
@@ -221,6 +222,10 @@ class _Reader:
             self._report(name, sorted(candidates, key=lambda one: self._preference(one, base)))
         self._delivered.claim = self._of_the_course(seen, ANSWERS_FILE, answers.MAX_BYTES, base)
         self._delivered.course_file = self._of_the_course(seen, COURSE_FILE, limits.MAX_COURSE_FILE, base)
+        try:
+            course_file.parse(self._delivered.course_file or b"{}")
+        except ConfigurationError as error:
+            self._note(str(error))
         self._own_files(base)
         self._tell_others()
 

@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from packings import WANTED
 
-from rotflex.courseware.run.handed_in import Cell, HandIn, NotebookError, cells_of
+from rotflex.courseware.run.handed_in import UNREADABLE, Cell, HandIn, NotebookError, cells_of
 from rotflex.instructor.running.intake import Item, limits, newest, notebooks
 
+KINDS = ["code", "markdown", "raw", UNREADABLE]
 texts = st.text(st.characters(codec="utf-8"), max_size=20)
-cells = st.builds(Cell, id=texts, grade_id=texts, kind=st.sampled_from(["code", "markdown", "raw", ""]), source=texts)
+cells = st.builds(Cell, id=texts, grade_id=texts, kind=st.sampled_from(KINDS), source=texts)
 pictures = st.dictionaries(texts, st.dictionaries(texts, texts, max_size=2), max_size=2)
 all_cells = st.lists(
     cells | st.builds(Cell, id=texts, grade_id=texts, kind=st.just("markdown"), source=texts, attachments=pictures),
