@@ -159,10 +159,19 @@ def _repaired(cell: Mapping[str, Any]) -> dict[str, Any]:
     if kind == CODE:
         count, outputs = cell.get("execution_count"), cell.get("outputs")
         found["execution_count"] = count if type(count) is int else None
-        found["outputs"] = [one for one in outputs if isinstance(one, dict)] if isinstance(outputs, list) else []
+        found["outputs"] = [*filter(_can_be_opened, outputs)] if isinstance(outputs, list) else []
     elif attachments := _attachments(cell):
         found["attachments"] = attachments
     return dict(sorted(found.items()))
+
+
+def _can_be_opened(output: Any) -> bool:
+    """Whether JupyterLab opens a notebook in which a cell has shown this."""
+    if not isinstance(output, dict) or not isinstance(output.get("output_type"), str):
+        return False
+    text = output.get("text", "")
+    lines = text if isinstance(text, list) else [text]
+    return isinstance(output.get("data", {}), dict) and all(isinstance(line, str) for line in lines)
 
 
 def _source(source: Any) -> str | list[str]:
