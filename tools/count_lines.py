@@ -61,10 +61,10 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3377, ("rotflex/courseware/**/*.py",)),
-    "run": (2705, ("rotflex/courseware/run/**/*.py",)),
+    "answers, session, files of a course": (3378, ("rotflex/courseware/**/*.py",)),
+    "run": (2787, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3048, ("rotflex/instructor/running/**/*.py",)),
+    "running, intake": (3071, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2468, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3563,
+        3574,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

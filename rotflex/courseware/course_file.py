@@ -1,6 +1,6 @@
 """``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "bench", "reflect"}``; ``"page_limit"`` where the
+It is ``{"student", "release", "draw", "title", "term", "bench", "reflect", "python"}``; ``"page_limit"`` where the
 course sets one for reports, and ``"given"`` where a class begins in the middle (:mod:`rotflex.courseware.starts`). The
 one that a release brings names no student; old ones name nothing else. What a later release may add is kept.
 """
@@ -20,6 +20,7 @@ from rotflex.errors import ConfigurationError
 
 STUDENT, RELEASE = "student", "release"
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
+PYTHON = "python"  #: that grades, as "3.11"; releases of before do not say
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; not there where there is no limit
 NOBODY = "demo"  #: the student of whoever gives no name
 #: In the students' package, where an installed one has the notebooks and the course file as they were released.

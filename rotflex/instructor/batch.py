@@ -43,7 +43,7 @@ from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import About
 from rotflex.instructor.marking.marking_processes import Marker
-from rotflex.instructor.running import counted_pages, executors, intake, runner
+from rotflex.instructor.running import counted_pages, executors, intake, runner, saved_with
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
@@ -295,6 +295,7 @@ class Batch:
         """A run with what is to be said of it: what stopped, and what was recorded at home and is missing here."""
         prepared, bundle_ = taken.prepared, taken.bundle
         in_pdf = counted_pages.counted(prepared.reports, self._course.catalogue, pool, self._settings.isolated)
+        unreadable = any(one.error and one.error.type == "SyntaxError" for one in ran.reports.cells)
         reasons = explain(
             bundle_.pristine,
             prepared.merged,
@@ -304,6 +305,7 @@ class Batch:
             handed_in=prepared.handed_in,
             claim=prepared.claim,
             seconds=self._settings.limits.cell,
+            python=saved_with.python_of(taken.submission) if unreadable else None,
         )
         facts = Facts(
             ran.reports,

@@ -184,6 +184,19 @@ def test_what_stopped_is_told_and_stays_told_when_marked_again(fake_class):
     assert fake_class.runs == ["ada"]
 
 
+def test_a_cell_for_a_newer_python_is_told_as_that(fake_class):
+    fake_class.hand_in("ada", source='print(f"{d["unit"]}")')
+    notebook = fake_class.folder / "in" / "ada" / "a.ipynb"
+    about = {"metadata": {"language_info": {"version": "3.99.1"}}}
+    notebook.write_text(json.dumps({**json.loads(notebook.read_text()), **about}))
+    line = {"event": "ended", "cell": "q1", "error": {"type": "SyntaxError", "message": "f-string", "line": 1}}
+    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **line}).encode())
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert any("needs Python 3.99" in one for one in book.current("ada").run.problems)
+        assert "needs Python 3.99; grading runs 3." in marks(book, "ada")["2.11 omega_n"].reason
+
+
 def supply(fake_class, text):
     return (supplied.read(text, fake_class.course.catalogue),)
 

@@ -1,6 +1,7 @@
 """The settings of a course: what is read, and what is told of what cannot be."""
 
 import re
+import sys
 import tomllib
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
@@ -82,6 +83,7 @@ REFUSED = [
     '[course]\nlanguage = "de"\n',
     '[course]\ntitle = ""\n',
     '[course]\nterm = "a\\nb"\n',
+    "[course]\npython = 3.11\n",
     '[bench]\nwhich = "mine"\n',
     '[bench]\nwhich = "same"\nseed = "x"\n',
     '[bench]\nwhich = "same"\nseed = true\n',
@@ -271,6 +273,17 @@ def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
     (tmp_path / "notebooks").mkdir()
     about = student_course._about(replace(OURS, settings=decided), tmp_path / "notebooks")
     assert {name: value for name, value in about.items() if name == course_file.PAGE_LIMIT} == limit
+
+
+@pytest.mark.parametrize(
+    ("text", "python"),
+    [("", f"{sys.version_info.major}.{sys.version_info.minor}"), ('[course]\npython = "3.10"\n', "3.10")],
+)
+def test_the_python_that_grades_is_released_and_no_part_of_the_name(tmp_path, text, python):
+    (tmp_path / "notebooks").mkdir()
+    about = student_course._about(replace(OURS, settings=read(tmp_path, text)), tmp_path / "notebooks")
+    usual = student_course._about(replace(OURS, settings=read(tmp_path, "")), tmp_path / "notebooks")
+    assert (about["python"], about["release"]) == (python, usual["release"])
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"[bench\n"])

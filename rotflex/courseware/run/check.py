@@ -21,13 +21,13 @@ from rotflex.courseware.run import (
     alignment,
     cell_reports,
     execute,
-    foreign_modules,
     merge,
+    portability,
     reasons,
     reports_along,
     student_folder,
 )
-from rotflex.courseware.run.alignment import Change
+from rotflex.courseware.run.alignment import Change, Role
 from rotflex.courseware.run.alike import alike
 from rotflex.courseware.run.asked import Asked, Where, asked
 from rotflex.courseware.run.cell_reports import REPORTS_FILE, Reports
@@ -181,7 +181,7 @@ def check(
         why.lost,
         changes,
         _unsaved(parts, work.saved, home),
-        (*work.problems, *unreadable, *_broken(broken)),
+        (*work.problems, *unreadable, *_broken(broken), *_too_new(work, merged)),
         (
             *work.notes,
             *filter(None, (home.note, _other_release(work))),
@@ -333,14 +333,46 @@ def _clock(seconds: float) -> str:
     return time.strftime("%H:%M:%S" if time.time() - seconds < 43_200 else "%Y-%m-%d %H:%M", time.localtime(seconds))
 
 
+def _too_new(work: Work, merged: Merged) -> Iterator[str]:
+    """Yield a message on each piece of code that the older Python which grades cannot read."""
+    grader = portability.version((course_file.of(work.folder) or {}).get(course_file.PYTHON))
+    if grader is None or grader >= portability.HERE:
+        return
+    here, there = map(portability.in_words, (portability.HERE, grader))
+    for name, source in _own_code(work, merged):
+        why = portability.too_new(source, grader)
+        if why is not None:
+            yield (
+                f"{name}: your Python is {here}, and Python {there}, which grades, cannot read any of the code that "
+                f"begins with {source.strip().splitlines()[0][:80]!r}: {why[:200]}. Write that for {there}."
+            )
+
+
 def _foreign(work: Work, merged: Merged) -> Iterator[str]:
-    """Modules that are here and may be missing elsewhere."""
+    """Yield a message on each module and each file that is here and may be missing elsewhere."""
+    sources = [*_own_code(work, merged)]
     files = work.hand_in.files
     own = {name.partition("/")[0].partition(".")[0] for name in files}
-    sources = [alignment.source_of(cell) for notebook in merged.notebooks.values() for cell in notebook["cells"]]
-    sources += [content.decode(errors="replace") for name, content in files.items() if name.endswith(".py")]
-    for name in foreign_modules.foreign(sources, own):
+    for name in portability.foreign((source for _name, source in sources), own):
         yield (
-            f"{name} is installed here, but does not come with the course: it may be missing where your work is "
-            "graded. Ask your instructor, or do without it."
+            f"{name} does not come with the course: it may be missing where your work is graded. Ask your "
+            "instructor, or do without it."
         )
+    packed = {*files, *work.hand_in.reports, *work.saved, ANSWERS_FILE, COURSE_FILE}
+    left = ((place, name) for place, one in sources for name in portability.not_packed(one, work.folder, packed))
+    for place, name in dict.fromkeys(left):
+        yield (
+            f"{place} names the file {name!r}, which is not handed in: put it beside your notebooks, and name it as "
+            "it is called there."
+        )
+
+
+def _own_code(work: Work, merged: Merged) -> Iterator[tuple[str, str]]:
+    """Yield the student's own code, cells and modules: file name and source."""
+    for name, notebook in merged.notebooks.items():
+        for cell in notebook["cells"]:
+            if merge.role_of(cell) is not Role.LOCKED:
+                yield name, alignment.source_of(cell)
+    for name, content in work.hand_in.files.items():
+        if name.endswith(".py"):
+            yield name, content.decode(errors="replace")

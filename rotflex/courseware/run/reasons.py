@@ -16,6 +16,7 @@ from rotflex.courseware.run.alignment import Role
 from rotflex.courseware.run.causes import Cause, Causes, Refused, RunCell, Unanswered, Where
 from rotflex.courseware.run.cell_reports import LEFT, CellError, Reports
 from rotflex.courseware.run.merge import Merged
+from rotflex.courseware.run.portability import HERE, Version, in_words
 
 _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
 _NAMED = 2  # questions that are named before "and 12 more"
@@ -65,6 +66,7 @@ def explain(
     claim: Claim | None = None,
     seconds: float | None = None,
     place: str = "",
+    python: Version | None = None,
 ) -> Reasons:
     """Why answers are missing.
 
@@ -79,8 +81,9 @@ def explain(
     claim : what was recorded at home; None if it is not known
     seconds : that a cell might take
     place : where it was run, as in "pandas is not installed ..."
+    python : version that the notebooks were saved with, where that is known
     """
-    words = _Words(seconds, place or "where grading runs")
+    words = _Words(seconds, place or "where grading runs", python or HERE)
     run = Causes(pristine, merged, reports, set(recorded), catalogue)
     missing: dict[Where, str] = {}
     built: dict[RunCell, list[str]] = {}
@@ -110,6 +113,7 @@ def explain(
 class _Words:
     seconds: float | None
     place: str
+    python: Version
 
     def of_missing(self, run: Causes, where: Where, cause: Cause) -> str:
         """Why one answer is missing, for the student."""
@@ -160,6 +164,8 @@ class _Words:
         line = f", line {error.line}" if error.line else ""
         if error.type == "KeyboardInterrupt" and self.seconds is not None:
             return f"it took longer than {self.seconds:g} s and was stopped{line}"
+        if error.type == "SyntaxError" and self.python > HERE:
+            line += f": it seems that this needs Python {in_words(self.python)}; grading runs {in_words(HERE)}"
         return f"{self._what(error)}{line}"
 
     def _what(self, error: CellError) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import shutil
+import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator
@@ -237,7 +238,8 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
     if settings.given:
         about[starts.GIVEN] = _given(course)
     name = identity.name_of(identity.contents(folder), about, settings.term or course.name)
-    return {**about, course_file.RELEASE: name}
+    python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"  # work is the same under another
+    return {**about, course_file.RELEASE: name, course_file.PYTHON: python}
 
 
 def _is_skipped(course: Course, file: str) -> bool:

@@ -199,6 +199,7 @@ class CourseSettings:
     ----------
     title : of the course, for people; "" leaves it to ``course.py``
     term : as "2026 autumn"
+    python : which grades, as "3.11"; "" where it is the one that makes the release
     bench : which bench each student has
     given : name of what is given to a class that begins in the middle; "" where it begins at the beginning
     feedback : what students see of their marks, and when
@@ -214,6 +215,7 @@ class CourseSettings:
 
     title: str = ""
     term: str = ""
+    python: str = ""
     bench: BenchPolicy = THEIR_OWN
     given: str = ""
     feedback: FeedbackSettings = field(default_factory=FeedbackSettings)
@@ -235,6 +237,7 @@ class CourseSettings:
         usual = CourseSettings()
         return replace(
             self,
+            python=usual.python,
             given=usual.given,  # each run knows its own
             feedback=usual.feedback,
             report=usual.report,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
@@ -46,6 +47,10 @@ def _is_line(value: object) -> bool:
 
 def _is_name(value: object) -> bool:
     return _is_line(value) and bool(value)
+
+
+def _is_version(value: object) -> bool:
+    return isinstance(value, str) and re.fullmatch(r"3\.\d{1,2}", value) is not None
 
 
 def _is_bool(value: object) -> bool:
@@ -121,6 +126,7 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
     "course": {
         "title": _line('title = "Control laboratory"', _is_name),
         "term": _line('term = "2026 autumn"', _is_line),
+        "python": Entry("a version of Python, in quotes", 'python = "3.11"', _is_version),
     },
     "bench": {
         "which": Entry('"own", "same", "preset" or "real"', 'which = "own"', lambda value: value in WHICH),

@@ -70,6 +70,7 @@ def _settings(found: Mapping[str, Any], draw: int) -> CourseSettings:
     return CourseSettings(
         title=about.get("title", usual.title),
         term=about.get("term", usual.term),
+        python=about.get("python", usual.python),
         bench=BenchPolicy(**bench, draw=draw),
         given=found.get("given", {}).get("from", usual.given),
         feedback=FeedbackSettings(

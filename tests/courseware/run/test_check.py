@@ -173,6 +173,20 @@ def test_a_module_that_the_course_does_not_bring_is_told_and_one_that_is_not_the
     assert any("nowhere_to_be_found" in line and "not installed here" in line for line in said.splitlines())
 
 
+def test_what_works_at_home_only_is_told_before_handing_in(folder):
+    elsewhere = folder.parent / "curve.npz"
+    elsewhere.touch()
+    newer = "try:\n    omega_n = 20.0\nexcept* ValueError:\n    pass"
+    put(folder, {**GOOD, "q1": newer, "q3": f"open({str(elsewhere)!r}).close()\nresolution = 0.0015"})
+    (folder / "course.json").write_text('{"student": "ada", "python": "3.10"}')
+    found = check(folder, MASTERS, CATALOGUE)
+    (problem,) = found.problems
+    assert not found.good and all(one in problem for one in ("01_swing.ipynb", "3.10", "Exception groups"))
+    assert any("02_later.ipynb" in note and str(elsewhere) in note for note in found.notes)
+    (folder / "course.json").write_text('{"student": "ada", "python": "3.11"}')
+    assert check(folder, MASTERS, CATALOGUE).problems == ()
+
+
 def test_another_students_answers_are_not_compared_with(folder):
     put(folder, GOOD)
     recorded_at_home(folder, RECORDED)

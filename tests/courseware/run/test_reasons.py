@@ -1,5 +1,7 @@
 """Why answers are missing: the words that a student and an instructor read."""
 
+import pytest
+
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import Question, number
 from rotflex.courseware.run.cell_reports import LEFT, CellError, CellReport, Refusal, Reports
@@ -37,7 +39,7 @@ PRISTINE = {
 NAME = CellError("NameError", "name 'omgea' is not defined", 3)
 
 
-def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO), refusals=(), seconds=60):
+def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO), refusals=(), seconds=60, python=None):
     """``answers``: cell → source. ``reports``: cell → error (or "died"), or what it lacked."""
     cells = {name: as_released(PRISTINE[name], answers) for name in handed_in}
     for name, place, cell in added:
@@ -63,6 +65,7 @@ def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO),
         handed_in=handed_in,
         claim=claim,
         seconds=seconds,
+        python=python,
     )
 
 
@@ -99,6 +102,12 @@ def test_each_reason_names_the_question_the_error_and_its_line():
         assert all(fragment in found.stops[0] for fragment in fragments)
     refused = told({"q1": "a = 'x'"}, {}, "234", refusals=[Refusal("1", "x", "it is text")])
     assert [*refused.missing.values()] == ["It was given, and not recorded: it is text."]
+
+
+@pytest.mark.parametrize(("python", "named"), [(None, False), ((3, 8), False), ((3, 99), True)])
+def test_a_newer_python_than_the_one_that_grades_is_named(python, named):
+    found = told({"q1": "a = 1"}, {"q1": CellError("SyntaxError", "invalid syntax", 4)}, "234", python=python)
+    assert all(("needs Python 3.99" in one) is named for one in (*found.stops, *found.missing.values()))
 
 
 def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_told():

@@ -1,0 +1,157 @@
+"""Find what in a student's code works at home and may fail where it is graded: an older Python, packages, files."""
+
+from __future__ import annotations
+
+import ast
+import importlib.metadata
+import importlib.util
+import os
+import posixpath
+import re
+import sys
+import unicodedata
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+
+Version = tuple[int, int]  #: of Python: major, minor
+HERE: Version = (sys.version_info.major, sys.version_info.minor)
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+_EXTRA = re.compile(r"extra\s*==")
+_VERSION = re.compile(r"(3)\.(\d{1,3})(?!\d)")
+
+
+def version(text: object) -> Version | None:
+    """Return the version that a text begins with, as "3.12.1"; None if it is no such text."""
+    found = _VERSION.match(text) if isinstance(text, str) else None
+    return (int(found[1]), int(found[2])) if found else None
+
+
+def in_words(python: Version) -> str:
+    """Return a version as "3.12"."""
+    return ".".join(map(str, python))
+
+
+def too_new(source: str, grader: Version) -> str | None:
+    """Return what of a source this Python can read and an older one cannot, in words; None if there is nothing.
+
+    Parameters
+    ----------
+    source : of a cell or a module
+    grader : the older Python
+    """
+    code = _plain(source)
+    tree = _tree(code)
+    if tree is None:  # the run says so
+        return None
+    try:
+        ast.parse(code, feature_version=grader)
+    except SyntaxError as error:
+        return error.msg
+    strings = (ast.get_source_segment(code, node) or "" for node in ast.walk(tree) if isinstance(node, ast.JoinedStr))
+    return next((f"the text {one}" for one in strings if not _reads(one, grader)), None)
+
+
+def _reads(string: str, grader: Version) -> bool:
+    """Whether an older Python can read an f-string, of which ``feature_version`` takes no notice."""
+    try:
+        from parso.grammar import (
+            load_grammar,  # IPython brings it; of ``match`` it knows nothing: it reads strings only
+        )
+
+        grammar = load_grammar(version=in_words(grader))
+    except (ImportError, NotImplementedError):
+        return True
+    tree = grammar.parse(f"({string})")  # in brackets it may have several lines
+    return not any(grammar.iter_errors(tree))
+
+
+def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[str]:
+    """Return names in a source of files that are there at home, and that are not handed in.
+
+    Parameters
+    ----------
+    source : of a cell or a module
+    folder : from which relative names go
+    packed : paths of the files that are handed in, with "/"
+    """
+    tree = _tree(_plain(source))
+    for node in ast.walk(tree) if tree else ():
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            name = posixpath.normpath(unicodedata.normalize("NFC", node.value))
+            if name not in packed and os.path.isfile(folder / node.value):
+                yield node.value
+
+
+def _plain(source: str) -> str:
+    """Return the source of a cell as Python alone: IPython's magics become calls."""
+    from IPython.core.inputtransformer2 import TransformerManager
+
+    try:
+        return TransformerManager().transform_cell(source)
+    except SyntaxError:
+        return source
+
+
+def _tree(code: str) -> ast.Module | None:
+    try:
+        return ast.parse(code)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+
+
+def foreign(sources: Iterable[str], own: Iterable[str], package: str = "rotflex") -> list[str]:
+    """Return the modules here that these sources import, and that neither the course, Python nor the student brings.
+
+    Parameters
+    ----------
+    sources : of code; what is no Python alone imports nothing
+    own : names of the student's own modules
+    package : one of the course's packages, whose distribution says what it brings
+
+    Returns
+    -------
+    list
+        Names, in order; none where it is not known what the course brings.
+    """
+    known = {*own, "__main__", *sys.stdlib_module_names}
+    asked = {name for source in sources for name in imported(source)} - known
+    if not asked:
+        return []
+    homes = importlib.metadata.packages_distributions()
+    brought = {_canonical(name) for start in homes.get(package, ()) for name in _closure(start)}
+    if not brought:
+        return []
+    others = (name for name in asked if not brought & {_canonical(home) for home in homes.get(name, ())})
+    return sorted(name for name in others if name in homes or importlib.util.find_spec(name))  # else the run says so
+
+
+def imported(source: str) -> Iterator[str]:
+    """Top-level names of the modules that a source imports, somewhere in it."""
+    tree = _tree(_plain(source))
+    for node in ast.walk(tree) if tree else ():
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+def _closure(distribution: str) -> set[str]:
+    """A distribution and all that it needs, as far as it is installed."""
+    found: set[str] = set()
+    waiting = [distribution]
+    while waiting:
+        name = _canonical(waiting.pop())
+        if name in found:
+            continue
+        found.add(name)
+        try:
+            needed = importlib.metadata.distribution(name).requires or ()
+        except importlib.metadata.PackageNotFoundError:
+            continue
+        waiting += [match[0] for one in needed if not _EXTRA.search(one) and (match := _NAME.match(one))]
+    return found
+
+
+def _canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
