@@ -18,6 +18,7 @@ from rotflex import __version__, bench_commands
 from rotflex.courseware import benches, course_file, course_place, files, hub, student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.jupyterlab import open_jupyterlab
+from rotflex.courseware.messages import DISK_FULL, FREE_SPACE
 from rotflex.courseware.released import course_folder
 from rotflex.courseware.run import commands as students_commands
 from rotflex.errors import ConfigurationError, RotflexError, StudentIDError
@@ -44,7 +45,8 @@ class _Commands(typer.core.TyperGroup):
             if error.errno == errno.EPIPE:  # who reads our output has gone: typer sees to it
                 raise
             where = f"{error.filename}: " if error.filename else ""
-            typer.secho(f"rotflex: {where}{error.strerror or error}.", err=True, fg="red")
+            todo = f" {FREE_SPACE}" if error.errno in DISK_FULL else ""
+            typer.secho(f"rotflex: {where}{error.strerror or error}.{todo}", err=True, fg="red")
             raise typer.Exit(2) from error
         except ModuleNotFoundError as error:
             if _is_installed(_INSTRUCTORS):

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
+
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)  #: what the system says of a full disk, and of a user's full share of it
+FREE_SPACE = "Free some space, and run the same command again."
 
 
 def plural(count: int, one: str, many: str) -> str:

@@ -17,6 +17,7 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
+from rotflex.courseware.messages import FREE_SPACE
 from rotflex.errors import GradebookError
 
 PATIENCE = 30.0  #: s; a transaction takes one at most
@@ -155,4 +156,6 @@ def _message(error: DBAPIError) -> str:
         return "this file is not a gradebook. It is left as it is; choose another."
     if "database is locked" in message or "lock timeout" in message:
         return f"another process has been writing to it for {PATIENCE:g} s. Try again when that has ended."
+    if "disk is full" in message:
+        return f"{message}. {FREE_SPACE} What is in the gradebook stays."
     return f"the database says: {message}"

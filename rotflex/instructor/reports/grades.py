@@ -16,6 +16,7 @@ from typing import Any
 
 import rotflex
 from rotflex.courseware import files
+from rotflex.courseware.messages import DISK_FULL, FREE_SPACE
 from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.accounts.lateness import unknown_names
@@ -73,7 +74,7 @@ class Reports:
     def __init__(self, out: Path, course: Course, book: Gradebook, handed_in: Collection[str] = ()) -> None:
         make_folder(out)
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
-        self._failures: dict[Path, str] = {}
+        self._failures: dict[Path, OSError] = {}
         self._hints: list[hints.Hint] = []
 
     def __enter__(self) -> Reports:
@@ -165,7 +166,7 @@ class Reports:
         try:
             path.unlink(missing_ok=True)
         except OSError as error:
-            self._failures[path] = error.strerror or str(error)
+            self._failures[path] = error
 
     def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
         result = result_in(self._book, self._course, graded, about)
@@ -187,16 +188,16 @@ class Reports:
             path.parent.mkdir(exist_ok=True)
             files.write(path, content)
         except OSError as error:
-            self._failures[path] = error.strerror or str(error)
+            self._failures[path] = error
 
 
-def _not_written(failures: dict[Path, str]) -> GradingError:
-    path, why = next(reversed(failures.items()))  # of grades.csv, if it is among them
+def _not_written(failures: dict[Path, OSError]) -> GradingError:
+    path, error = next(reversed(failures.items()))  # of grades.csv, if it is among them
     others = f" So it is with {len(failures) - 1} more." if len(failures) > 1 else ""
-    return GradingError(
-        f"{path} cannot be written: {why}.{others} All marks are in the gradebook: when that is mended, `rotflex "
-        "report` writes what is missing."
-    )
+    todo = "All marks are in the gradebook: when that is mended, `rotflex report` writes what is missing."
+    if error.errno in DISK_FULL:  # the gradebook may lie on the same disk, and lack the last marks
+        todo = f"{FREE_SPACE} `rotflex grade` runs nothing again that is in the gradebook."
+    return GradingError(f"{path} cannot be written: {error.strerror or error}.{others} {todo}")
 
 
 def _record(result: Result) -> dict[str, Any]:
