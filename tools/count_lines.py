@@ -61,16 +61,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3378, ("rotflex/courseware/**/*.py",)),
+    "answers, session, files of a course": (3381, ("rotflex/courseware/**/*.py",)),
     "run": (2787, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
     "running, intake": (3071, ("rotflex/instructor/running/**/*.py",)),
-    "gradebook": (2468, ("rotflex/instructor/gradebook/**/*.py",)),
+    "gradebook": (2471, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
-    "reports, scoring": (2830, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
+    "reports, scoring": (2837, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        2938,
+        2943,
         (
             "rotflex/instructor/accounts/**/*.py",
             "rotflex/instructor/erasure/**/*.py",
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3574,
+        3578,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

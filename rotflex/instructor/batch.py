@@ -30,6 +30,7 @@ from rotflex.instructor import stages
 from rotflex.instructor.course import Course
 from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
 from rotflex.instructor.graded_run import (
+    FAILED,
     Facts,
     facts_of,
     mark_records,
@@ -351,18 +352,18 @@ class Batch:
         fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
         supplied = {one.name: one.value for one in self._supplied(student)}  # is not lost
         current = self._gradebook.current(student)
-        if current is not None:
+        if current is not None and not current.run.key.startswith(FAILED):
             problems = dict.fromkeys((*facts_of(current.run).problems, fault))
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         record = RunRecord(
-            key=f"failed: {student}",
+            key=f"{FAILED}{student}",
             student=student,
             submission="",
             master=self._bundles.current.digest,
             software=f"rotflex {rotflex.__version__}",
             probe_seed=0,
             isolation=ISOLATED if self._settings.isolated else NOT_ISOLATED,
-            problems=(fault,),
+            problems=(f"Not graded. {fault}",),
             supplied=supplied,
         )
         return Graded(record, self._nothing_earned(_OUR_FAULT, self._bundles.current, Status.NOT_MARKED), "")

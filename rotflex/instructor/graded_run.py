@@ -22,6 +22,8 @@ from rotflex.instructor.marking.marking import KEY_FAILED, UNMARKED, About, Mark
 from rotflex.instructor.marking.marking_processes import Asked, Marked
 from rotflex.instructor.verdicts import Status
 
+FAILED = "failed: "  #: begins the key of what stands for a run where grading itself failed
+
 
 @dataclass(frozen=True)
 class Facts:

@@ -1,5 +1,6 @@
 """What a batch owes to honest people: faults contained, marks kept, hand-ins put together, reasons told."""
 
+import csv
 import json
 import os
 
@@ -12,7 +13,13 @@ from rotflex.courseware.run import cell_reports
 from rotflex.instructor import batch, stages
 from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.graded_run import key_faults
+from rotflex.instructor.overview import waiting
+from rotflex.instructor.platforms.earned import earned
 from rotflex.instructor.regrade import regrade
+from rotflex.instructor.reports import live_report
+from rotflex.instructor.reports.changes import Before
+from rotflex.instructor.reports.grades import Reports
+from rotflex.instructor.reports.result import result_of
 from rotflex.instructor.running import intake, runner, supplied
 from rotflex.instructor.verdicts import Status
 
@@ -74,6 +81,38 @@ def test_where_grading_fails_at_first_nothing_is_marked_yet(fake_class):
     fake_class.grade()
     with fake_class.book() as book:
         assert {one.status for one in book.current("ada").marks} == {Status.NOT_MARKED.value}
+
+
+def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    fake_class.grade()
+    fake_class.grade()
+    with fake_class.book() as book:
+        current, before = book.current("ada"), Before(book)
+        (problem,) = current.run.problems
+        assert "Not graded" in problem and "the disk is full" in problem
+        Reports(tmp_path / "out", fake_class.course, book).write_all()
+        result = result_of(current)
+        with live_report.Screen(1, [], []) as screen:
+            screen.add(True, result)
+        with live_report.JsonLines(1, [], []) as lines:
+            lines.add(True, result)
+        table, _newline, event = capsys.readouterr().out.partition("{")
+        assert "not graded" in table and "0 of" not in table
+        assert json.loads("{" + event.splitlines()[0])["points"] is None
+        given = earned(book, fake_class.course)["ada"]
+        assert given.share is None and "not graded" in given.why_none
+        assert not waiting.faults([current]).urgent
+        (row,) = csv.DictReader((tmp_path / "out" / "grades.csv").read_text().splitlines())
+        assert row["total"] == row["final"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
+        page = (tmp_path / "out" / "ada" / "feedback.html").read_text()
+        assert "Not graded yet" in page and "0 of" not in page
+        marks = json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())
+        assert marks["total"] is None and marks["account"] is None
+        del fake_class.leaves["ada"]
+        assert fake_class.grade() == {"ada": 2}
+        assert before.changes(book.current("ada")) is None
 
 
 @pytest.mark.parametrize("graded_before", [False, True])

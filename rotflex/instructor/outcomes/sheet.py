@@ -96,6 +96,8 @@ class Sheet:
         earned = sum(one.all.earned for one in self.totals.values())
         decided = sum(one.all.decided for one in self.totals.values())
         possible = sum(one.all.possible for one in self.totals.values())
+        if possible and not decided:
+            return f"nothing decided yet, of {points(possible)} points"
         if decided == possible:
             return f"{points(earned)} of {points(possible)} points"
         return f"{points(earned)} of {points(decided)} points; {points(possible - decided)} of {points(possible)} wait"

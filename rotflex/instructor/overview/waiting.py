@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from rotflex.courseware.messages import plural
 from rotflex.instructor.gradebook import Answer, Graded, Request
-from rotflex.instructor.graded_run import key_faults
+from rotflex.instructor.graded_run import FAILED, key_faults
 from rotflex.instructor.overview.section import Section, Table, moment
 from rotflex.instructor.reports.result import points, worth
 from rotflex.instructor.verdicts import Status
@@ -92,7 +92,7 @@ def faults(everybody: Sequence[Graded]) -> Section:
     lines: dict[str, None] = {}
     for graded in everybody:
         for one in graded.marks:
-            if one.status == Status.NOT_MARKED:
+            if one.status == Status.NOT_MARKED and not graded.run.key.startswith(FAILED):
                 count[one.where] = count.get(one.where, 0) + 1
         lines |= dict.fromkeys(key_faults(graded))
     rows = tuple((f"{question} {part}", str(number)) for (question, part), number in count.items())

@@ -43,7 +43,10 @@ def _of_student(book: Gradebook, course: Course, about: StudentRecord, handed_in
     if graded is None:
         why = "handed in, and not graded yet" if handed_in else "nothing handed in"
         return Earned(None, why_none=why)
-    account = result_in(book, course, graded, about).account
+    result = result_in(book, course, graded, about)
+    if result.not_graded:
+        return Earned(None, why_none="not graded, as grading failed; say rotflex grade again")
+    account = result.account
     return Earned(None, why_none="it is out of no points") if account is None else of_account(account)
 
 

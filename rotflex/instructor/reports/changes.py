@@ -8,6 +8,7 @@ from typing import Any
 
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord
+from rotflex.instructor.graded_run import FAILED
 from rotflex.instructor.reports.result import points
 from rotflex.instructor.verdicts import UNDECIDED
 
@@ -133,6 +134,7 @@ class Before:
             # A class's answers need not be kept in mind.
             caseless(one.run.student): replace(one, run=replace(one.run, answers=None, words={}, cells=()))
             for one in book.all_current()
+            if not one.run.key.startswith(FAILED)  # there were no marks yet
         }
 
     def changes(self, after: Graded) -> Changes | None:

@@ -203,7 +203,7 @@ def _not_written(failures: dict[Path, OSError]) -> GradingError:
 def _record(result: Result) -> dict[str, Any]:
     """A student's marks as plain data."""
     totals = {
-        "total": result.total,
+        "total": None if result.not_graded else result.total,
         "out_of": result.out_of,
         "awaiting": result.awaiting,
         "not_marked": result.not_marked,
@@ -217,7 +217,7 @@ def _record(result: Result) -> dict[str, Any]:
         {**asdict(one), "made": one.made.isoformat(), "answered": _time(one.answered)} for one in result.requests
     ]
     told = {"comments": comments, "lapsed": list(map(lapse, result.lapsed)), "requests": requests}
-    account = None if result.account is None else result.account.as_data()
+    account = None if result.account is None or result.not_graded else result.account.as_data()
     return {**asdict(replace(result, account=None)), **totals, **told, "account": account}
 
 

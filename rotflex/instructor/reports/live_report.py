@@ -65,7 +65,7 @@ class JsonLines(ProgressReport):
                 "event": "graded",
                 "student": result.student,
                 "ran": ran,
-                "points": result.total,
+                "points": None if result.not_graded else result.total,
                 "out_of": result.out_of,
                 "awaiting": result.awaiting,
                 "not_marked": result.not_marked,
@@ -166,7 +166,7 @@ class Screen(ProgressReport):
             # Text: what looks like markup in a name or a message is none.
             table.add_row(
                 Text(no_escapes(result.student)),
-                f"{points(result.total)} of {points(result.out_of)}",
+                "not graded" if result.not_graded else f"{points(result.total)} of {points(result.out_of)}",
                 points(result.awaiting) if result.awaiting else "",
                 Text(no_escapes("\n".join(result.problems))),
             )

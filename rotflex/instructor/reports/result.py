@@ -77,6 +77,12 @@ class Result:
         """Points that could not be marked, through a fault of the key."""
         return sum(mark.out_of for mark in self.marks if mark.status is Status.NOT_MARKED)
 
+    @property
+    def not_graded(self) -> bool:
+        """Whether nothing could be marked, through no fault of the student's: then there are no points, and not 0."""
+        worth_points = [mark for mark in self.marks if mark.out_of]
+        return bool(worth_points) and all(mark.status is Status.NOT_MARKED for mark in worth_points)
+
     def undecided(self) -> list[Mark]:
         """What is worth points that nobody has given or refused yet."""
         return [mark for mark in self.marks if mark.out_of and mark.status in UNDECIDED]
