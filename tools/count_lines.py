@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3578,
+        3600,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

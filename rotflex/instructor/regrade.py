@@ -5,24 +5,55 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Any
 
 from rotflex.errors import AnswerError, GradingError, RotflexError
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Gradebook, Graded
+from rotflex.instructor.gradebook import GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord
 from rotflex.instructor.graded_run import facts_of, mark_records, to_be_marked, with_messages
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking_processes import Marker
+from rotflex.instructor.reports.result import points
+from rotflex.instructor.verdicts import UNDECIDED
 
 ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
 
 
 @dataclass(frozen=True)
+class LeftAlone:
+    """A mark that a person gave and that stays, and what the key gives now."""
+
+    given: MarkRecord
+    by_key: MarkRecord
+
+    def __str__(self) -> str:
+        """As in "1.2, speed: 1.5 of 2, given by a person, stays; the key gives 2 of 2 (right)."."""
+        given, now = self.given, self.by_key
+        stays = f"{points(given.points)} of {points(given.out_of)}, {given.status}, stays"
+        other = f"; the key gives {points(now.points)} of {points(now.out_of)} ({now.status})"
+        return f"{given.question}, {given.part}: {stays}{other if now.points != given.points else ''}."
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the same as plain data."""
+        where = {"question": self.given.question, "part": self.given.part}
+        return {**where, "points": self.given.points, "by_key": self.by_key.points}
+
+
+@dataclass(frozen=True)
 class Regraded:
-    """A student's marks before and after; and why they could not be marked again, where that is so."""
+    """A student's marks before and after.
+
+    Attributes
+    ----------
+    before, after : as in the gradebook
+    problem : why they could not be marked again; "" where they could
+    left : marks that persons gave to answers that the key marks, too
+    """
 
     before: Graded
     after: Graded
     problem: str = ""
+    left: tuple[LeftAlone, ...] = ()
 
 
 def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
@@ -54,7 +85,10 @@ def _recorded(gradebook: Gradebook, done: Regraded, questions: Collection[str]) 
     reason = f"marked again: {', '.join(questions) or 'all questions'}"
     gradebook.record(done.after, actor=ACTOR, reason=reason)
     # As it is in the gradebook: there, a mark that a person gave has stayed.
-    return replace(done, after=gradebook.current(done.after.run.student) or done.after)
+    after = gradebook.current(done.after.run.student) or done.after
+    by_key = {one.where: one for one in done.after.marks if one.status not in (GIVEN_BY_A_PERSON, *UNDECIDED)}
+    given = [one for one in after.marks if one.status == GIVEN_BY_A_PERSON and one.where in by_key]
+    return replace(done, after=after, left=tuple(LeftAlone(one, by_key[one.where]) for one in given))
 
 
 def _check(questions: Collection[str], course: Course) -> None:

@@ -155,6 +155,26 @@ def test_regrade_keeps_what_a_person_gave(fake_class):
         (one,) = regrade(book, fake_class.course)
         (mark,) = [mark for mark in one.after.marks if mark.part == "explanation"]
         assert (mark.status, mark.points) == (GIVEN_BY_A_PERSON, 1.0)
+        assert one.left == ()  # the key marks no words
+
+
+@pytest.mark.parametrize(
+    ("by_hand", "told"), [(1.5, "1.5 of 2, given by a person, stays; the key gives 0 of 2"), (0, "stays.")]
+)
+def test_regrade_names_what_a_person_gave_and_what_the_key_gives(fake_class, by_hand, told):
+    fake_class.hand_in("ada", "bob")
+    fake_class.grade()
+    with fake_class.book() as book:
+        seen = next(one for one in book.current("ada").marks if one.part == "omega_n")
+        book.set_mark("ada", "2.11", "omega_n", by_hand, "By its way.", "prof", seen)
+        fake_class.key(2.0)
+        ada, bob = regrade(book, fake_class.course)
+        (left,) = ada.left
+        assert left.as_data() == {"question": "2.11", "part": "omega_n", "points": by_hand, "by_key": 0}
+        assert told in str(left)
+        assert bob.left == () and sum(one.points for one in book.current("bob").marks) == 0
+        assert next(one for one in book.current("ada").marks if one.part == "omega_n").points == by_hand
+        assert [one.left for one in regrade(book, fake_class.course, ["0.1"])] == [(), ()]
 
 
 def test_words_that_were_handed_in_are_marked_again_though_the_run_left_no_answers(fake_class):

@@ -44,6 +44,8 @@ def regrade(
 ) -> None:
     """Mark the answers in the gradebook again, by the key as it is now, and tell what changed. No notebook is run.
 
+    Marks that a person gave stay; those that the key would give otherwise are named.
+
     Exit code: 0 all marked, 1 some could not be marked (their marks stay as they were), 2 nothing marked.
     """
     from contextlib import ExitStack
@@ -54,17 +56,19 @@ def regrade(
     from rotflex.instructor.reports.grades import Reports
 
     found = courses.find(course)
-    changed = failed = 0
+    students = changed = failed = 0
     faults: dict[str, None] = {}
     with open_existing(gradebook) as book, ExitStack() as stack:
         reports = None if out is None else stack.enter_context(Reports(out, found, book))
         for done in mark_again(book, found, question or (), jobs):
             told = changes(done.before, done.after)
+            students += 1
             changed += bool(told.parts)
             failed += bool(done.problem)
             faults |= dict.fromkeys(key_faults(done.after))
             if as_json:
-                typer.echo(json.dumps({**told.as_data(), "problem": done.problem}))
+                left = [one.as_data() for one in done.left]
+                typer.echo(json.dumps({**told.as_data(), "left_alone": left, "problem": done.problem}))
                 continue
             if done.problem:
                 say(
@@ -73,12 +77,13 @@ def regrade(
                 )
             if told.parts:
                 say(str(told))
+            say(*(f"{told.student}, {one}" for one in done.left))
     for line in (*faults, *([reports.hints] if reports and reports.hints else ())):
         say(line, err=True)
     if not as_json:
         typer.echo(
-            "Other marks than before: {students}.".format(
-                students=plural(changed, "{count} student", "{count} students")
+            "Other marks than before: {students}. The same: {same}.".format(
+                students=plural(changed, "{count} student", "{count} students"), same=students - changed
             )
             if changed
             else "Nobody's marks changed."

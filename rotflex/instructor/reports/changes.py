@@ -64,7 +64,7 @@ class Changes:
     why : one of the reasons above
     before, after : points of all parts
     out_of : points that there are after it
-    parts : those whose mark is another, or has another reason
+    parts : those whose mark is another; a reason in other words is none
     """
 
     student: str
@@ -112,13 +112,12 @@ def _parts(before: Graded, after: Graded) -> Iterator[Change]:
     old, new = ({mark.where: mark for mark in one.marks} for one in (before, after))
     for where in dict.fromkeys([*new, *old]):
         was, becomes = old.get(where), new.get(where)
-        if was is None or becomes is None or _told(was) != _told(becomes):
+        if was is None or becomes is None or _mark(was) != _mark(becomes):
             yield Change(*where, was, becomes)
 
 
-def _told(mark: MarkRecord) -> MarkRecord:
-    """What of a mark is worth telling when it changes."""
-    return replace(mark, given="")
+def _mark(mark: MarkRecord) -> tuple[str, float, float]:
+    return mark.status, mark.points, mark.out_of
 
 
 class Before:

@@ -11,7 +11,7 @@ from made_courses import OURS
 
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Gradebook, MarkRecord
-from rotflex.instructor.regrade import Regraded
+from rotflex.instructor.regrade import LeftAlone, Regraded
 
 
 @pytest.fixture
@@ -174,13 +174,15 @@ WRONG = graded("ada", mark("wrong", 0.0, "More than 1 % off \x1b[31m."), prose()
 
 
 def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
-    marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob")))
+    left = LeftAlone(mark("given by a person", 1.0), mark())
+    marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob"), left=(left,)))
     done = rotflex("regrade", "--gradebook", book, "--course", ROOT)
     assert done.exit_code == 0
     assert done.output.splitlines() == [
         "ada: 2 → 0 of 3 points; the key has changed",
         "    2.11, omega_n: 2 of 2 (right) → 0 of 2 (wrong). More than 1 % off \\x1b[31m.",
-        "Other marks than before: 1 student.",
+        "bob, 2.11, omega_n: 1 of 2, given by a person, stays; the key gives 2 of 2 (right).",
+        "Other marks than before: 1 student. The same: 1.",
     ]
 
 

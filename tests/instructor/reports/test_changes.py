@@ -46,6 +46,11 @@ def test_points_that_shift_between_parts_are_told_though_the_sum_stays():
     assert found.before == found.after and len(found.parts) == 2
 
 
+def test_another_reason_for_the_same_mark_is_no_change():
+    after = graded("ada", mark(reason="Within 1 %.", given="20"), key="key 2")
+    assert changes(graded("ada", mark()), after).parts == ()
+
+
 def test_the_reason_says_who_did_something():
     one = graded("ada", submission="first")
     assert changes(one, graded("ada", submission="second")).why == HANDED_IN_AGAIN
