@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from gradebook_dump import dump
 from made_courses import copied
 
 from rotflex.instructor import course as courses
@@ -51,7 +52,7 @@ def command(source: Path, submissions: Path, out: Path, *options: str) -> list[s
 def contents(out: Path) -> dict[str, Any]:
     """All that is in a gradebook, but for times and its secret."""
     with Gradebook(out / "gradebook.sqlite") as book:
-        return book.dump()
+        return dump(book)
 
 
 def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, scratch: Path) -> None:

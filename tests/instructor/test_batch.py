@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 import small_class
 from fake_class import InlineMarker, perfect
+from gradebook_dump import dump
 
 from rotflex.courseware import student_id
 from rotflex.courseware.benches import BenchPolicy
@@ -119,7 +120,7 @@ def test_a_batch_that_is_broken_off_goes_on_where_it_was_and_ends_in_the_same_gr
     fake_class.grade("broken.sqlite", probe_seed=7)
     assert done and not set(fake_class.runs[before:]) & set(done)
     with fake_class.book("whole.sqlite") as one, fake_class.book("broken.sqlite") as other:
-        assert one.dump() == other.dump()
+        assert dump(one) == dump(other)
 
 
 def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(fake_class):

@@ -20,6 +20,7 @@ NO_PART = {
     "scheduler": None,  # where it is run, not what: tests/instructor/test_cluster.py
     "times": {"ada": datetime(2026, 5, 1, tzinfo=UTC)},
     "again": ("ada",),
+    "decisions": {("ada", "owner"): "ada"},
     "zone": timezone(timedelta(hours=2)),
 }
 #: The others, each changed alone.

@@ -123,7 +123,7 @@ def _listed(notebook: dict[str, Any]) -> Any:
     sheets = notebook.get("worksheets")
     if "cells" in notebook or not isinstance(sheets, list):
         return notebook.get("cells")
-    lists = [sheet.get("cells", []) if isinstance(sheet, dict) else None for sheet in sheets]
+    lists: list[Any] = [sheet.get("cells", []) if isinstance(sheet, dict) else None for sheet in sheets]
     if not all(isinstance(one, list) for one in lists):
         return None
     return [_upgraded(cell) for one in lists for cell in one if isinstance(cell, dict)]

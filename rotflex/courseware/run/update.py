@@ -224,15 +224,15 @@ class _Preparing:
 
 
 def _metadata(cell: Mapping[str, Any]) -> dict[str, Any]:
-    return cell.get("metadata", {})
+    return dict(cell.get("metadata", {}))
 
 
 def _grading(cell: Mapping[str, Any]) -> dict[str, Any]:
-    return _metadata(cell).get("nbgrader", {})
+    return dict(_metadata(cell).get("nbgrader", {}))
 
 
 def _name(cell: Mapping[str, Any]) -> str:
-    return cell.get("id", "")
+    return str(cell.get("id", ""))
 
 
 def _own(cell: _Cell, name: str) -> _Cell:

@@ -14,7 +14,6 @@ from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import deciding, removal, roster, rows, schema, storable
 from rotflex.instructor.gradebook.database import Database
-from rotflex.instructor.gradebook.dump import content
 from rotflex.instructor.gradebook.persons import Persons
 from rotflex.instructor.gradebook.records import (
     AuditRecord,
@@ -347,11 +346,6 @@ class Gradebook:
             found = found.where(audit.c.question == storable.text(question))
         with self._database.reading() as connection:
             return [_audit_record(row) for row in connection.execute(found)]
-
-    def dump(self) -> dict[str, Any]:
-        """All but times, the secret and the rows' numbers, as plain data: equal for gradebooks with equal content."""
-        with self._database.reading() as connection:
-            return content(connection)
 
 
 def _change(actor: str, reason: str) -> rows.Change:

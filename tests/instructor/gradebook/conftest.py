@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 from gradebook_databases import KINDS, new_file, new_schema, programs, unprivileged, wait_for
+from gradebook_dump import dump
 from made_runs import record, small_class
 
 from rotflex.instructor.gradebook import Gradebook
@@ -104,4 +105,4 @@ def undisturbed(tmp_path_factory):
     with Gradebook(tmp_path_factory.mktemp("undisturbed") / "class.sqlite") as opened:
         for one in small_class():
             record(opened, one)
-        return opened.dump()
+        return dump(opened)

@@ -15,6 +15,7 @@ import pytest
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
+from gradebook_dump import dump
 from made_runs import graded, mark, record, small_class
 from sqlalchemy import inspect, text
 
@@ -76,14 +77,14 @@ def killed_after(module, step, what):
 def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, step):
     with Gradebook(url) as book:
         record(book, small_class()[0])
-        before = book.dump()
+        before = dump(book)
     second = small_class()[2]
     assert killed_after(rows, step, lambda: record(Gradebook(url), second))
     with Gradebook(url) as book:
-        assert book.dump() == before
+        assert dump(book) == before
         for one in small_class():
             record(book, one)
-        assert book.dump() == undisturbed
+        assert dump(book) == undisturbed
 
 
 def test_a_kill_while_the_gradebook_is_made_leaves_none(url):
@@ -96,11 +97,11 @@ def test_a_kill_while_the_gradebook_is_made_leaves_none(url):
 
 def test_an_error_amid_recording_leaves_what_was_before(book, monkeypatch):
     record(book, graded())
-    before = book.dump()
+    before = dump(book)
     monkeypatch.setattr(rows, "put_audit", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         record(book, graded("ada", "second", mark(points=0.0)))
-    assert book.dump() == before
+    assert dump(book) == before
 
 
 def test_a_writer_waits_for_another(book, url):
@@ -168,9 +169,9 @@ def test_a_gradebook_of_the_first_revision_reads_as_before(url):
         assert book.current("ada") == one
         assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A", enrolled=True)]
         assert book.delivered("ada") == []
-        before = book.dump()
+        before = dump(book)
         assert record(book, one) == 0
-        assert book.dump() == before
+        assert dump(book) == before
         assert record(book, graded("ada", "second", claim={"2.11": {}}, files=("h.py",))) == 1
 
 
@@ -196,7 +197,7 @@ def test_an_older_gradebook_is_migrated_and_a_newer_one_refused(url, tmp_path, m
     with monkeypatch.context() as patch:
         patch.setattr(schema, "_SCRIPTS", str(newer))
         with Gradebook(url) as book:
-            assert (book.dump(), book.secret()) == (undisturbed, secret)
+            assert (dump(book), book.secret()) == (undisturbed, secret)
     with closing(Database(url)) as database, database.reading() as connection:
         assert "mood" in {column["name"] for column in inspect(connection).get_columns("comments")}
     with pytest.raises(GradebookError, match=r"newer rotflex .*'9999'.*upgrade"):

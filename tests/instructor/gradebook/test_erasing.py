@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from gradebook_dump import dump
 from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select, text, update
 
@@ -62,7 +63,7 @@ def everything(url: str) -> str:
 def of_others(book: Gradebook) -> list:
     """What is there of the others, but for what was said of them in words."""
     found = []
-    for one in book.dump()["students"]:
+    for one in dump(book)["students"]:
         if one["student"] != ID:
             said = {"comments", "requests"}
             kept = {name: value for name, value in one.items() if name not in said}
@@ -124,9 +125,9 @@ def test_what_an_act_took_the_place_of_is_taken_back_without_the_name(book):
 
 
 def test_who_is_tried_only_stays_and_the_same_is_told(book):
-    before = book.dump()
+    before = dump(book)
     told = book.persons.would_be_erased(ID)
-    assert book.dump() == before
+    assert dump(book) == before
     assert book.persons.erase(ID, "lea") == told
 
 
@@ -273,22 +274,22 @@ NOT_WHOLE = [
 
 
 def test_what_is_no_striking_out_is_refused_by_the_database_itself(book, url):
-    before = book.dump()
+    before = dump(book)
     for statements in NO_STRIKING_OUT:
         refused(url, *statements)
-    assert book.dump() == before
+    assert dump(book) == before
 
 
 def test_an_erasure_that_is_not_whole_is_refused_by_the_database_itself(book, url):
-    before = book.dump()
+    before = dump(book)
     for statements, why in NOT_WHOLE:
         refused(url, *statements, why=why)
-    assert book.dump() == before
+    assert dump(book) == before
 
 
 def test_nothing_of_an_erasure_is_changed_afterwards(book, url):
     book.persons.erase(ID, "lea")
-    before = book.dump()
+    before = dump(book)
     for statement in ("DELETE FROM erasures", "UPDATE erasures SET actor = 'x'", "UPDATE erasures SET gone = -2"):
         refused(url, statement, why="stays as it is")
     refused(url, struck(STANDS_IN, "Zoë"))
@@ -296,7 +297,7 @@ def test_nothing_of_an_erasure_is_changed_afterwards(book, url):
     new = {"student": "x", "folded": "x", "name": "", "email": "", "section": ""}
     refused(url, insert(students).values(id=2, **new), why="given to nobody")
     refused(url, update(students).where(students.c.id == 1).values(id=2), why="(?i)stays as it is|foreign key")
-    assert book.dump() == before
+    assert dump(book) == before
 
 
 @pytest.mark.parametrize("kind", [pytest.param("postgres", marks=pytest.mark.postgres)])

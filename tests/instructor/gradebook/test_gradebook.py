@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from gradebook_databases import KINDS, new_schema
+from gradebook_dump import dump
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_runs import graded, mark, prose, record, small_class
@@ -109,10 +110,10 @@ def test_students_are_told_apart_without_regard_to_how_accents_are_put_together(
 
 def test_a_key_belongs_to_one_student(book):
     record(book, graded("ada", key="k"))
-    before = book.dump()
+    before = dump(book)
     with pytest.raises(GradebookError, match="depend on the student"):
         record(book, graded("bob", key="k"))
-    assert book.dump() == before
+    assert dump(book) == before
 
 
 def nested(inner, levels):
@@ -147,7 +148,7 @@ def nested(inner, levels):
 def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
     with pytest.raises(GradebookError):
         record(book, unfit)
-    assert book.dump() == {"students": [], "publications": [], "erasures": []}
+    assert dump(book) == {"students": [], "publications": [], "erasures": []}
 
 
 @pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
@@ -201,7 +202,7 @@ def test_the_newest_of_each_file_counts_and_all_are_kept(book, url):
     assert book.deliver("ADA ", [later]) == 1
     with Gradebook(url) as again:
         assert again.delivered("Ada") == [later, *first[1:]]
-    kept = book.dump()["students"][0]["deliveries"]
+    kept = dump(book)["students"][0]["deliveries"]
     assert [one["name"] for one in kept] == ["02.ipynb", "02.ipynb", "answers.json", "own/helper.py"]
     assert [one["source"] for one in kept] == ["ada.zip", "ada (1).zip", "ada.zip", "ada.zip"]
 
@@ -214,10 +215,10 @@ def test_the_newest_is_by_its_own_time_and_of_one_time_the_one_recorded_last(boo
 
 def test_the_same_file_of_the_same_time_is_kept_once(book):
     book.deliver("ada", [handed_in()])
-    before = book.dump()
+    before = dump(book)
     east = timezone(timedelta(hours=5))
     assert book.deliver("ada", [handed_in(), handed_in(received=MONDAY.astimezone(east), source="again.zip")]) == 0
-    assert book.dump() == before
+    assert dump(book) == before
     assert book.deliver("ada", [handed_in(received=TUESDAY)]) == 1  # the same again, at another time
     assert book.deliver("bob", [handed_in()]) == 1
 
@@ -306,8 +307,8 @@ def test_a_mark_that_no_longer_holds_is_told_with_who_gave_it(book):
     (lapsed,) = book.current("ada").lapsed
     assert lapsed.mark == prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
     assert lapsed.actor == "prof" and before <= lapsed.when <= after
-    read, before = book.current("ada"), book.dump()
-    assert record(book, read) == 0 and book.dump() == before
+    read, before = book.current("ada"), dump(book)
+    assert record(book, read) == 0 and dump(book) == before
     book.set_mark("ada", "2.12", "why", 1.0, "Hm.", "prof")
     assert book.current("ada").lapsed == ()
 
@@ -316,10 +317,10 @@ def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
     record(book, graded())
     seen = book.current("ada").marks[1]
     assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 1
-    before = book.dump()
+    before = dump(book)
     with pytest.raises(GradebookError, match=r"2\.12, why.*ada.*anna.*Nearly.*--expect 2\.5"):
         book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=seen)
-    assert book.dump() == before
+    assert dump(book) == before
     assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 0  # the same once more
     assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
 
@@ -393,9 +394,9 @@ def test_there_is_nothing_to_set_a_mark_for(book, tmp_path):
 def test_marks_that_were_read_before_a_person_changed_one_do_not_undo_it(book):
     record(book, graded())
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
-    read, before = book.current("ada"), book.dump()
+    read, before = book.current("ada"), dump(book)
     assert record(book, read) == 0
-    assert book.dump() == before  # with what the software said of it
+    assert dump(book) == before  # with what the software said of it
     book.set_mark("ada", "2.12", "why", 3.0, "Quite.", "prof")
     assert record(book, replace(read, marks=(mark(points=1.0), read.marks[1])), "regrade") == 1
     assert [one.points for one in book.current("ada").marks] == [1.0, 3.0]
@@ -476,9 +477,9 @@ def test_tame_text_and_any_number_are_read_as_they_were_recorded(shared, one):
 def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undisturbed):
     for one in small_class():
         record(book, one)
-    assert book.dump() == undisturbed
+    assert dump(book) == undisturbed
     assert [run["key"] for run in undisturbed["students"][1]["submissions"][0]["runs"]] == ["another key", "bob first"]
-    written = json.dumps(book.dump(), ensure_ascii=False, allow_nan=False)
+    written = json.dumps(dump(book), ensure_ascii=False, allow_nan=False)
     assert book.secret().hex() not in written and str(datetime.now(UTC).year) not in written
 
 
@@ -488,7 +489,7 @@ def test_who_was_recorded_first_does_not_show_in_the_dump(order, undisturbed):
     with tempfile.TemporaryDirectory() as folder, Gradebook(Path(folder) / "class.sqlite") as opened:
         for one in sorted(small_class(), key=lambda one: order.index(one.run.student)):
             record(opened, one)
-        assert opened.dump() == undisturbed
+        assert dump(opened) == undisturbed
 
 
 @pytest.mark.parametrize("kind", ["sqlite"])
@@ -510,7 +511,7 @@ def test_other_content_is_another_dump(new_url, other):
     for one in (graded(), other):
         with Gradebook(new_url()) as opened:
             record(opened, one)
-            dumps.append(opened.dump())
+            dumps.append(dump(opened))
     assert dumps[0] != dumps[1]
 
 

@@ -36,6 +36,7 @@ _COMPRESSED: dict[bytes, Callable[[IO[bytes]], IO[bytes]]] = {
     b"BZh": bz2.BZ2File,
     b"\xfd7zXZ\0": lzma.LZMAFile,
 }
+_FIRST_TIME, _LAST_TIME = 315_532_800, 4_294_967_294  # s since 1970: of 1980 and 2106, between which a zip's times are
 _USTAR = slice(257, 262)  # where a tar that is not compressed says so
 _PIECE = 1_000_000  # bytes that are read at a time
 _UTF8_NAME = 0x800  # flag of a zip's entry
@@ -236,8 +237,8 @@ def _archive(file: IO[bytes]) -> Store:
     file.seek(0)
     for mark, read in _COMPRESSED.items():
         if start.startswith(mark):
-            return TarStore(read(file))
-    return TarStore(file) if start[_USTAR] == b"ustar" else ZipStore(file)
+            return ZipStore(_tar_as_zip(read(file)))
+    return ZipStore(_tar_as_zip(file) if start[_USTAR] == b"ustar" else file)
 
 
 class ZipStore:
@@ -272,7 +273,13 @@ class ZipStore:
     def _objection(self, entry: zipfile.ZipInfo, path: str, found: Mapping[str, Entry]) -> str:
         if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
             return "it is a link, or another thing than a file"
-        return _objection(path, path in found or entry.filename in self._by_key)
+        if not path or ".." in path.split("/"):
+            return "its name leads outside"
+        if path in found or entry.filename in self._by_key:
+            return "it is there twice; the first is taken"
+        if path.count("/") > limits.MAX_DEPTH:
+            return f"it lies deeper than {limits.MAX_DEPTH} folders"
+        return ""
 
     def read(self, key: str, limit: int) -> bytes:
         """See :class:`Store`."""
@@ -294,60 +301,21 @@ class ZipStore:
         return _bounded(data, limit)
 
 
-class TarStore:
-    """A tar, unpacked in memory: it has no table of contents, and is compressed as a whole."""
-
-    def __init__(self, file: IO[bytes]) -> None:
-        try:
-            data = _bounded(_in_pieces(file, limits.MAX_INNER_ARCHIVE + 1), limits.MAX_INNER_ARCHIVE)
-            self._tar = tarfile.open(fileobj=io.BytesIO(data), mode="r:")  # noqa: SIM115 (in memory)
-            self._members = self._tar.getmembers()
-        except _DAMAGED as error:
-            raise Unreadable(f"it is not a tar that can be read ({type(error).__name__}).") from None
-
-    def listing(self, most: int) -> Listing:
-        """See :class:`Store`."""
-        if len(self._members) > most:
-            raise Unreadable(f"it has more than {most} files and folders.")
-        found: dict[str, Entry] = {}
-        others: dict[str, str] = {}
-        for number, member in enumerate(self._members):
-            path = "/".join(part for part in names.readable(member.name).split("/") if part not in ("", "."))
-            if member.isdir():
-                continue
-            why = "" if member.isreg() else "it is a link, or another thing than a file"
-            why = why or _objection(path, path in found)
-            if why:
-                others[path or member.name] = why
-            else:
-                found[path] = Entry(str(number), member.size, _instant(member.mtime))
-        return Listing(found, others)
-
-    def read(self, key: str, limit: int) -> bytes:
-        """See :class:`Store`."""
-        try:
-            file = self._tar.extractfile(self._members[int(key)])
-            return _bounded(file.read(limit + 1) if file else b"", limit)
-        except _DAMAGED as error:
-            raise Unreadable(f"the tar is damaged ({type(error).__name__}).") from None
-
-
-def _objection(path: str, there: bool) -> str:
-    if not path or ".." in path.split("/"):
-        return "its name leads outside"
-    if there:
-        return "it is there twice; the first is taken"
-    if path.count("/") > limits.MAX_DEPTH:
-        return f"it lies deeper than {limits.MAX_DEPTH} folders"
-    return ""
-
-
-def _instant(seconds: float) -> datetime | None:
+def _tar_as_zip(file: IO[bytes]) -> IO[bytes]:
+    """Repack a tar in memory, where it has a table of contents. Links and devices are written as empty links."""
+    packed = io.BytesIO()
     try:
-        found = datetime.fromtimestamp(seconds, UTC)
-    except (ValueError, OverflowError, OSError):
-        return None
-    return found if found > datetime(*_NO_TIME, tzinfo=UTC) else None
+        data = _bounded(_in_pieces(file, limits.MAX_INNER_ARCHIVE + 1), limits.MAX_INNER_ARCHIVE)
+        with tarfile.open(fileobj=io.BytesIO(data), mode="r:") as tar, zipfile.ZipFile(packed, "w") as archive:
+            for member in filter(lambda member: not member.isdir(), tar):
+                saved = datetime.fromtimestamp(min(max(member.mtime, _FIRST_TIME), _LAST_TIME), UTC)
+                entry = zipfile.ZipInfo(member.name, saved.timetuple()[:6])
+                entry.external_attr = (stat.S_IFREG if member.isreg() else stat.S_IFLNK) << 16
+                content = tar.extractfile(member) if member.isreg() else None
+                archive.writestr(entry, content.read() if content else b"")
+    except _DAMAGED as error:
+        raise Unreadable(f"it is not a tar that can be read ({type(error).__name__}).") from None
+    return packed
 
 
 def _in_pieces(file: IO[bytes], most: int) -> bytes:

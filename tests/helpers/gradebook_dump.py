@@ -8,6 +8,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Table, select
 
+from rotflex.instructor.gradebook import Gradebook
 from rotflex.instructor.gradebook.tables import (
     answers,
     audit,
@@ -40,7 +41,13 @@ _NOTHING: dict[str, Any] = {
 }
 
 
-def content(connection: Connection) -> dict[str, Any]:
+def dump(book: Gradebook) -> dict[str, Any]:
+    """Return all of a gradebook but times, the secret and numbers of rows: equal where the content is equal."""
+    with book._database.reading() as connection:
+        return _content(connection)
+
+
+def _content(connection: Connection) -> dict[str, Any]:
     """All students and what is known of them; of answers and of files that were handed in, size and SHA-256.
 
     Submissions are in the order of their digests, runs of their keys, marks as recorded, files by name and time,
