@@ -5,10 +5,12 @@ from __future__ import annotations
 import ast
 import re
 import string
+import sys
 from collections import defaultdict
 from types import SimpleNamespace
 from typing import Any
 
+import matplotlib.pyplot as plt
 import nbformat
 import pytest
 from checkout import ROOT
@@ -43,6 +45,7 @@ def test_every_short_name_that_no_question_asks_for_is_the_students(tmp_path, mo
     monkeypatch.setenv(RUNNING, "check")
     monkeypatch.setenv(progress.SWITCH, "off")
     monkeypatch.setattr(greybox, "fit", fitted)
+    monkeypatch.setattr(sys, "displayhook", sys.displayhook)  # sympy.init_printing puts its own there
     broken = {}
     for path in NOTEBOOKS:
         names: dict[str, Any] = {"display": lambda *shown: None}
@@ -59,4 +62,5 @@ def test_every_short_name_that_no_question_asks_for_is_the_students(tmp_path, mo
             if SOLUTION.search(cell.source):
                 asked |= assigned(SOLUTION.sub("pass", cell.source))
                 names |= dict.fromkeys(SHORT - asked, object())
+    plt.close("all")
     assert broken == {}
