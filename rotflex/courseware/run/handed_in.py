@@ -123,15 +123,18 @@ def _listed(notebook: dict[str, Any]) -> Any:
     sheets = notebook.get("worksheets")
     if "cells" in notebook or not isinstance(sheets, list):
         return notebook.get("cells")
-    lists: list[Any] = [sheet.get("cells", []) if isinstance(sheet, dict) else None for sheet in sheets]
-    if not all(isinstance(one, list) for one in lists):
-        return None
-    return [_upgraded(cell) for one in lists for cell in one if isinstance(cell, dict)]
+    found: list[Any] = []
+    for sheet in sheets:
+        cells = sheet.get("cells", []) if isinstance(sheet, dict) else None
+        if not isinstance(cells, list):
+            return None
+        found += cells
+    return [_upgraded(cell) for cell in found if isinstance(cell, dict)]
 
 
 def _upgraded(cell: dict[str, Any]) -> dict[str, Any]:
     """A cell of format 3 in format 4; without its outputs and metadata if these are broken."""
-    from nbformat import from_dict  # it takes a while to load, and old notebooks are rare
+    from nbformat import from_dict  # comes with JupyterLab; takes a while to load, and old notebooks are rare
     from nbformat.v4.convert import upgrade_cell
 
     for tried in (cell, {**cell, "outputs": [], "metadata": {}}):
@@ -160,18 +163,28 @@ def _repaired(cell: Mapping[str, Any]) -> dict[str, Any]:
         count, outputs = cell.get("execution_count"), cell.get("outputs")
         found["execution_count"] = count if type(count) is int else None
         found["outputs"] = [*filter(_can_be_opened, outputs)] if isinstance(outputs, list) else []
-    elif attachments := _attachments(cell):
-        found["attachments"] = attachments
+    elif isinstance(attachments := cell.get("attachments"), dict):
+        found["attachments"] = {
+            name: {kind: data for kind, data in content.items() if _is_text(data)}
+            for name, content in attachments.items()
+            if isinstance(content, dict)
+        }
     return dict(sorted(found.items()))
 
 
 def _can_be_opened(output: Any) -> bool:
     """Whether JupyterLab opens a notebook in which a cell has shown this."""
-    if not isinstance(output, dict) or not isinstance(output.get("output_type"), str):
-        return False
-    text = output.get("text", "")
-    lines = text if isinstance(text, list) else [text]
-    return isinstance(output.get("data", {}), dict) and all(isinstance(line, str) for line in lines)
+    return (
+        isinstance(output, dict)
+        and isinstance(output.get("output_type"), str)
+        and isinstance(output.get("data", {}), dict)
+        and _is_text(output.get("text", ""))
+    )
+
+
+def _is_text(value: Any) -> bool:
+    """Whether it is text, or a list of its lines."""
+    return all(isinstance(one, str) for one in (value if isinstance(value, list) else [value]))
 
 
 def _source(source: Any) -> str | list[str]:
@@ -186,15 +199,6 @@ def _cell(cell: Mapping[str, Any]) -> Cell:
     if len(source) > (MAX_TEXT if kind == TEXT else MAX_SOURCE):
         kind, source = UNREADABLE, ""
     grade_id = cell.get("metadata", {}).get("nbgrader", {}).get("grade_id")
-    attachments = cell.get("attachments", {}) if kind == TEXT else {}
+    attached = cell.get("attachments", {}) if kind == TEXT else {}
+    attachments = {name: {kind: "".join(data) for kind, data in one.items()} for name, one in attached.items()}
     return Cell(cell.get("id", ""), grade_id if isinstance(grade_id, str) else "", kind, source, attachments)
-
-
-def _attachments(cell: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """Pictures in a text; anything of another form is left out."""
-    found = cell.get("attachments")
-    return {
-        name: {kind: data for kind, data in content.items() if isinstance(data, str)}
-        for name, content in (found.items() if isinstance(found, dict) else ())
-        if isinstance(content, dict)
-    }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
+from rotflex.courseware import files
 from rotflex.courseware.benches import OWN, SAME, BenchPolicy
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.student_id import caseless
@@ -69,7 +70,7 @@ def _kept_bench(facts: Facts, course: Course, student: str) -> BenchPolicy | Non
 def _of_student(content: bytes | None, student: str) -> bytes | None:
     """An ``answers.json`` that says of whose bench it is, with another ID."""
     try:
-        said = json.loads(content or b"")
+        said = files.from_json(content or b"")
     except ValueError:
         return content
     return json.dumps({**said, "student": student}).encode() if isinstance(said, dict) else content
@@ -80,7 +81,7 @@ def _file(name: str, content: bytes, person: Person) -> bytes:
     if name not in (COURSE_FILE, ANSWERS_FILE) or not person.named_in(content):
         return content
     try:
-        said = json.loads(content)
+        said = files.from_json(content)
     except ValueError:
         return content
     if not isinstance(said, dict):

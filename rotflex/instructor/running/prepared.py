@@ -122,7 +122,7 @@ def _doubled(name: str, master: Sequence[Mapping[str, Any]], cells: Sequence[Cel
 
 def _unreadable(name: str, cells: Sequence[Cell]) -> list[str]:
     """A message on each cell that cannot be taken."""
-    told = "{name}: its cell {place} is left out: it is no text, or has more than {most} characters."
+    told = "{name}: its cell {place} is left out: it has more than {most} characters."
     return [
         told.format(name=name, place=place, most=MAX_SOURCE)
         for place, cell in enumerate(cells, start=1)
