@@ -25,7 +25,7 @@ PACKAGES = ("rotflex",)
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        3759,
+        3769,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -36,7 +36,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3720,
+        3727,
         (
             "rotflex/bench_commands/**/*.py",
             "rotflex/bench_doctor/**/*.py",
@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/hil/**/*.py",
         ),
     ),
-    "serial board": (819, ("rotflex/hil/serial/**/*.py",)),
+    "serial board": (817, ("rotflex/hil/serial/**/*.py",)),
     "recordings of a real bench": (
         195,
         (
@@ -53,7 +53,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "widgets, scene, the course": (
-        4382,
+        4395,
         (
             "rotflex/courseware/scene/**/*.py",
             "rotflex/lab.py",
@@ -61,16 +61,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3381, ("rotflex/courseware/**/*.py",)),
-    "run": (2787, ("rotflex/courseware/run/**/*.py",)),
+    "answers, session, files of a course": (3431, ("rotflex/courseware/**/*.py",)),
+    "run": (2822, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3071, ("rotflex/instructor/running/**/*.py",)),
-    "gradebook": (2471, ("rotflex/instructor/gradebook/**/*.py",)),
+    "running, intake": (3296, ("rotflex/instructor/running/**/*.py",)),
+    "gradebook": (2405, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
-    "reports, scoring": (2837, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
+    "reports, scoring": (2882, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        2943,
+        2944,
         (
             "rotflex/instructor/accounts/**/*.py",
             "rotflex/instructor/erasure/**/*.py",
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3600,
+        3628,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",
