@@ -110,9 +110,13 @@ def restore(
                 f"The notebooks in {place} are the only ones that this installation has: it has nothing to give "
                 "back. Install the course anew (pip install .), from the zip that you got."
             )
-        changed = False
+        changed, failed = False, []
         for name in restoring.named(notebooks or [], list(masters)):
-            done = restoring.restore(place, name, masters[name], dry_run)
+            try:
+                done = restoring.restore(place, name, masters[name], dry_run)
+            except CheckError as error:  # the others are restored all the same
+                failed.append(str(error))
+                continue
             changed = changed or bool(done.lines)
             for line in _of_restored(done, dry_run):
                 typer.echo(line)
@@ -121,6 +125,8 @@ def restore(
                 "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
                 "from Disk there, before you save it."
             )
+        if failed:
+            raise CheckError("\n".join(failed))
 
 
 def _of_restored(done: Any, dry_run: bool) -> Iterator[str]:

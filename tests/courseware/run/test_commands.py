@@ -145,6 +145,14 @@ def test_restore_says_what_it_gave_back_and_that_an_open_notebook_is_to_be_read_
         assert all(fragment in line for fragment, line in zip(fragments, lines, strict=True))
 
 
+def test_restore_gives_back_the_others_where_one_notebook_cannot_be_read(folder):
+    (folder / "01_swing.ipynb").write_text('{"nbformat": 3, "worksheets": [{"cells": 5}]}')
+    (folder / "02_later.ipynb").write_bytes(saved(notebook(text("end", "Changed."))))
+    done = rotflex("restore")
+    assert (done.exit_code, "02_later.before-restore.ipynb" in done.output) == (2, True)
+    assert "01_swing.ipynb cannot be read" in done.output
+
+
 def test_restore_where_the_only_notebooks_are_the_students_own_says_so(folder, monkeypatch):
     monkeypatch.setattr(released, "course_folder", lambda: folder.parent)
     done = rotflex("restore")
