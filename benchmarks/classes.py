@@ -134,7 +134,8 @@ def grade(command: list[str], variables: dict[str, str], interval: float | None 
             sampler.stop()
         log.seek(0)
         output = log.read()
-    short = [one for one in events if one["event"] == "graded" and one["points"] + one["awaiting"] != one["out_of"]]
+    graded = [one for one in events if one["event"] == "graded"]
+    short = [one for one in graded if (one["points"] or 0) + one["awaiting"] != one["out_of"]]  # None: not graded
     if process.returncode or short:
         raise RuntimeError(f"rotflex grade: exit code {process.returncode}; {short[:3]}\n{output}")
     done = events[-1]
