@@ -343,7 +343,8 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
     assert f"Release {kept.stem}, kept as {kept}" in done.output
     about = {"student": "", "title": "rotflex-course", "term": "", "draw": DRAW, "bench": {"which": "own"}}
     written = json.loads((notebooks / "course.json").read_text())
-    assert written == {**about, "reflect": "on", "release": kept.stem}
+    here = f"{sys.version_info.major}.{sys.version_info.minor}"
+    assert written == {**about, "reflect": "on", "release": kept.stem, "python": here}
 
 
 def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):

@@ -53,7 +53,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "widgets, scene, the course": (
-        4395,
+        4397,
         (
             "rotflex/courseware/scene/**/*.py",
             "rotflex/lab.py",
@@ -61,10 +61,10 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3431, ("rotflex/courseware/**/*.py",)),
-    "run": (2822, ("rotflex/courseware/run/**/*.py",)),
+    "answers, session, files of a course": (3428, ("rotflex/courseware/**/*.py",)),
+    "run": (2828, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3296, ("rotflex/instructor/running/**/*.py",)),
+    "running, intake": (3316, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2405, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3628,
+        3633,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

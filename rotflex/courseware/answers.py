@@ -12,7 +12,6 @@ leaves the old one.
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -63,7 +62,7 @@ def parse(data: bytes) -> dict[str, Any]:
     if len(data) > MAX_BYTES:
         raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
     try:
-        content = files.from_json(data, parse_constant=_finite, parse_float=_finite)
+        content = files.from_json(data, parse_constant=_refuse_constant)
     except ValueError as error:
         raise AnswerError(f"It is not JSON: {error}") from None
     number = content.get("format") if isinstance(content, dict) else None
@@ -98,11 +97,8 @@ def parse(data: bytes) -> dict[str, Any]:
     return content
 
 
-def _finite(text: str) -> float:
-    number = float(text)
-    if not math.isfinite(number):  # NaN, Infinity, 1e999
-        raise ValueError(f"{text:.20} is not a finite number")
-    return number
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number")
 
 
 def _identity(seen: os.stat_result) -> tuple[int, ...]:
@@ -293,8 +289,9 @@ class AnswerBook:
             raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
         try:
             content = parse(data)
+            json.dumps(content, allow_nan=False)  # a number beyond all floats could not be saved again
             self._most_bytes += len(data)
-        except AnswerError as error:
+        except (AnswerError, ValueError) as error:
             aside = set_aside.set_aside(self.path, "broken")
             self.notices.append(
                 f"{self.path.name} could not be read, and was put aside as {aside}. {error} A new one is begun: "

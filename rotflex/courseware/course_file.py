@@ -20,7 +20,7 @@ from rotflex.errors import ConfigurationError
 
 STUDENT, RELEASE = "student", "release"
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
-PYTHON = "python"  #: that grades, as "3.11"; releases of before do not say
+PYTHON = "python"  #: that grades, major and minor version; earlier releases do not say
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; not there where there is no limit
 NOBODY = "demo"  #: the student of whoever gives no name
 #: In the students' package, where an installed one has the notebooks and the course file as they were released.

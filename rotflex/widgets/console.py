@@ -308,7 +308,7 @@ class BenchConsole(Explorer):
             ],
             controls=self._controls(),
             readouts=[self._status(), reported(self._bench)],
-            height=430,
+            height=420,
             play=play,
             live=self.running,
         )
@@ -361,14 +361,16 @@ class BenchConsole(Explorer):
         ]
 
     def _status(self) -> Readout:
-        mind = _COMPUTED if self._is_computed() else SAFETY
-        rows = [Row("state", (self._state,)), Row("", (self._message or mind,))]
-        if not self._is_computed():
-            run = self._run
-            late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
-            rows.append(Row("missed deadlines", (late,)))
-        if self._message:
-            rows.append(Row("mind", (mind,)))
+        if self._is_computed():
+            return Readout("State", [Row("state", (self._state,)), Row("", (self._message or _COMPUTED,))])
+        run = self._run
+        late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
+        rows = [
+            Row("state", (self._state,)),
+            Row("", (self._message or SAFETY,)),
+            Row("missed deadlines", (late,)),
+            *([Row("mind", (SAFETY,))] if self._message else []),
+        ]
         return Readout("State", rows)
 
 

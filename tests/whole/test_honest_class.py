@@ -170,7 +170,7 @@ def made():
 @pytest.mark.parametrize("way", READ, ids=lambda way: way.name)
 def test_however_it_is_packed_named_and_saved_the_same_is_run(found, made, way):
     names = tuple(made.pristine)
-    masters = {name: [cell["id"] for cell in notebook["cells"]] for name, notebook in made.pristine.items()}
+    masters = {name: {cell["id"]: cell for cell in notebook["cells"]} for name, notebook in made.pristine.items()}
     plain = {name: as_released(SOLVED[name]) for name in names}
     for student in (way.student, *way.others):
         (submission,) = [one for one in found.submissions if one.student.casefold() == _composed(student)]

@@ -160,7 +160,11 @@ def test_nothing_survives(graded):
 
 def test_only_students_have_a_place_among_the_results(graded):
     ours = {"grades.csv", "gradebook.sqlite", "earlier.json"}
-    assert {path.name for path in graded.out.iterdir()} - {"hints.md"} == {*graded.attacks, *HONEST, *ours}
+    assert {path.name for path in graded.out.iterdir()} - {"hints.md", "intake.csv"} == {
+        *graded.attacks,
+        *HONEST,
+        *ours,
+    }
 
 
 def test_hints_name_attacks_alone(graded):

@@ -52,10 +52,6 @@ def outside(page, selectors):
 def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):
     page, name = opened
     if name == "console":  # as high as it gets: the bench reports, and a recording can be played
-        page.locator('[data-name="address"]').select_option("virtual")  # in simulated time
-        button = page.locator(".rotflex-explorer").get_by_role
-        button("button", name="Connect", exact=True).click()
-        page.wait_for_function("() => document.querySelector('.readouts').textContent.includes('watchdog')")
         run_to_the_end(page)
         settled(page)
         page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")

@@ -168,9 +168,22 @@ def test_the_validation_explorer_follows_its_sliders_and_fits(opened):
     assert float(figures.locator("tr", has_text="α").locator("td").first.inner_text().split()[0]) > 95
 
 
+BUSY = """async (code) => {
+    const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
+    const future = kernel.requestExecute({code});
+    window.said = '';
+    future.onIOPub = (message) => { window.said += message.content.text ?? message.content.evalue ?? ''; };
+    future.done.then(() => { window.ended = true; });
+}"""
+#: Choose a virtual bench that runs in real time, as a real one does.
+IN_REAL_TIME = """explorer._addresses.append('virtual:?clock=wall')
+explorer.receive({'kind': 'set', 'name': 'address', 'value': 'virtual:?clock=wall', 'view': 'page', 'n': 0})"""
+
+
 @pytest.mark.parametrize("opened", ["console"], indirect=True)
 def test_stop_ends_a_running_experiment(opened):
     page = opened
+    page.evaluate(BUSY, IN_REAL_TIME)
     button(page, "Connect").click()
     wait_for_text(page, ".readouts", "watchdog")
     for stop in ("click", "key"):
@@ -197,19 +210,13 @@ print("busy", flush=True)
 while explorer._run.at_zero is None:
     time.sleep(0.05)
 print(0)"""
-BUSY = """async (code) => {
-    const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
-    const future = kernel.requestExecute({code});
-    window.said = '';
-    future.onIOPub = (message) => { window.said += message.content.text ?? message.content.evalue ?? ''; };
-    future.done.then(() => { window.ended = true; });
-}"""
 
 
 @pytest.mark.parametrize("opened", ["console"], indirect=True)
 def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
     """By STOP where JupyterLab has a thread beside the cell for it; else because nothing is heard of the page."""
     page = opened
+    page.evaluate(BUSY, IN_REAL_TIME)
     button(page, "Connect").click()
     wait_for_text(page, ".readouts", "watchdog")
     page.locator('[data-name="experiment"]').select_option("sweep")
@@ -226,8 +233,6 @@ def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
 @pytest.mark.parametrize("opened", ["console"], indirect=True)
 def test_a_run_is_recorded_and_played(opened, served):
     page = opened
-    button(page, "Connect").click()
-    wait_for_text(page, ".readouts", "watchdog")
     run_to_the_end(page)
     picture = painted(page)
     page.locator(".player button").click()

@@ -28,7 +28,7 @@ LONGEST_PROSE = 5000  #: characters; two pages
 #: What a notebook may leave where a text is to be written.
 STUBS = ("", "...", "your answer here", "your text here")
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d)[^\W\d_].*")
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d|j\s*$)[^\W\d_].*")
 _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
 _LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
 #: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.

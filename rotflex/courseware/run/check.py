@@ -335,7 +335,7 @@ def _clock(seconds: float) -> str:
 
 def _too_new(work: Work, merged: Merged) -> Iterator[str]:
     """Yield a message on each piece of code that the older Python which grades cannot read."""
-    grader = portability.version((course_file.of(work.folder) or {}).get(course_file.PYTHON))
+    grader = portability.version(work.hand_in.course.get(course_file.PYTHON))
     if grader is None or grader >= portability.HERE:
         return
     here, there = map(portability.in_words, (portability.HERE, grader))

@@ -28,7 +28,7 @@ def version(text: object) -> Version | None:
 
 
 def in_words(python: Version) -> str:
-    """Return a version as "3.12"."""
+    """Return a version as people write it: major and minor, with a dot."""
     return ".".join(map(str, python))
 
 

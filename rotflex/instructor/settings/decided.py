@@ -199,7 +199,7 @@ class CourseSettings:
     ----------
     title : of the course, for people; "" leaves it to ``course.py``
     term : as "2026 autumn"
-    python : which grades, as "3.11"; "" where it is the one that makes the release
+    python : which grades, major and minor version; "" where it is the one that makes the release
     bench : which bench each student has
     given : name of what is given to a class that begins in the middle; "" where it begins at the beginning
     feedback : what students see of their marks, and when

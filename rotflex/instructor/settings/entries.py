@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
@@ -126,7 +127,11 @@ SECTIONS: Mapping[str, Mapping[str, Entry]] = {
     "course": {
         "title": _line('title = "Control laboratory"', _is_name),
         "term": _line('term = "2026 autumn"', _is_line),
-        "python": Entry("a version of Python, in quotes", 'python = "3.11"', _is_version),
+        "python": Entry(
+            "a version of Python, in quotes",
+            f'python = "{sys.version_info.major}.{sys.version_info.minor}"',
+            _is_version,
+        ),
     },
     "bench": {
         "which": Entry('"own", "same", "preset" or "real"', 'which = "own"', lambda value: value in WHICH),

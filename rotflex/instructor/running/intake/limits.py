@@ -23,5 +23,5 @@ MAX_NOTEBOOK_FILE = 200_000_000  #: bytes of a notebook with its outputs, which 
 MAX_NOTEBOOK = 5_000_000  #: bytes of it without outputs and pictures
 MAX_PICTURES = 15_000_000  #: bytes of the pictures pasted into the text cells of one notebook, as they are stored
 MAX_BRACKETS = 5_000_000  #: brackets, braces and texts in a notebook with large outputs; a second of looking
-MAX_STRANGERS = 10  #: notebooks of unknown names whose cells are looked at; a course has as many
+MAX_STRANGERS = 30  #: notebooks of unknown names that are recognised by their cells
 MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partners

@@ -16,7 +16,7 @@ from rotflex.courseware.run import own_files
 from rotflex.courseware.run.alignment import source_of
 from rotflex.courseware.run.handed_in import Cell, NotebookError
 from rotflex.errors import ConfigurationError
-from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks, scripts
+from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks, places, scripts
 from rotflex.instructor.running.intake.decisions import DECIDED, Decisions, Doubt
 from rotflex.instructor.running.intake.delivered import Item
 from rotflex.instructor.running.intake.hand_ins import Piece, Submission
@@ -116,7 +116,29 @@ def read(
                 _Reader(delivered, store, wanted, masters or {}, packages, reports, decisions or {}).read()
         except Unreadable as error:
             delivered.unreadable = _unreadable(piece, str(error))
+    _leave_out_empty(found, masters or {})
     return found
+
+
+def _written(cells: Iterable[Cell], master: Mapping[str, Mapping[str, Any]]) -> int:
+    """Return how many cells a student changed so that they are longer than the course's."""
+    released = {name: source_of(cell).strip() for name, cell in master.items()}
+    changed = [cell for cell in cells if cell.source.strip() not in released.values()]
+    return sum(len(cell.source.strip()) > len(released.get(cell.id, "")) for cell in changed)
+
+
+def _leave_out_empty(found: Sequence[Delivered], masters: Masters) -> None:
+    """Leave a notebook out of which an earlier piece has one with answers, if nothing is written in it."""
+    answered: set[str] = set()
+    for delivered in found:
+        for name in list(delivered.notebooks):
+            if name in masters and not _written(delivered.notebooks[name], masters[name]):
+                if name in answered:
+                    del delivered.notebooks[name]
+                    source = names.shown(delivered.source)
+                    delivered.notes.append(f"{name} in {source} is empty; the one that was handed in before it counts.")
+            else:
+                answered.add(name)
 
 
 def _unreadable(piece: Piece, why: str) -> str:
@@ -289,15 +311,14 @@ class _Reader:
         return path, why
 
     def _filled(self, name: str, path: str) -> int:
-        """Return in how many cells of a notebook the student wrote something; -1 if it cannot be read."""
+        """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
         if not notebook_names.is_notebook(path):
             return 0
-        released = {source_of(cell).strip() for cell in self._masters.get(name, {}).values()}
         try:
             cells, _left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
         except (Unreadable, NotebookError):
             return -1
-        return sum(cell.source.strip() not in released for cell in cells)
+        return _written(cells, self._masters.get(name, {}))
 
     def _report(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> None:
         """A report's PDF: its bytes. Only their beginning and their number are looked at here."""
@@ -357,6 +378,10 @@ class _Reader:
                 self._used.add(path)
                 self._delivered.notebooks[name] = cells
                 self._note(f"{names.shown(path)} is a program; it is taken for {name}, by the course's cells in it.")
+        unread = [one for one in seen if one.casefold().endswith(places.OTHER_ARCHIVES) and not places.is_archive(one)]
+        if unread and len(there) < len(self._wanted) and not self._delivered.unreadable:
+            packed = names.listed(unread)
+            self._delivered.problems.append(f"{packed}: packed in a way that is not read; hand it in plain.")
 
     def _of_the_course(self, seen: Iterable[str], name: str, limit: int, base: str) -> bytes | None:
         paths = [path for path in seen if path.rpartition("/")[2] == name]

@@ -134,7 +134,7 @@ def test_notebooks_of_unknown_names(tmp_path, monkeypatch, fits):
     files = {f"{letter}.ipynb": notebook(name) for letter, name in zip("abc", WANTED, strict=True)}
     lay(tmp_path / "ada", files)
     submission = intake.find(tmp_path, ROSTER).submissions[0]
-    masters = {name: [cell["id"] for cell in json.loads(notebook(name))["cells"]] for name in WANTED}
+    masters = {name: {cell["id"]: cell for cell in json.loads(notebook(name))["cells"]} for name in WANTED}
     (delivered,) = intake.read(submission, WANTED, masters)
     assert len(delivered.notebooks) == (3 if fits else 2)
 

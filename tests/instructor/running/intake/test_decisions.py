@@ -31,7 +31,7 @@ def source_of_first(delivered):
 
 
 COPY = "01_first_look (1).ipynb"
-FULLER = notebook(A, "x = 1").replace(b"pass  # q1-2", b"y = 2")
+FULLER = notebook(A, "x = 1").replace(b"pass  # q1-2", b"y = 2  # longer")
 
 
 @pytest.mark.parametrize(
@@ -87,6 +87,24 @@ def test_an_instructor_decides_owner_and_time(tmp_path):
     assert [one.student for one in found.submissions] == ["ada", "bob", "cleo"]
     (piece,) = found.submissions[2].pieces
     assert piece.received == parsed("2026-11-19 08:00") and any("nobody at all" in one for one in found.ignored)
+
+
+def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_path):
+    monday = {A: ANSWERED, B: notebook(B, "")}
+    friday = {A: EMPTY, B: notebook(B, "x = 2"), C: notebook(C, "")}
+    for name, files, when in (("ada (1).zip", monday, EARLY), ("ada (2).zip", friday, LATE)):
+        lay(tmp_path, {name: zipped(files, when)})
+    (submission,) = intake.find(tmp_path).submissions
+    read = intake.read(submission, WANTED, MASTERS)
+    counts = intake.newest([item for one in read for item in one.items()], WANTED)[0].notebooks
+    assert [counts[name][0].source for name in WANTED] == ["x = 1", "x = 2", ""]
+    (note,) = intake.notes(read)
+    assert A in note and "ada (2).zip" in note
+
+
+def test_a_notebook_that_is_packed_by_itself_is_named(tmp_path):
+    lay(tmp_path / "ada", {A: ANSWERED, f"{B}.gz": b"\x1f\x8b", C: notebook(C)})
+    assert any(f"{B}.gz" in problem for problem in intake.problems([read(tmp_path)]))
 
 
 # --- programs in place of notebooks -----------------------------------------------------------------------------------

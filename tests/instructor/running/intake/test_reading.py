@@ -178,7 +178,9 @@ def test_a_copy_does_not_count_beside_the_notebook_itself_and_of_copies_the_last
 
 def test_a_notebook_renamed_beyond_recognition_is_told_by_its_cells(taken):
     files = work(names=[A]) | {"my answers.ipynb": notebook(B, "mine = 1"), "own.ipynb": b'{"cells": []}'}
-    result = taken(files, masters=NOTEBOOKS)
+    result = taken(
+        files, masters={name: {one: {"id": one, "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()}
+    )
     assert result.first(B) == "mine = 1" and list(result.hand_in.files) == ["own.ipynb"]
     (note,), (missing,) = result.notes, result.missing
     assert "my answers.ipynb'" in note and B in note and "cells" in note and missing.startswith(C)
