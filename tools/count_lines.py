@@ -64,7 +64,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "answers, session, files of a course": (3428, ("rotflex/courseware/**/*.py",)),
     "run": (2828, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3316, ("rotflex/instructor/running/**/*.py",)),
+    "running, intake": (3320, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2405, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),

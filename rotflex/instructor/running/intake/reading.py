@@ -378,6 +378,11 @@ class _Reader:
                 self._used.add(path)
                 self._delivered.notebooks[name] = cells
                 self._note(f"{names.shown(path)} is a program; it is taken for {name}, by the course's cells in it.")
+        for name in [name for name in missing if name not in self._delivered.notebooks]:
+            stem = name.casefold().removesuffix(notebook_names.ENDING)
+            printed = [one for one in seen if PurePosixPath(one.casefold()).stem == stem and one not in self._used]
+            if printed and name not in self._delivered.unread:
+                self._delivered.unread[name] = f"{names.listed(printed)} is no notebook. Hand in {name}."
         unread = [one for one in seen if one.casefold().endswith(places.OTHER_ARCHIVES) and not places.is_archive(one)]
         if unread and len(there) < len(self._wanted) and not self._delivered.unreadable:
             packed = names.listed(unread)

@@ -94,11 +94,14 @@ def _says(course: Mapping[str, Any], known: People) -> _Says:
         student = known.known(given) or _ANYBODY.known(given)
         if student is None:
             return _Says(unknown=(given[: student_id.LONGEST],))
-    partners = course.get("with")
-    partners = partners[: people.MOST_TOGETHER] if isinstance(partners, list) else []
-    found, unknown = people.ids(known, partners)
+    found, unknown = people.ids(known, _partners(course))
     others = dict.fromkeys(one for one in found if student is None or caseless(one) != caseless(student))
     return _Says(student, tuple(others), tuple(unknown))
+
+
+def _partners(course: Mapping[str, Any]) -> list[Any]:
+    given = course.get("with")
+    return given[: people.MOST_TOGETHER] if isinstance(given, list) else [given] if isinstance(given, str) else []
 
 
 def _by_name(name: str, match: Match, says: _Says) -> Owners:
@@ -167,8 +170,7 @@ def nobody_earlier(student: str) -> Collection[str] | None:
 def named_in(data: bytes) -> list[str]:
     """All students whom a course.json names, as they are written."""
     course = places.course_data(data)
-    partners = course.get("with")
-    given = [course.get("student"), *(partners[: people.MOST_TOGETHER] if isinstance(partners, list) else [])]
+    given = [course.get("student"), *_partners(course)]
     return [one for one in given if isinstance(one, str)]
 
 
