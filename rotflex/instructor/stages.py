@@ -47,7 +47,7 @@ def kept(gradebook: Gradebook, submission: Submission, read: Sequence[Delivered]
     delivered = [_delivery(item) for one in read for item in one.items()]
     if submission.claimed_by:
         return names, [*earlier, *delivered]
-    gradebook.deliver(holder, delivered, any(one.piece.clock == intake.DECIDED for one in read))
+    gradebook.deliver(holder, delivered, {one.source for one in read if one.piece.clock == intake.DECIDED})
     return names, gradebook.delivered(holder)
 
 
@@ -62,7 +62,7 @@ def given_over(gradebook: Gradebook, found: Sequence[Submission]) -> list[Submis
     there = {caseless(one.student) for one in found}
     losing: dict[str, Submission] = {}
     for piece, owner in ((piece, one.student) for one in found for piece in one.pieces if piece.rule == intake.DECIDED):
-        for student in gradebook.give_over(piece.source, owner):
+        for student in gradebook.give_over(piece.source, piece.received, owner):
             why = f"{piece.source} is {owner}'s, as the instructor decided."
             losing[student] = Submission(student, problems=(why,))
     return [one for student, one in losing.items() if caseless(student) not in there]

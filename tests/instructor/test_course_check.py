@@ -250,7 +250,7 @@ def test_a_slip_in_the_key_is_told_with_its_question(claims, snapshot):
         "lambda": omega_n(lambda bench: bench.omega),
         "too wide": omega_n(lambda bench: bench.omega_n, rtol=0.9),
         "slip": omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}),
-        "follow-through": omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody),  # noqa: F821 (on purpose)
+        "follow-through": omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody),  # noqa: F821 (an undefined name, on purpose)
         "no such question": omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")),
     }
     told = {what: [line for line in judged(course, claims) if "2.11 omega_n" in line] for what, course in slips.items()}

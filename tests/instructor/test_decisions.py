@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 import pytest
 
 from rotflex.errors import GradingError
+from rotflex.instructor.gradebook import Delivery
 from rotflex.instructor.reports import intake_table
 from rotflex.instructor.running.intake import Doubt
 
@@ -70,3 +71,22 @@ def test_a_table_without_its_columns_is_an_error_that_names_one(tmp_path):
     (tmp_path / "intake.csv").write_text("submission,about\n")
     with pytest.raises(GradingError, match="'assumed'"):
         intake_table.read(tmp_path / "intake.csv")
+
+
+MONDAY, TUESDAY = datetime(2026, 11, 23, tzinfo=UTC), datetime(2026, 11, 24, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(("decided", "received"), [({"ada.zip"}, TUESDAY), ({"other.zip"}, MONDAY), ((), MONDAY)])
+def test_a_decided_time_replaces_that_of_its_own_submission_only(fake_class, decided, received):
+    with fake_class.book() as book:
+        for when in (MONDAY, TUESDAY):  # the same content once more makes nothing late
+            book.deliver("ada", [Delivery("a.ipynb", "digest", b"{}", when, "ada.zip")], decided)
+        assert book.received("ada") == {"a.ipynb": received}
+
+
+def test_a_submission_that_is_given_over_leaves_one_of_the_same_name_of_another_day(fake_class):
+    with fake_class.book() as book:
+        for student, when in (("ada", MONDAY), ("bob", TUESDAY)):
+            book.deliver(student, [Delivery("a.ipynb", student, b"{}", when, "work.zip")])
+        assert book.give_over("work.zip", TUESDAY, "cleo") == ["bob"]
+        assert book.delivered("ada") and not book.delivered("bob")

@@ -30,7 +30,7 @@ def console(lab):
 
 @pytest.fixture
 def live(lab):
-    """Connected to a bench whose time does not wait, as a real one's, with a sweep to be started."""
+    """Return a console connected to a virtual bench in real time, ready to start a sweep."""
     made = BenchConsole(lab, K, addresses=["virtual:?clock=wall"])
     made.set("address", "virtual:?clock=wall")
     made.press("connect")

@@ -114,7 +114,7 @@ def restore(
         for name in restoring.named(notebooks or [], list(masters)):
             try:
                 done = restoring.restore(place, name, masters[name], dry_run)
-            except CheckError as error:  # the others are restored all the same
+            except CheckError as error:  # restore the others first
                 failed.append(str(error))
                 continue
             changed = changed or bool(done.lines)

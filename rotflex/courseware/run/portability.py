@@ -105,9 +105,9 @@ def foreign(sources: Iterable[str], own: Iterable[str], package: str = "rotflex"
 
     Parameters
     ----------
-    sources : of code; what is no Python alone imports nothing
+    sources : source code; code that cannot be parsed is ignored
     own : names of the student's own modules
-    package : one of the course's packages, whose distribution says what it brings
+    package : a package of the course; its distribution lists what comes with it
 
     Returns
     -------

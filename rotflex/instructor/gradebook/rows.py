@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
@@ -107,18 +107,18 @@ def added(connection: Connection, statement: Any) -> int:
 # --- what was handed in -----------------------------------------------------------------------------------------------
 
 
-def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery], decided: bool = False) -> int:
+def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery], decided: Collection[str]) -> int:
     """Write the files that are not there yet, and return how many.
 
     Another content of the same name, time and source is replaced: an instructor decided that another file counts.
-    ``decided`` says that they decided the time, too; then another time of the same content and source is replaced.
+    ``decided`` names the sources of which they decided the time: another time of the same content is replaced, too.
     """
     columns = (deliveries.c.id, deliveries.c.name, deliveries.c.digest, deliveries.c.received, deliveries.c.source)
     there = connection.execute(select(*columns).where(deliveries.c.student_id == student_id)).all()
     known = {(row.name, row.digest, row.received) for row in there}
     wanted = {(one.name, one.digest, one.received): one for one in new}
     at_once = {(one.name, one.received, one.source) for one in new}
-    alike = {(one.name, one.digest, one.source) for one in new} if decided else set()
+    alike = {(one.name, one.digest, one.source) for one in new if one.source in decided}
     replaced = [
         row.id
         for row in there
@@ -132,9 +132,10 @@ def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delive
     return len(rows)
 
 
-def give_over_deliveries(connection: Connection, source: str, student_id: int) -> list[str]:
+def give_over_deliveries(connection: Connection, source: str, received: datetime, student_id: int) -> list[str]:
     """Delete what came in a submission from all but its owner, and return the IDs of those it was taken from."""
-    others = (deliveries.c.source == source) & (deliveries.c.student_id != student_id)
+    same = (deliveries.c.source == source) & (deliveries.c.received == received)  # the name may be another week's, too
+    others = same & (deliveries.c.student_id != student_id)
     of_them = select(students.c.student).join(deliveries, deliveries.c.student_id == students.c.id).where(others)
     found = list(connection.scalars(of_them.distinct()))
     connection.execute(delete(deliveries).where(others))

@@ -145,7 +145,7 @@ class Gradebook:
 
     # --- what was handed in -------------------------------------------------------------------------------------------
 
-    def deliver(self, student: str, files: Sequence[Delivery], decided: bool = False) -> int:
+    def deliver(self, student: str, files: Sequence[Delivery], decided: Collection[str] = ()) -> int:
         """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
 
         What has the name, the digest and the time of one that is there is the same.
@@ -154,7 +154,7 @@ class Gradebook:
         ----------
         student : ID
         files : what was handed in
-        decided : whether an instructor decided when; then these replace the same content of the same source
+        decided : sources of which an instructor decided the time: it replaces that of the same content
 
         Returns
         -------
@@ -171,12 +171,12 @@ class Gradebook:
         with self._database.writing() as connection:
             return rows.put_deliveries(connection, rows.student_for(connection, student), new, decided)
 
-    def give_over(self, source: str, student: str) -> list[str]:
+    def give_over(self, source: str, received: datetime, student: str) -> list[str]:
         """Take what came in a submission from all students but its owner, and return their IDs."""
         student = storable.student(student)
         with self._database.writing() as connection:
             owner = rows.student_for(connection, student)
-            return rows.give_over_deliveries(connection, storable.text(source), owner)
+            return rows.give_over_deliveries(connection, storable.text(source), received, owner)
 
     def delivered(self, student: str) -> list[Delivery]:
         """The newest of each file that a student handed in, by name: received last, of equals recorded last."""

@@ -64,7 +64,7 @@ class Changes:
     why : one of the reasons above
     before, after : points of all parts
     out_of : points that there are after it
-    parts : those whose mark is another; a reason in other words is none
+    parts : parts with another mark; a reason that is only worded differently does not count
     """
 
     student: str

@@ -8,6 +8,7 @@ from datetime import UTC, datetime, timedelta, tzinfo
 from pathlib import Path
 from typing import Any
 
+from rotflex.courseware import student_id
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import listed
 from rotflex.courseware.student_id import caseless
@@ -310,7 +311,8 @@ class _Explorer:
             unlisted = any(self._people.known(one) is None for one in owners.students)
             if owners.problems or owners.why_not or unlisted or decided:
                 why = " ".join((*owners.problems, *owners.notes, owners.why_not)).strip()
-                self.doubts.append(Doubt(raw.place.source, OWNER, " ".join(owners.students), why))
+                says = str(course.get("student") or "")[: student_id.LONGEST]
+                self.doubts.append(Doubt(raw.place.source, OWNER, " ".join(owners.students), why, says))
             owners = decided or owners
             if owners.students:
                 taken.append((owners, self._piece(raw, owners, course, place)))

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO, Any, Protocol
 
 from rotflex.instructor.running.intake import limits, names
 
@@ -31,11 +31,7 @@ _DAMAGED = (
     *(NotImplementedError, struct.error, RuntimeError, MemoryError, lzma.LZMAError, tarfile.TarError),
 )
 #: What a compressed tar begins with → what reads it.
-_COMPRESSED: dict[bytes, Callable[[IO[bytes]], IO[bytes]]] = {
-    b"\x1f\x8b": lambda file: gzip.GzipFile(fileobj=file),  # type: ignore[dict-item, return-value]
-    b"BZh": bz2.BZ2File,
-    b"\xfd7zXZ\0": lzma.LZMAFile,
-}
+_COMPRESSED: dict[bytes, Callable[[Any], Any]] = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open}
 _FIRST_TIME, _LAST_TIME = 315_532_800, 4_294_967_294  # s since 1970: of 1980 and 2106, between which a zip's times are
 _USTAR = slice(257, 262)  # where a tar that is not compressed says so
 _PIECE = 1_000_000  # bytes that are read at a time
@@ -233,7 +229,7 @@ def _long_directory(most: int) -> Unreadable:
 def _archive(file: IO[bytes]) -> Store:
     """Open a zip or a tar, by what it begins with."""
     start = bytearray(_USTAR.stop)
-    file.readinto(start)  # type: ignore[attr-defined]
+    file.readinto(start)  # type: ignore[attr-defined]  # IO has no readinto; read() refuses what a zip need not ask for
     file.seek(0)
     for mark, read in _COMPRESSED.items():
         if start.startswith(mark):
