@@ -171,7 +171,7 @@ def test_the_validation_explorer_follows_its_sliders_and_fits(opened):
 BUSY = """async (code) => {
     const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
     const future = kernel.requestExecute({code});
-    window.said = '';
+    window.said = ''; window.ended = false;
     future.onIOPub = (message) => { window.said += message.content.text ?? message.content.evalue ?? ''; };
     future.done.then(() => { window.ended = true; });
 }"""
