@@ -142,7 +142,8 @@ class Batch:
         found = intake.find(submissions, roster, times, zone, known, decisions)
         self._submissions, erased = stages.without_erased(gradebook, found.submissions, self._settings.again)
         self._submissions += stages.given_over(gradebook, self._submissions)
-        self.doubts = [one for one in found.doubts if one.about != intake.TIME or course.settings.deadlines]
+        lateness_counts = course.settings.deadlines and course.settings.late.per_day
+        self.doubts = [one for one in found.doubts if one.about != intake.TIME or lateness_counts]
         self.ignored = [*found.ignored, *erased]
         self._course, self._key_digest = course, marking_digest(course)
         self._bundles = Bundles(course)

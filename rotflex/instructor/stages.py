@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.student_id import caseless
-from rotflex.instructor.gradebook import Delivery, Gradebook
+from rotflex.instructor.gradebook import DECIDED, Delivery, Gradebook
 from rotflex.instructor.running import intake
 from rotflex.instructor.running.intake import Delivered, Item, Submission
 
@@ -47,7 +47,7 @@ def kept(gradebook: Gradebook, submission: Submission, read: Sequence[Delivered]
     delivered = [_delivery(item) for one in read for item in one.items()]
     if submission.claimed_by:
         return names, [*earlier, *delivered]
-    gradebook.deliver(holder, delivered, {one.source for one in read if one.piece.clock == intake.DECIDED})
+    gradebook.deliver(holder, delivered)
     return names, gradebook.delivered(holder)
 
 
@@ -61,7 +61,7 @@ def given_over(gradebook: Gradebook, found: Sequence[Submission]) -> list[Submis
     """
     there = {caseless(one.student) for one in found}
     losing: dict[str, Submission] = {}
-    for piece, owner in ((piece, one.student) for one in found for piece in one.pieces if piece.rule == intake.DECIDED):
+    for piece, owner in ((piece, one.student) for one in found for piece in one.pieces if piece.rule == DECIDED):
         for student in gradebook.give_over(piece.source, piece.received, owner):
             why = f"{piece.source} is {owner}'s, as the instructor decided."
             losing[student] = Submission(student, problems=(why,))
@@ -104,4 +104,4 @@ def without_erased(
 
 def _delivery(item: Item) -> Delivery:
     digest = hashlib.sha256(item.content).hexdigest()
-    return Delivery(item.name, digest, item.content, item.received, item.source)
+    return Delivery(item.name, digest, item.content, item.received, item.source, item.clock)

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import pytest
 
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook import Delivery
+from rotflex.instructor.gradebook import DECIDED, Arrival, Delivery
 from rotflex.instructor.reports import intake_table
 from rotflex.instructor.running.intake import Doubt
 
@@ -37,7 +37,7 @@ def test_the_time_that_an_instructor_decides_holds_though_it_is_later(fake_class
     fake_class.grade()
     fake_class.grade(decisions={("ada", "time received"): "2027-01-02 10:00"})
     with fake_class.book() as book:
-        assert book.received("ada") == {"a.ipynb": datetime(2027, 1, 2, 10, tzinfo=UTC)}
+        assert book.received("ada") == {"a.ipynb": Arrival(datetime(2027, 1, 2, 10, tzinfo=UTC), DECIDED)}
 
 
 def test_the_owner_that_an_instructor_decides_has_the_marks_and_the_former_has_none(fake_class):
@@ -76,12 +76,12 @@ def test_a_table_without_its_columns_is_an_error_that_names_one(tmp_path):
 MONDAY, TUESDAY = datetime(2026, 11, 23, tzinfo=UTC), datetime(2026, 11, 24, tzinfo=UTC)
 
 
-@pytest.mark.parametrize(("decided", "received"), [({"ada.zip"}, TUESDAY), ({"other.zip"}, MONDAY), ((), MONDAY)])
-def test_a_decided_time_replaces_that_of_its_own_submission_only(fake_class, decided, received):
+@pytest.mark.parametrize(("source", "received"), [("ada.zip", TUESDAY), ("other.zip", MONDAY)])
+def test_a_decided_time_replaces_that_of_its_own_submission_only(fake_class, source, received):
     with fake_class.book() as book:
-        for when in (MONDAY, TUESDAY):  # the same content once more makes nothing late
-            book.deliver("ada", [Delivery("a.ipynb", "digest", b"{}", when, "ada.zip")], decided)
-        assert book.received("ada") == {"a.ipynb": received}
+        book.deliver("ada", [Delivery("a.ipynb", "digest", b"{}", MONDAY, "ada.zip", "the list of times")])
+        book.deliver("ada", [Delivery("a.ipynb", "digest", b"{}", TUESDAY, source, DECIDED)])
+        assert book.received("ada")["a.ipynb"].received == received
 
 
 def test_a_submission_that_is_given_over_leaves_one_of_the_same_name_of_another_day(fake_class):

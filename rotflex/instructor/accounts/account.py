@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from datetime import datetime
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -15,7 +14,7 @@ from rotflex.instructor.accounts import in_words
 from rotflex.instructor.accounts.exact import exact, half_up
 from rotflex.instructor.accounts.lateness import Timing, timing
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import RunRecord, StudentRecord
+from rotflex.instructor.gradebook import Arrival, RunRecord, StudentRecord
 from rotflex.instructor.settings import LateSettings, MarkSettings
 from rotflex.instructor.verdicts import UNDECIDED
 
@@ -186,7 +185,7 @@ def account_of(
     marks: Iterable[AMark],
     course: Course,
     record: StudentRecord,
-    received: Mapping[str, datetime],
+    received: Mapping[str, Arrival],
     run: RunRecord | None = None,
 ) -> Account:
     """What a student's marks come to by the settings of a course.
@@ -206,7 +205,7 @@ def account_of(
         found = timing(settings, record, notebook, received.get(f"{notebook}{_ENDING}"))
         if found is not None:
             timings[notebook] = found
-    lines = [_late(one, timings) for one in lines]
+    lines = [_late(one, timings, bool(settings.late.per_day)) for one in lines]
     there = {one.notebook for one in lines if one.counts and (one.points is None or one.points)}
     told = (one for one in timings.values() if one.days or one.extended or one.received is None)
     return Account(
@@ -233,9 +232,12 @@ def _line(mark: AMark, course: Course) -> Line:
     )
 
 
-def _late(line: Line, timings: Mapping[str, Timing]) -> Line:
+def _late(line: Line, timings: Mapping[str, Timing], costs: bool) -> Line:
+    """A line with what lateness takes of it; it is not decided while the time that decides it is not known."""
     found = timings.get(line.notebook)
-    return line if found is None or not found.taken else replace(line, taken=found.taken)
+    if found is None:
+        return line
+    return replace(line, taken=found.taken, points=None if found.waits and costs else line.points)
 
 
 def _bonus(decided: MarkSettings, run: RunRecord | None, catalogue: Catalogue) -> Iterator[Bonus]:

@@ -27,7 +27,9 @@ def _short(account: Account) -> Iterator[str]:
     for name, lines in _by_name((one for one in account.lines if one.counts), "weighted_as").items():
         yield f"{name} counts {in_full(lines[0].weight)} times"
     for one in account.timings:
-        if one.received is None:
+        if one.waits:
+            yield f"{one.notebook}: not known when it came, to be decided"
+        elif one.received is None:
             yield f"{one.notebook}: not known when it came, taken as in time"
         elif not one.days:
             yield f"{one.notebook}: in time by an extension"
@@ -68,12 +70,19 @@ def _steps(account: Account) -> Iterator[str]:
 
 def _timing(one: Timing, account: Account) -> str:
     """What there is to say of when a notebook came."""
+    if one.waits:
+        return (
+            f"{one.notebook} was due on {_when(one.until, one.until)}. Only the computer that it was written on says "
+            "when it was saved; your instructor decides when it was handed in."
+        )
     if one.received is None:
         return (
             f"{one.notebook} was due on {_when(one.until, one.until)}. It is not known when it was handed in; it "
             "is taken as in time."
         )
     start = f"{one.notebook} was handed in on {_when(one.received, one.until)}"
+    if one.clock:
+        start += f" ({one.clock})"
     if not one.days:
         return (
             f"{start}. It was due on {_when(one.due, one.until)}; by an extension until "

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.accounts.exact import exact
-from rotflex.instructor.gradebook import StudentRecord
+from rotflex.instructor.gradebook import Arrival, StudentRecord
 from rotflex.instructor.settings import CourseSettings, Deadline, Extension
 
 _DAY = timedelta(days=1)
@@ -25,6 +25,7 @@ class Timing:
     due : the last moment that is in time, by the deadlines
     until : the same for this student, with what extensions they have
     received : when it was handed in; None if that is not known
+    clock : how that is known, in words; "" where only the student's computer says it, so that it has to be decided
     days : by how many days it is late, those that have begun counted as whole
     taken : the share (0 to 1) of what it earned that this costs
     extended : whether it would be late, or later, without an extension
@@ -37,20 +38,28 @@ class Timing:
     days: int
     taken: Fraction
     extended: bool
+    clock: str | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether an instructor has to decide when it was handed in."""
+        return self.clock == ""
 
 
-def timing(settings: CourseSettings, about: StudentRecord, notebook: str, received: datetime | None) -> Timing | None:
+def timing(settings: CourseSettings, about: StudentRecord, notebook: str, arrival: Arrival | None) -> Timing | None:
     """How a student's notebook stands to what is due; None where nothing is.
 
-    Of several deadlines and extensions that apply, the latest counts. What came nobody knows when is in time.
+    Of several deadlines and extensions that apply, the latest counts. A time that only the student's computer wrote is
+    not taken for the time of receipt.
 
     Parameters
     ----------
     settings : of the course
     about : the student, as the roster has them
     notebook : name without ending
-    received : when it was handed in, if that is known
+    arrival : when it was handed in; None if it was not
     """
+    received, clock = arrival if arrival is not None and arrival.clock != "" else (None, arrival and arrival.clock)
     dues = [one.due for one in settings.deadlines if _is_for(one.notebooks, notebook) and _in(one.section, about, True)]
     if not dues:
         return None
@@ -61,7 +70,7 @@ def timing(settings: CourseSettings, about: StudentRecord, notebook: str, receiv
     days = _started_days(received, until, late.grace_hours)
     taken = min(days * exact(late.per_day), exact(late.cap)) / 100
     extended = days < _started_days(received, due, late.grace_hours)
-    return Timing(notebook, due, until, received, days, taken, extended)
+    return Timing(notebook, due, until, received, days, taken, extended, clock)
 
 
 def _started_days(received: datetime | None, due: datetime, grace_hours: float) -> int:

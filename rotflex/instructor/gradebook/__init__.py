@@ -32,8 +32,10 @@ from rotflex.instructor.gradebook.decided import Act, Answer, Publication, Reque
 from rotflex.instructor.gradebook.erasing import OfOthers
 from rotflex.instructor.gradebook.naming import Person
 from rotflex.instructor.gradebook.records import (
+    DECIDED,
     FOR_A_PERSON,
     GIVEN_BY_A_PERSON,
+    Arrival,
     AuditRecord,
     CommentRecord,
     Delivery,
@@ -49,10 +51,12 @@ from rotflex.instructor.gradebook.records import (
 from rotflex.instructor.gradebook.store import Gradebook
 
 __all__ = [
+    "DECIDED",
     "FOR_A_PERSON",
     "GIVEN_BY_A_PERSON",
     "Act",
     "Answer",
+    "Arrival",
     "AuditRecord",
     "CommentRecord",
     "Delivery",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 #: The statuses of marks that a person set, and is to set.
 GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
@@ -137,6 +137,7 @@ class Delivery:
     content : as it was handed in, or what is kept of it
     received : when
     source : what it came in, for people, as the name of a zip
+    clock : how the time is known; "" where only the student's computer wrote it, None where nothing was recorded of it
     """
 
     name: str
@@ -144,6 +145,17 @@ class Delivery:
     content: bytes
     received: datetime
     source: str = ""
+    clock: str | None = None
+
+
+DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
+
+
+class Arrival(NamedTuple):
+    """When a file came, and how that is known: as :class:`Delivery` has them."""
+
+    received: datetime
+    clock: str | None = None
 
 
 @dataclass(frozen=True)

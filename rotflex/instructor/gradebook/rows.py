@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
@@ -13,7 +13,9 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, delete, func, ins
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook.records import (
+    DECIDED,
     GIVEN_BY_A_PERSON,
+    Arrival,
     Delivery,
     GivenMark,
     Graded,
@@ -107,24 +109,31 @@ def added(connection: Connection, statement: Any) -> int:
 # --- what was handed in -----------------------------------------------------------------------------------------------
 
 
-def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery], decided: Collection[str]) -> int:
+_WEAK_CLOCKS = (None, "", DECIDED)  # a time that is known so gives way to another one
+
+
+def put_deliveries(connection: Connection, student_id: int, new: Sequence[Delivery]) -> int:
     """Write the files that are not there yet, and return how many.
 
     Another content of the same name, time and source is replaced: an instructor decided that another file counts.
-    ``decided`` names the sources of which they decided the time: another time of the same content is replaced, too.
+    Another time of the same content and source is replaced where an instructor decided one of the two, or where nothing
+    but the student's computer vouches for the old one.
     """
-    columns = (deliveries.c.id, deliveries.c.name, deliveries.c.digest, deliveries.c.received, deliveries.c.source)
+    columns = (getattr(deliveries.c, name) for name in ("id", "name", "digest", "received", "source", "clock"))
     there = connection.execute(select(*columns).where(deliveries.c.student_id == student_id)).all()
-    known = {(row.name, row.digest, row.received) for row in there}
     wanted = {(one.name, one.digest, one.received): one for one in new}
     at_once = {(one.name, one.received, one.source) for one in new}
-    alike = {(one.name, one.digest, one.source) for one in new if one.source in decided}
-    replaced = [
-        row.id
-        for row in there
-        if (row.name, row.digest, row.received) not in wanted
-        and ((row.name, row.received, row.source) in at_once or (row.name, row.digest, row.source) in alike)
-    ]
+    alike = {(one.name, one.digest, one.source): (one.received, one.clock) for one in new}
+
+    def is_replaced(row: Row[Any]) -> bool:
+        received, clock = alike.get((row.name, row.digest, row.source), (row.received, row.clock))
+        if (clock != row.clock and row.clock in _WEAK_CLOCKS) or (clock == DECIDED and received != row.received):
+            return True
+        same_time = (row.name, row.received, row.source) in at_once
+        return same_time and (row.name, row.digest, row.received) not in wanted
+
+    replaced = {row.id for row in there if is_replaced(row)}
+    known = {(row.name, row.digest, row.received) for row in there if row.id not in replaced}
     connection.execute(delete(deliveries).where(deliveries.c.id.in_(replaced)))
     rows = [{"student_id": student_id, **vars(one)} for known_by, one in wanted.items() if known_by not in known]
     if rows:
@@ -153,15 +162,19 @@ def newest_deliveries(connection: Connection, student_id: int) -> list[Delivery]
     return sorted(there, key=lambda one: one.name)
 
 
-def notebooks_received(connection: Connection, student_id: int) -> dict[str, datetime]:
-    """Of each notebook's newest content, when it came first: handing in the same once more makes nothing late."""
-    columns = (deliveries.c.name, deliveries.c.digest, deliveries.c.received)
+def notebooks_received(connection: Connection, student_id: int) -> dict[str, Arrival]:
+    """Return when each notebook's newest content came first: handing in the same once more makes nothing late.
+
+    A time that only the student's computer wrote counts where there is no other.
+    """
+    columns = (deliveries.c.name, deliveries.c.digest, deliveries.c.received, deliveries.c.clock)
     which = (deliveries.c.student_id == student_id) & deliveries.c.name.endswith(".ipynb", autoescape=True)
     in_order = connection.execute(select(*columns).where(which).order_by(deliveries.c.received, deliveries.c.id))
-    first: dict[tuple[str, str], datetime] = {}
+    first: dict[tuple[str, str], Arrival] = {}
     newest: dict[str, str] = {}
     for row in in_order:
-        first.setdefault((row.name, row.digest), row.received)
+        if first.setdefault((row.name, row.digest), Arrival(row.received, row.clock)).clock == "":
+            first[row.name, row.digest] = Arrival(row.received, row.clock)
         newest[row.name] = row.digest
     return {name: first[name, digest] for name, digest in sorted(newest.items())}
 

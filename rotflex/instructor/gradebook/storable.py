@@ -125,6 +125,7 @@ def delivery(given: Delivery) -> Delivery:
         content=bytes(given.content),
         received=given.received.astimezone(UTC),
         source=text(given.source),
+        clock=given.clock,
     )
 
 

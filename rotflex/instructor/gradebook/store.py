@@ -16,6 +16,7 @@ from rotflex.instructor.gradebook import deciding, removal, roster, rows, schema
 from rotflex.instructor.gradebook.database import Database
 from rotflex.instructor.gradebook.persons import Persons
 from rotflex.instructor.gradebook.records import (
+    Arrival,
     AuditRecord,
     CommentRecord,
     Delivery,
@@ -145,7 +146,7 @@ class Gradebook:
 
     # --- what was handed in -------------------------------------------------------------------------------------------
 
-    def deliver(self, student: str, files: Sequence[Delivery], decided: Collection[str] = ()) -> int:
+    def deliver(self, student: str, files: Sequence[Delivery]) -> int:
         """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
 
         What has the name, the digest and the time of one that is there is the same.
@@ -154,7 +155,6 @@ class Gradebook:
         ----------
         student : ID
         files : what was handed in
-        decided : sources of which an instructor decided the time: it replaces that of the same content
 
         Returns
         -------
@@ -169,7 +169,7 @@ class Gradebook:
         student = storable.student(student)
         new = list(map(storable.delivery, files))
         with self._database.writing() as connection:
-            return rows.put_deliveries(connection, rows.student_for(connection, student), new, decided)
+            return rows.put_deliveries(connection, rows.student_for(connection, student), new)
 
     def give_over(self, source: str, received: datetime, student: str) -> list[str]:
         """Take what came in a submission from all students but its owner, and return their IDs."""
@@ -194,7 +194,7 @@ class Gradebook:
             found = connection.scalar(wanted.limit(1)) if student_id is not None else None
         return None if found is None else bytes(found)
 
-    def received(self, student: str) -> dict[str, datetime]:
+    def received(self, student: str) -> dict[str, Arrival]:
         """When a student handed in the notebooks that count, by file name: each, when its content came first."""
         with self._database.reading() as connection:
             student_id = rows.find_student(connection, storable.text(student))

@@ -87,6 +87,7 @@ deliveries = Table(
     _must("received", Instant),
     _must("content", LargeBinary),
     _must("source", Text),
+    Column("clock", Text),  # NULL: not known, from before it was kept
     UniqueConstraint("student_id", "name", "digest", "received"),
 )
 

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from rotflex.courseware.messages import plural
 from rotflex.instructor.accounts.lateness import timing
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import Gradebook, StudentRecord
+from rotflex.instructor.gradebook import Arrival, Gradebook, StudentRecord
 from rotflex.instructor.overview import counted, published, slips, students, times, waiting
 from rotflex.instructor.overview.section import Section, Table, moment
 from rotflex.instructor.overview.students import Student
@@ -75,7 +75,7 @@ def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetim
     """What there is of a student, and what came late or is missing after it was due; all of it as far as it counts."""
     graded, counts = book.current(about.student), course.settings.marks
     names = [path.name for path in course.notebooks]
-    came = {name: when for name, when in received(book, about.student, graded).items() if name in names}
+    came = {name: arrival for name, arrival in received(book, about.student, graded).items() if name in names}
     problems = () if graded is None else graded.run.problems
     unread = tuple(name for name in names if name not in came and is_unread(name, problems))
     account = None if graded is None else result_in(book, course, graded, about).account
@@ -86,7 +86,7 @@ def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetim
     due = counted.notebooks(course.asked, counts)
     missing = [name for name in due if f"{name}.ipynb" not in (*came, *unread)]
     # What is not there is overdue if it would be late now.
-    would = ((name, timing(course.settings, about, name, now)) for name in missing)
+    would = ((name, timing(course.settings, about, name, Arrival(now))) for name in missing)
     return Student(about, counting, came, unread, late, tuple(name for name, one in would if one and one.days))
 
 

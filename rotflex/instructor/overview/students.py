@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from statistics import median
 
 from rotflex.courseware.messages import listed, plural
 from rotflex.courseware.student_id import caseless
-from rotflex.instructor.gradebook import Graded, MarkRecord, StudentRecord
+from rotflex.instructor.gradebook import Arrival, Graded, MarkRecord, StudentRecord
 from rotflex.instructor.graded_run import facts_of, key_faults
 from rotflex.instructor.overview.section import Section, Table, moment, named
 from rotflex.instructor.reports.result import lapse, points, worth
@@ -29,7 +28,7 @@ class Student:
     ----------
     about : what the roster says
     graded : the run that counts; None where nothing was graded
-    received : notebook's file name → when what counts of it was handed in
+    received : notebook's file name → when what counts of it was handed in, and how that is known
     unread : file names of notebooks that were handed in and could not be read, where none from before counts
     late : notebook, without ending → by how many days it is late, those that have begun counted as whole
     overdue : notebooks, without ending, that were due for this student and are not there
@@ -37,7 +36,7 @@ class Student:
 
     about: StudentRecord
     graded: Graded | None = None
-    received: Mapping[str, datetime] = field(default_factory=dict)
+    received: Mapping[str, Arrival] = field(default_factory=dict)
     unread: tuple[str, ...] = ()
     late: Mapping[str, int] = field(default_factory=dict)
     overdue: tuple[str, ...] = ()
@@ -107,7 +106,8 @@ def _row(one: Student, due: Sequence[str]) -> tuple[str, ...]:
     there = [_short(name) for name in due if name in one.received]
     missing = [_short(name) for name in due if name not in one.received and name not in one.unread]
     missing += [f"{_short(name)} not readable" for name in due if name in one.unread]
-    last = moment(max(one.received.values())) if one.received else ""
+    latest = max(one.received.values(), default=None, key=lambda one: one.received)
+    last = f"{moment(latest.received)}{'?' if latest.clock == '' else ''}" if latest else ""
     return named(one.about), ", ".join(there), ", ".join(missing), last
 
 

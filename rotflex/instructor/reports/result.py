@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 
 from rotflex.courseware.student_id import caseless
 from rotflex.instructor.accounts import Account, account_of
 from rotflex.instructor.course import Course
-from rotflex.instructor.gradebook import CommentRecord, GivenMark, Gradebook, Graded, Request, StudentRecord
+from rotflex.instructor.gradebook import Arrival, CommentRecord, GivenMark, Gradebook, Graded, Request, StudentRecord
 from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.verdicts import UNDECIDED, Status
@@ -164,7 +163,7 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     return replace(found, account=account)
 
 
-def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, datetime]:
+def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:
     """When each notebook of a student came. What is theirs by a partner's word alone is kept as the partner's.
 
     Parameters

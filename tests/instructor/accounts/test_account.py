@@ -14,7 +14,7 @@ from rotflex.courseware import forms
 from rotflex.instructor.accounts import account_of
 from rotflex.instructor.accounts.exact import exact, half_up, in_full
 from rotflex.instructor.accounts.lateness import timing
-from rotflex.instructor.gradebook import MarkRecord, RunRecord, StudentRecord
+from rotflex.instructor.gradebook import Arrival, MarkRecord, RunRecord, StudentRecord
 from rotflex.instructor.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 
 DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
@@ -45,11 +45,13 @@ def marks(shares, undecided=()):
     ]
 
 
-def account(given_marks, after=None, about=ADA, run=None, **settings):
+def account(given_marks, after=None, about=ADA, run=None, clock=None, **settings):
     """What they come to, with all notebooks handed in so many hours after they were due."""
     course = replace(OURS, settings=CourseSettings(**settings))
     notebooks = {question.notebook for question in OURS.catalogue.everything.values()}
-    received = {} if after is None else {f"{one}.ipynb": DUE + timedelta(hours=after) for one in notebooks}
+    received = (
+        {} if after is None else {f"{one}.ipynb": Arrival(DUE + timedelta(hours=after), clock) for one in notebooks}
+    )
     return account_of(given_marks, course, about, received, run)
 
 
@@ -133,7 +135,9 @@ def test_later_is_never_more_and_no_more_than_the_cap_is_taken(shares, late, one
 
 @given(lates, hours)
 def test_days_are_counted_from_the_end_of_the_grace_and_as_soon_as_they_begin(late, after):
-    found = timing(CourseSettings(deadlines=(Deadline(DUE),), late=late), ADA, "x", DUE + timedelta(hours=after))
+    found = timing(
+        CourseSettings(deadlines=(Deadline(DUE),), late=late), ADA, "x", Arrival(DUE + timedelta(hours=after))
+    )
     beyond = after - late.grace_hours
     assert found.days == next(days for days in range(100) if beyond <= 24 * days)
     assert found.taken == min(found.days * exact(late.per_day), exact(late.cap)) / 100
@@ -143,7 +147,7 @@ def test_days_are_counted_from_the_end_of_the_grace_and_as_soon_as_they_begin(la
 def test_an_extension_never_costs_anybody_anything(late, after, until, named):
     """It is as if that had been due; one that ends before what is due changes nothing."""
     given_time = Extension(DUE + timedelta(hours=until), ("ada",) if named else ("bob",))
-    when = DUE + timedelta(hours=after)
+    when = Arrival(DUE + timedelta(hours=after))
     usual, extended = (
         timing(CourseSettings(deadlines=(Deadline(DUE),), extensions=of, late=late), ADA, "x", when)
         for of in ((), (given_time,))
@@ -192,6 +196,15 @@ def test_when_nobody_knows_when_it_came_it_is_in_time_and_that_is_said():
     assert any("It is not known when it was handed in; it is taken as in time." in one for one in found.steps())
     nothing = account(marks([0.0] * len(PARTS)), None, deadlines=(Deadline(DUE),))
     assert nothing.timings == ()  # whoever handed in nothing need not be told
+
+
+@pytest.mark.parametrize(("per_day", "waits"), [(10, True), (0, False)])
+@pytest.mark.parametrize("after", [-1, 1])
+def test_a_time_that_only_the_students_computer_wrote_is_no_time_of_receipt(per_day, waits, after):
+    given, late = marks([1.0] * len(PARTS)), LateSettings(per_day=per_day)
+    found = account(given, after, clock="", deadlines=(Deadline(DUE),), late=late)
+    assert (found.final is None) == waits == bool(found.undecided)
+    assert found.timings and all(one.received is None for one in found.timings)
 
 
 def run_with(predicted):

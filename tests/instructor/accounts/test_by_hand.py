@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from rotflex import cli
 from rotflex.instructor import course as courses
 from rotflex.instructor.accounts import account_of
-from rotflex.instructor.gradebook import Delivery, Gradebook, MarkRecord, StudentRecord
+from rotflex.instructor.gradebook import Arrival, Delivery, Gradebook, MarkRecord, StudentRecord
 from rotflex.instructor.graded_run import Facts
 
 PRELAB, STIFFNESS, VALIDATION = "01_modeling_prelab", "02_finding_stiffness", "03_model_validation"
@@ -246,7 +246,7 @@ def test_the_example_of_the_documentation_comes_out_as_it_says(tmp_path):
     for number, part, _points, out_of, notebook, _when in table:
         asked = OURS.catalogue.find(number)
         assert (asked.notebook, asked.part(part).points) == (notebook, float(out_of))
-    received = {f"{notebook}.ipynb": datetime.fromisoformat(when) for *_, notebook, when in table}
+    received = {f"{notebook}.ipynb": Arrival(datetime.fromisoformat(when)) for *_, notebook, when in table}
     account = account_of(earned, course, StudentRecord("ada"), received)
     assert account.steps() == said.strip().splitlines()
     # By hand: 2 + 0.8 × 2 × (1.5 + 0.5) + 1.5 of 2 + 2 × 3 + 2.

@@ -11,7 +11,7 @@ from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select, text, update
 
 from rotflex.errors import GradebookError
-from rotflex.instructor.gradebook import Delivery, Gradebook, OfOthers, Person, StudentRecord, erasing
+from rotflex.instructor.gradebook import Arrival, Delivery, Gradebook, OfOthers, Person, StudentRecord, erasing
 from rotflex.instructor.gradebook.database import Database
 from rotflex.instructor.gradebook.tables import erasures, metadata, students
 
@@ -201,7 +201,9 @@ def test_a_course_says_what_becomes_of_others_runs_and_files(book):
 def test_common_work_that_only_they_handed_in_is_kept_for_the_other(book):
     record(book, graded("eve"))
     book.persons.erase(ID, "lea", OfOthers(shares=lambda run, person: run.student in ("eve", "bob")))
-    assert [one.name for one in book.delivered("eve")] == ["02.ipynb"] and book.received("eve") == {"02.ipynb": WHEN}
+    assert [one.name for one in book.delivered("eve")] == ["02.ipynb"] and book.received("eve") == {
+        "02.ipynb": Arrival(WHEN)
+    }
     assert len(book.delivered("bob")) == 1  # has their own
 
 

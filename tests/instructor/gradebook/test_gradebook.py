@@ -21,7 +21,9 @@ from made_runs import graded, mark, prose, record, small_class
 
 from rotflex.errors import GradebookError
 from rotflex.instructor.gradebook import (
+    DECIDED,
     GIVEN_BY_A_PERSON,
+    Arrival,
     Delivery,
     Gradebook,
     Graded,
@@ -191,8 +193,8 @@ def test_new_marks_for_the_same_answers(book):
 MONDAY, TUESDAY = (datetime(2026, 3, day, 12, 0, 0, 250000, tzinfo=UTC) for day in (2, 3))
 
 
-def handed_in(name="02.ipynb", content=b"{}", received=MONDAY, source="ada.zip"):
-    return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source)
+def handed_in(name="02.ipynb", content=b"{}", received=MONDAY, source="ada.zip", clock=None):
+    return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source, clock)
 
 
 def test_the_newest_of_each_file_counts_and_all_are_kept(book, url):
@@ -235,11 +237,39 @@ def test_a_notebook_came_when_what_counts_of_it_came_first(book):
     tuesday, later = TUESDAY, TUESDAY + timedelta(days=1)
     book.deliver("ada", [handed_in(), handed_in("03.ipynb"), handed_in("data.csv")])
     book.deliver("ada", [handed_in(received=tuesday), handed_in("03.ipynb", b"other", tuesday)])
-    assert book.received("ADA") == {"02.ipynb": MONDAY, "03.ipynb": tuesday}
+    assert book.received("ADA") == {"02.ipynb": Arrival(MONDAY), "03.ipynb": Arrival(tuesday)}
     book.deliver("ada", [handed_in("03.ipynb", received=later)])
-    assert book.received("ada")["03.ipynb"] == MONDAY
+    assert book.received("ada")["03.ipynb"] == Arrival(MONDAY)
     book.deliver("bob", [handed_in(received=later), handed_in(received=tuesday)])
-    assert book.received("bob") == {"02.ipynb": tuesday} and book.received("nobody") == {}
+    assert book.received("bob") == {"02.ipynb": Arrival(tuesday)} and book.received("nobody") == {}
+
+
+NAME = "the time in its name"
+
+
+@pytest.mark.parametrize(
+    ("earlier", "later", "counts"),
+    [
+        ((MONDAY, NAME), (TUESDAY, NAME), (MONDAY, NAME)),  # the same content once more makes nothing late
+        ((MONDAY, ""), (TUESDAY, NAME), (TUESDAY, NAME)),
+        ((MONDAY, None), (TUESDAY, NAME), (TUESDAY, NAME)),
+        ((TUESDAY, NAME), (MONDAY, ""), (TUESDAY, NAME)),
+        ((MONDAY, NAME), (TUESDAY, DECIDED), (TUESDAY, DECIDED)),
+        ((TUESDAY, DECIDED), (MONDAY, ""), (MONDAY, "")),  # the decision was taken back
+        ((MONDAY, ""), (MONDAY, NAME), (MONDAY, NAME)),
+    ],
+)
+def test_a_time_that_is_not_to_be_trusted_gives_way(book, earlier, later, counts):
+    for received, clock in (earlier, later):
+        book.deliver("ada", [handed_in(received=received, clock=clock)])
+    assert book.received("ada") == {"02.ipynb": Arrival(*counts)}
+
+
+@pytest.mark.parametrize("clocks", [("", NAME), (NAME, "")])
+def test_of_the_same_content_from_two_places_the_time_that_can_be_trusted_counts(book, clocks):
+    for source, received, clock in zip("ab", (MONDAY, TUESDAY), clocks, strict=True):
+        book.deliver("ada", [handed_in(received=received, source=source, clock=clock)])
+    assert book.received("ada")["02.ipynb"].clock == NAME
 
 
 def test_hostile_names_of_files_are_kept_as_any_text(book):

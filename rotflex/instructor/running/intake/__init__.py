@@ -17,7 +17,7 @@
 =================  ===================================================================================================
 """
 
-from rotflex.instructor.running.intake.decisions import DECIDED, OWNER, TIME, Decisions, Doubt
+from rotflex.instructor.running.intake.decisions import OWNER, TIME, Decisions, Doubt
 from rotflex.instructor.running.intake.delivered import Item, newest
 from rotflex.instructor.running.intake.finding import find
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
@@ -25,7 +25,6 @@ from rotflex.instructor.running.intake.reading import Delivered, is_unread, note
 from rotflex.instructor.running.intake.whose import named_in
 
 __all__ = [
-    "DECIDED",
     "OWNER",
     "TIME",
     "Decisions",

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 OWNER, TIME = "owner", "time received"  #: what may be decided, besides a file: then it is the file's name
-DECIDED = "as the instructor decided"  #: how it is known
 
 #: Name of a submission, and what the decision is about → what was decided.
 Decisions = Mapping[tuple[str, str], str]

@@ -35,6 +35,10 @@ class Delivery(Protocol):
     def source(self) -> str:
         """What it came in, for people."""
 
+    @property
+    def clock(self) -> str | None:
+        """How the time is known."""
+
 
 @dataclass(frozen=True)
 class Item:
@@ -44,6 +48,7 @@ class Item:
     content: bytes
     received: datetime
     source: str
+    clock: str | None = None
 
 
 def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = ()) -> tuple[HandIn, list[str]]:

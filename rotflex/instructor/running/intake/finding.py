@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime, timedelta, tzinfo
+from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,9 @@ from rotflex.courseware.files import COURSE_FILE
 from rotflex.courseware.messages import listed
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
-from rotflex.instructor.gradebook.records import StudentRecord
+from rotflex.instructor.gradebook.records import DECIDED, StudentRecord
 from rotflex.instructor.running.intake import labels, limits, names, places, whose
-from rotflex.instructor.running.intake.decisions import DECIDED, OWNER, TIME, Decisions, Doubt
+from rotflex.instructor.running.intake.decisions import OWNER, TIME, Decisions, Doubt
 from rotflex.instructor.running.intake.hand_ins import Found, Piece, Submission
 from rotflex.instructor.running.intake.labels import Label
 from rotflex.instructor.running.intake.notebook_names import is_notebook
@@ -24,14 +24,10 @@ from rotflex.instructor.running.intake.places import Child, Place
 from rotflex.instructor.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where
 from rotflex.instructor.running.intake.times import folded, in_utc, parsed
 
-_WRONG_CLOCK = timedelta(days=1)  # by which what is in a zip may be later than the zip, as clocks have zones
-#: What is known of a time by files alone: in a folder, in an archive.
-_FILES_CLOCKS = ("the newest file", "the newest file in the zip")
-
 
 @dataclass
 class _Raw:
-    """A piece whose owner and time are not known yet."""
+    """A piece that has no owner and no time yet. ``archived``: when the archive among the submissions was written."""
 
     name: str
     place: Place
@@ -39,6 +35,7 @@ class _Raw:
     label: Label | None
     files: Mapping[str, Entry] = field(default_factory=dict)
     trouble: str = ""
+    archived: datetime | None = None
 
 
 def find(
@@ -141,7 +138,7 @@ class _Explorer:
         if is_notebook(child.name):
             why = "it does not say who handed it in. Put it into a folder that is named by the student's ID."
             assert child.entry is not None
-            place = Place(child.source, child.where, Listing({child.name: child.entry}), child.latest)
+            place = Place(child.source, child.where, Listing({child.name: child.entry}))
             self._raws.append(_Raw(child.name, place, Match(why_not=why), label, place.listing.files))
             return
         if child.name.casefold().endswith(places.OTHER_ARCHIVES):
@@ -225,11 +222,15 @@ class _Explorer:
             self._take_unread(child, match, label, str(error))
         else:
             self._inner_left = limits.MAX_INNER_ARCHIVES
-            self._raws += self._pieces(child.name, place, match, label)
+            self._raws += self._pieces(child.name, place, match, label, self._archived(child))
 
     def _take_unread(self, child: Child, match: Match, label: Label | None, why: str) -> None:
-        empty = Place(child.source, child.where, Listing(), child.latest)
-        self._raws.append(_Raw(child.name, empty, match, label, trouble=why))
+        empty = Place(child.source, child.where, Listing())
+        self._raws.append(_Raw(child.name, empty, match, label, trouble=why, archived=self._archived(child)))
+
+    def _archived(self, child: Child) -> datetime | None:
+        """Return when an archive was written among the submissions; None for a folder."""
+        return self._utc(child.entry.modified) if child.entry is not None else None
 
     def _take_loose(self, files: Sequence[tuple[Child, Label]]) -> None:
         """Files of one student that a platform named, side by side."""
@@ -252,11 +253,18 @@ class _Explorer:
             together |= labels.before_canvas(together)
         first = min(loose, key=lambda child: child.source)
         source = listed(sorted(child.source for child in loose), 1)
-        changed = max(filter(None, (child.latest for child in loose)), default=None)
-        place = Place(source, first.where, Listing(together), changed)
+        place = Place(source, first.where, Listing(together))
         self._raws += self._pieces(first.name, place, match, latest)
 
-    def _pieces(self, name: str, place: Place, match: Match, label: Label | None, nesting: int = 0) -> list[_Raw]:
+    def _pieces(
+        self,
+        name: str,
+        place: Place,
+        match: Match,
+        label: Label | None,
+        archived: datetime | None = None,
+        nesting: int = 0,
+    ) -> list[_Raw]:
         """What of a place was handed in at one time: the zips with notebooks in it, and the rest."""
         files = dict(place.listing.files)
         found: list[_Raw] = []
@@ -266,13 +274,14 @@ class _Explorer:
                 break
             self._inner_left -= 1
             entry = files[path]
-            latest = min(filter(None, (place.latest, self._utc(entry.modified))), default=None)
             try:
-                inner = Child(path, f"{place.source}/{path}", place.where, entry, latest=latest).look()
+                inner = Child(path, f"{place.source}/{path}", place.where, entry).look()
             except Unreadable as error:
                 broken.append(f"{names.shown(path)} cannot be read: {error}")
                 continue
-            within = self._pieces(name, inner, self._counted(match, path), label, nesting + 1)
+            # In a folder that a platform named, the platform wrote the archive, too.
+            written = archived if archived is not None or label is None or nesting else self._utc(entry.modified)
+            within = self._pieces(name, inner, self._counted(match, path), label, written, nesting + 1)
             if any(places.is_work(one) for raw in within for one in raw.files):
                 found += within
                 del files[path]
@@ -284,7 +293,7 @@ class _Explorer:
             trouble = " ".join(broken)
             if packed:
                 trouble += f"{names.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
-        return [_Raw(name, place, match, label, files, trouble), *found]
+        return [_Raw(name, place, match, label, files, trouble, archived), *found]
 
     @staticmethod
     def _counted(match: Match, path: str) -> Match:
@@ -339,8 +348,12 @@ class _Explorer:
     def _piece(self, raw: _Raw, owners: whose.Owners, course: Mapping[str, Any], place: int) -> Piece:
         saved = self._saved(raw)
         received, clock = self._received(raw, owners, saved)
-        if clock in (*_FILES_CLOCKS, DECIDED):
-            self.doubts.append(Doubt(raw.place.source, TIME, f"{received:%Y-%m-%d %H:%M} UTC", clock))
+        shown = f"{received:%Y-%m-%d %H:%M} UTC"
+        if clock == DECIDED:
+            self.doubts.append(Doubt(raw.place.source, TIME, shown, clock))
+        elif not clock and raw.files:
+            why = f"only the student's computer says when it was saved: {shown}"
+            self.doubts.append(Doubt(raw.place.source, TIME, "", why))
         attempt = max(owners.attempt, raw.label.attempt if raw.label and raw.label.rest else 0)
         return Piece(
             source=raw.place.source,
@@ -369,16 +382,14 @@ class _Explorer:
         listed_time = next((self._times[caseless(one)] for one in given if caseless(one) in self._times), None)
         if listed_time is not None:
             return listed_time, "the list of times"
-        zipped = bool(raw.place.where.zips) or raw.place.where.path.is_file()
-        return saved, _FILES_CLOCKS[zipped]
+        if raw.archived is not None:
+            return raw.archived, "the time of the archive among the submissions"
+        return saved, ""
 
     def _saved(self, raw: _Raw) -> datetime:
-        """When the newest of its files was saved, as far as that can be so."""
+        """When the newest of its files was saved, by the clock of whoever wrote it."""
         saved = max(filter(None, (self._utc(entry.modified) for entry in raw.files.values())), default=None)
-        latest = raw.place.latest
-        if saved is None:
-            return latest or self._changed(raw.place.where.path)
-        return latest if latest is not None and saved > latest + _WRONG_CLOCK else saved
+        return saved or self._changed(raw.place.where.path)
 
     @staticmethod
     def _changed(path: Path) -> datetime:

@@ -22,7 +22,7 @@ class Piece:
     files : path, as the student named it, → file in the store
     others : path → why it is not read
     received : when it was handed in, UTC
-    clock : whence that is known, in words
+    clock : how that is known, in words; "" where only the student's computer wrote the time
     rule : how the student was found, in words
     order : of those received at one time, the higher came later
     course : what its course.json says, unchecked

@@ -29,13 +29,11 @@ class Place:
     source : its name for people, from the class's folder on
     where : the store that has its files
     listing : paths from here
-    latest : the time after which nothing in it can have been changed, if that is known
     """
 
     source: str
     where: Where
     listing: Listing
-    latest: datetime | None = None
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,6 @@ class Child:
     where: Where
     entry: Entry | None = None
     listing: Listing | None = None
-    latest: datetime | None = None
     why_not: str = ""
 
     @property
@@ -87,10 +84,10 @@ class Child:
         if self.listing is not None:
             if len(self.listing.files) > most:
                 raise Unreadable(f"it has more than {most} files and folders.")
-            return Place(self.source, self.where, self.listing, self.latest)
+            return Place(self.source, self.where, self.listing)
         where = self.where if self.entry is None else within(self.where, self.entry)
         with opened(where, whole_class) as store:
-            return Place(self.source, where, store.listing(most), self.latest)
+            return Place(self.source, where, store.listing(most))
 
 
 def is_archive(name: str) -> bool:
@@ -126,7 +123,7 @@ def on_disk(folder: Path, source: str = "") -> Iterator[Child]:
         elif entry.is_file(follow_symlinks=False):
             about = entry.stat(follow_symlinks=False)
             changed = datetime.fromtimestamp(about.st_mtime, UTC)
-            yield Child(name, shown, Where(folder), Entry(entry.name, about.st_size, changed), latest=changed)
+            yield Child(name, shown, Where(folder), Entry(entry.name, about.st_size, changed))
         else:
             why = "it is neither a folder nor a zip."
             yield Child(name, shown, Where(folder), why_not=why)
@@ -144,7 +141,7 @@ def children(place: Place) -> Iterator[Child]:
         if slash:
             folders.setdefault(first, ({}, {}))[0][rest] = entry
         else:
-            found.append(Child(path, f"{place.source}/{path}", place.where, entry, latest=place.latest))
+            found.append(Child(path, f"{place.source}/{path}", place.where, entry))
     for path, why in place.listing.others.items():
         first, slash, rest = path.partition("/")
         if slash:
@@ -153,7 +150,7 @@ def children(place: Place) -> Iterator[Child]:
             found.append(Child(path, f"{place.source}/{path}", place.where, why_not=f"{why}."))
     for name, (files, others) in folders.items():
         listing = Listing(files, others)
-        found.append(Child(name, f"{place.source}/{name}", place.where, listing=listing, latest=place.latest))
+        found.append(Child(name, f"{place.source}/{name}", place.where, listing=listing))
     yield from sorted(found, key=lambda child: child.name)
 
 

@@ -16,8 +16,9 @@ from rotflex.courseware.run import own_files
 from rotflex.courseware.run.alignment import source_of
 from rotflex.courseware.run.handed_in import Cell, NotebookError
 from rotflex.errors import ConfigurationError
+from rotflex.instructor.gradebook.records import DECIDED
 from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks, places, scripts
-from rotflex.instructor.running.intake.decisions import DECIDED, Decisions, Doubt
+from rotflex.instructor.running.intake.decisions import Decisions, Doubt
 from rotflex.instructor.running.intake.delivered import Item
 from rotflex.instructor.running.intake.hand_ins import Piece, Submission
 from rotflex.instructor.running.intake.notebook_names import Fit
@@ -80,7 +81,7 @@ class Delivered:
         for name, data in ((ANSWERS_FILE, self.claim), (COURSE_FILE, self.course_file)):
             if data is not None:
                 content[name] = data
-        return [Item(name, data, self.received, self.source) for name, data in content.items()]
+        return [Item(name, data, self.received, self.source, self.piece.clock) for name, data in content.items()]
 
 
 def read(

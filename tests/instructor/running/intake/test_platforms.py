@@ -220,18 +220,28 @@ def test_what_is_no_list_of_times_is_refused(tmp_path, content):
         times.read(tmp_path / "t.csv")
 
 
-def test_else_the_newest_file_in_the_zip_counts(tmp_path):
-    lay(tmp_path, {"ada.zip": zipped(work(), datetime(2026, 11, 21, 13, 5, 58))})
-    piece = only_piece(intake.find(tmp_path))
-    assert piece.received == datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC)
-    assert piece.clock == "the newest file in the zip"
+SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 25, 9, 0, tzinfo=UTC)
 
 
-@pytest.mark.parametrize("year", [1980, 2107])
-def test_a_clock_that_was_never_set_or_runs_ahead_is_not_believed(tmp_path, year):
-    saved = datetime(2026, 3, 4, tzinfo=UTC)
-    lay(tmp_path, {"ada.zip": zipped(work(), datetime(year, 1, 1))}, saved)
-    assert only_piece(intake.find(tmp_path)).received == saved
+@pytest.mark.parametrize(
+    ("files", "is_trusted"),
+    [
+        ({"ada.zip": zipped(work(), SAVED)}, True),
+        ({"class.zip": zipped({"ada.zip": zipped(work(), SAVED)}, LAID)}, True),
+        (packings.moodle("Ada King Lovelace", 1234567, {"ada.zip": zipped(work(), SAVED)}), True),
+        ({"ada.zip": zipped({"inner.zip": zipped(work(), SAVED)}, SAVED)}, True),
+        ({f"ada/{name}": data for name, data in work().items()}, False),
+        ({"ada/work.zip": zipped(work(), SAVED)}, False),  # unpacked of another zip, maybe
+        ({"class.zip": zipped({f"ada/{name}": data for name, data in work().items()}, SAVED)}, False),
+        (packings.moodle("Ada King Lovelace", 1234567, work()), False),
+    ],
+)
+def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, files, is_trusted):
+    found = intake.find(lay(tmp_path, files, LAID), ROSTER)
+    piece = only_piece(found)
+    assert bool(piece.clock) == is_trusted == (intake.TIME not in {one.about for one in found.doubts})
+    if is_trusted:
+        assert piece.received == LAID
 
 
 def test_the_newest_of_each_notebook_counts_and_what_came_when_is_told(tmp_path):
