@@ -1,4 +1,4 @@
-"""``python -m rotflex``, where the command is not on the path."""
+"""``python -P -m rotflex``, where the command is not on the path; without ``-P``, modules of the folder come first."""
 
 from rotflex.cli import app
 

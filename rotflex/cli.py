@@ -6,6 +6,7 @@ import errno
 import importlib.metadata
 import importlib.util
 import io
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -33,6 +34,8 @@ class _Commands(typer.core.TyperGroup):
         for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="replace")
+        # Python programs that it starts, as those that mark, import nothing from the folder in which they are started.
+        os.environ["PYTHONSAFEPATH"] = "1"
         return super().main(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:

@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Any
 
 _CONNECTION = "rotflex.server.PromptConnection"  # by name: the server is another program
+_KERNELS = "rotflex.server.SafeKernelSpec"
 _SAVED = "rotflex.courseware.scene.saved_explorers.with_pictures"
-_SETTINGS = Path(__file__).parent / "jupyter"  # of JupyterLab, unless its user chose others
+KERNEL = Path(__file__).parent / "jupyter" / "kernel.py"
+_SETTINGS = KERNEL.parent  # of JupyterLab, unless its user chose others
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 _PATIENCE = 15  # s for JupyterLab to end its kernels and go; kernels take 5 s each, together
 _LOOK = 0.2  # s between two looks for its address
@@ -68,6 +70,7 @@ def _command(folder: Path, page: str, options: list[str]) -> list[str]:
     ours = [
         f"--ServerApp.root_dir={folder.resolve()}",
         f"--ServerApp.kernel_websocket_connection_class={_CONNECTION}",
+        f"--KernelSpecManager.kernel_spec_class={_KERNELS}",
         f"--ContentsManager.pre_save_hook={_SAVED}",
         f"--LabApp.default_url=/{page}",
         # What matters of all that it would say, its address, is said by us; and nothing is asked of the network.
@@ -82,7 +85,7 @@ def _command(folder: Path, page: str, options: list[str]) -> list[str]:
         ours += ["--no-browser"]
     # What is given twice, JupyterLab takes for a list, and then it takes none of its settings.
     mine = [option for option in ours if _setting(option) not in theirs]
-    return [sys.executable, "-m", "jupyterlab", *mine, *options]
+    return [sys.executable, "-P", "-m", "jupyterlab", *mine, *options]
 
 
 def _setting(option: str) -> str:

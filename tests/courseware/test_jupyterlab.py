@@ -1,5 +1,6 @@
 """How JupyterLab is started, and its address: with a stand-in for it, and as it is, as root and without a browser."""
 
+import json
 import os
 import signal
 import subprocess
@@ -9,9 +10,13 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+import strangers
 from checkout import ROOT
+from jupyter_client.kernelspec import KernelSpecManager
+from jupyter_client.manager import KernelManager
 
 from rotflex.courseware import jupyterlab
+from rotflex.server import SafeKernelSpec
 
 ROOTLESS = ["--ServerApp.ip=localhost", "--allow-root"]
 
@@ -106,16 +111,56 @@ app()
 """
 
 
+def kernel_of(address):
+    """Return the command by which the server starts a kernel."""
+    server, _slash, rest = address.partition("/lab/tree/")
+    request = urllib.request.Request(
+        f"{server}/api/kernelspecs", headers={"Authorization": f"token {rest.partition('token=')[2]}"}
+    )
+    with urllib.request.urlopen(request, timeout=60) as reply:
+        return json.loads(reply.read())["kernelspecs"]["python3"]["spec"]["argv"]
+
+
+@pytest.mark.parametrize(
+    "argv", [["python", "-m", "ipykernel_launcher"], [sys.executable, "-Xfrozen_modules=off", "-m"]]
+)
+def test_a_kernel_of_this_python_takes_nothing_from_its_folder_before_a_cell_does(argv, tmp_path):
+    launcher = [] if argv[-1] == "ipykernel_launcher" else ["ipykernel_launcher"]
+    spec = SafeKernelSpec(argv=[*argv, *launcher, "-f", "{connection_file}"], language="python", display_name="Python")
+    ran = strangers.lay(tmp_path)
+    (tmp_path / "own.py").write_text("VALUE = 42\n")
+    specs = KernelSpecManager()
+    specs.get_kernel_spec = lambda name: spec
+    manager = KernelManager(kernel_spec_manager=specs)
+    manager.start_kernel(cwd=str(tmp_path), env=os.environ | {"IPYTHONDIR": str(tmp_path / "ipython")})
+    client = manager.blocking_client()
+    try:
+        client.start_channels()
+        client.wait_for_ready(timeout=60)
+        code = "import json, own, os; assert own.VALUE == 42 and 'PYTHONSAFEPATH' not in os.environ; json.dumps(1)"
+        assert client.execute_interactive(code, timeout=60)["content"]["status"] == "ok"
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    assert ran() == []
+
+
+def test_a_kernel_of_another_program_is_started_as_it_says():
+    argv = ["/opt/python3.9", "-m", "ipykernel_launcher"]
+    assert SafeKernelSpec(argv=argv).argv == argv
+
+
 @pytest.mark.slow
 def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_path):
     """As it is here: in a container, as root and without a browser, among other places. Its end is as on Windows."""
+    ran = strangers.lay(tmp_path, tmp_path / "work")
     environment = {
         name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     }
     environment |= {"PYTHONPATH": str(ROOT), "ROTFLEX_CONFIG_DIR": str(tmp_path / "settings")}
     environment |= {f"JUPYTER_{name}_DIR": str(tmp_path / name) for name in ("CONFIG", "DATA", "RUNTIME")}
     running = subprocess.Popen(
-        [sys.executable, "-c", AS_ON_WINDOWS, "lab", "work", "--student", "ada"],
+        [sys.executable, "-P", "-c", AS_ON_WINDOWS, "lab", "work", "--student", "ada"],
         cwd=tmp_path,
         env=environment,
         stdin=subprocess.DEVNULL,
@@ -134,6 +179,8 @@ def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_pa
         assert (tmp_path / "log").read_text() == ""
         with urllib.request.urlopen(address, timeout=60) as page:
             assert page.status == 200
+        assert kernel_of(address)[:3] == [sys.executable, "-P", str(jupyterlab.KERNEL)]
+        assert ran() == []
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(address.replace("/lab/tree/", "/api/contents/").partition("?")[0], timeout=60)
     finally:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotflex.courseware.jupyterlab import KERNEL
 from rotflex.courseware.run import RUNNING
 from rotflex.errors import CheckError
 
@@ -174,11 +175,11 @@ class _Kernel:
     """A kernel's process. Of its channels, only that of requests and replies is open."""
 
     def __init__(self, folder: Path, settings: Path, warm_up: str) -> None:
-        from ipykernel.kernelspec import make_ipkernel_cmd
         from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
         from jupyter_client.manager import KernelManager
 
-        spec = KernelSpec(argv=make_ipkernel_cmd(), display_name="Python", language="python")
+        command = [sys.executable, "-P", str(KERNEL), "-f", "{connection_file}"]
+        spec = KernelSpec(argv=command, display_name="Python", language="python")
 
         class OfThisPython(KernelSpecManager):  # whatever else is installed under the name of a kernel
             def get_kernel_spec(self, kernel_name: str) -> KernelSpec:

@@ -102,7 +102,8 @@ def test_what_cannot_be_begun_is_an_error_in_words(tmp_path):
 
 
 def test_a_kernel_that_does_not_start_is_an_error_that_says_what_to_do(tmp_path, monkeypatch):
-    monkeypatch.setattr("ipykernel.kernelspec.make_ipkernel_cmd", lambda: [sys.executable, "-c", "pass"])
+    (tmp_path / "kernel.py").write_text("")
+    monkeypatch.setattr(execute, "KERNEL", tmp_path / "kernel.py")
     with pytest.raises(CheckError, match="ipykernel"):
         run(tmp_path, {"one.ipynb": notebook(code("a", "1"))})
 
