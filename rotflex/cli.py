@@ -7,9 +7,8 @@ import importlib.metadata
 import importlib.util
 import io
 import os
-import shutil
 import sys
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Annotated, Any
 
 import typer
@@ -230,16 +229,25 @@ def _copied(folder: Path, course: Path) -> list[str]:
     wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
     if _is_release(course):  # a checkout always has recordings; students have those that their release hands out
         wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
-    copied = [name for name in wanted if not (folder / name).exists()]
+    linked = [name for name in wanted if any(map(os.path.islink, _inside(folder, name)))]
+    copied = [name for name in wanted if name not in linked and not (folder / name).exists()]
     for name in copied:
         (folder / name).parent.mkdir(exist_ok=True)
-        shutil.copyfile(wanted[name], folder / name)
+        files.write(folder / name, wanted[name].read_bytes())
     if copied and len(copied) == len(wanted):
         from rotflex.courseware.messages import plural
 
         notebooks = plural(sum(name.endswith(".ipynb") for name in copied), "{count} notebook", "{count} notebooks")
         return [f"The course was copied to {folder}: {notebooks}."]
-    return [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
+    lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
+    if linked:
+        lines.append(f"Links are not followed, in {folder}: {', '.join(linked)}. Put the files themselves there.")
+    return lines
+
+
+def _inside(folder: Path, name: str) -> list[Path]:
+    """Return a file in a folder, and the folders between the two."""
+    return [folder / path for path in (PurePath(name), *PurePath(name).parents) if path.name]
 
 
 def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> list[str]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.config import Joint, Servo, joint, srv02
+from rotflex.courseware import files
 from rotflex.errors import RecordingError
 from rotflex.hil import waiting
 from rotflex.hil.answered import why_not
@@ -69,6 +70,7 @@ class RecordingsFolder:
         left_out = []
         for path in self.paths:
             try:
+                files.ordinary(path)
                 recording = Recording.load(path)
                 if _is_too_long(recording):
                     raise RecordingError(
@@ -77,6 +79,8 @@ class RecordingsFolder:
                 found[path.stem] = recording
             except RecordingError as error:
                 left_out.append(f"{str(error).removesuffix('.')}. It is left out.")
+            except OSError as error:
+                left_out.append(f"{path.name}: {error.strerror}. It is left out.")
         surplus = max(len(found) - MOST_RECORDINGS, 0)
         newest = {(described(one.metadata), run_of(one), len(one)): name for name, one in found.items()}
         dropped = sorted(found, key=lambda name: name in newest.values())[:surplus]

@@ -1,15 +1,20 @@
 """Commands import nothing from the folder in which they are called (``lab``: tests/courseware/test_jupyterlab.py)."""
 
 import json
+import os
 import shutil
+import stat
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 import strangers
 from checkout import ROOT
+from command_line import rotflex
 
+NAME = "05_control_prelab.ipynb"
 COMMAND = [str(Path(sys.executable).with_name("rotflex"))]
 MODULE = [sys.executable, "-P", "-m", "rotflex"]
 #: Marking does this after its command has begun: a process that is started imports what is on its path.
@@ -30,7 +35,8 @@ def folder(tmp_path):
     made = tmp_path / "work"
     made.mkdir()
     (made / "course.json").write_text(json.dumps({"student": "ada"}))
-    shutil.copy(ROOT / "notebooks" / "05_control_prelab.ipynb", made)
+    for name in (NAME, "01_modeling_prelab.ipynb"):
+        shutil.copy(ROOT / "notebooks" / name, made)
     return made
 
 
@@ -43,7 +49,7 @@ def called(command, folder):
     [
         (COMMAND, ["check"]),
         (MODULE, ["submit", "--no-check"]),
-        (COMMAND, ["restore", "05_control_prelab.ipynb"]),
+        (COMMAND, ["restore", NAME]),
         (COMMAND, ["doctor"]),
     ],
 )
@@ -53,6 +59,57 @@ def test_a_command_imports_nothing_from_the_folder_that_it_is_called_in(folder, 
     print(done.stdout, done.stderr)
     assert "Traceback" not in done.stderr
     assert ran() == []
+
+
+SECRET = "a secret of another place"
+LINKS = {
+    "a secret": lambda path, secret: path.symlink_to(secret),
+    "no end": lambda path, secret: path.symlink_to("/dev/zero"),
+    "a pipe": lambda path, secret: os.mkfifo(path),
+    "nothing": lambda path, secret: path.symlink_to(secret.with_name("not-there")),
+}
+needs_links = pytest.mark.skipif(os.name == "nt", reason="links need rights there, and there are no such pipes")
+
+
+@pytest.fixture(params=LINKS)
+def link(tmp_path, folder, request):
+    """Put a link, or a pipe, in place of a file in the folder."""
+    secret = tmp_path / "secret"
+    secret.write_text(json.dumps({"student": SECRET}))
+
+    def put(name):
+        (folder / name).unlink(missing_ok=True)
+        LINKS[request.param](folder / name, secret)
+
+    return put
+
+
+@needs_links
+@pytest.mark.parametrize("name", [NAME, "answers.json", "course.json", "data.csv", "modeling_report.pdf"])
+def test_a_link_is_not_packed_and_that_is_said(tmp_path, folder, link, name):
+    link(name)
+    done = rotflex("submit", "--no-check", "--student", "ada", folder)
+    with zipfile.ZipFile(tmp_path / "ada.zip") as packed:
+        content = {one: packed.read(one) for one in packed.namelist()}
+    assert f"{name} " in done.output
+    assert name == "course.json" or name not in content
+    assert SECRET.encode() not in b"".join(content.values()) and SECRET not in done.output
+
+
+@needs_links
+def test_a_link_is_not_restored_and_that_is_said(folder, link):
+    link(NAME)
+    done = rotflex("restore", NAME, "--folder", folder)
+    assert NAME in done.output and not stat.S_ISREG((folder / NAME).lstat().st_mode)
+
+
+@needs_links
+def test_nothing_is_written_through_a_link(tmp_path, folder, link, monkeypatch):
+    monkeypatch.setattr("rotflex.cli.open_jupyterlab", lambda *given: 0)
+    link(NAME)
+    done = rotflex("lab", folder)
+    assert (NAME in done.output) == (folder / NAME).is_symlink() and not (tmp_path / "not-there").exists()
+    assert json.loads((tmp_path / "secret").read_text()) == {"student": SECRET}
 
 
 def test_a_process_that_a_command_starts_imports_nothing_either(tmp_path, folder):

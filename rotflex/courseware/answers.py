@@ -282,7 +282,7 @@ class AnswerBook:
     def _load(self) -> dict[str, Any]:
         """What the file holds. One that is broken, or another student's, is put aside under another name."""
         try:
-            data = files.patiently(self.path.read_bytes)
+            data = files.read(self.path)
         except FileNotFoundError:
             return self._back()
         except OSError as error:
@@ -320,7 +320,7 @@ class AnswerBook:
         """
         for aside in set_aside.of_student(self.path, self.student) if self._clock is not None else ():
             try:
-                whose = parse(aside.read_bytes())["student"]
+                whose = parse(files.read(aside))["student"]
             except (OSError, AnswerError):
                 continue
             if caseless(whose) == caseless(self.student):

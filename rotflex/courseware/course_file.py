@@ -36,7 +36,7 @@ def read(folder: Path) -> dict[str, Any] | None:
         If it cannot be read, or is not an object that names a student.
     """
     try:
-        course = parse(files.patiently((folder / COURSE_FILE).read_bytes))
+        course = parse(files.read(folder / COURSE_FILE))
         course[STUDENT]
     except FileNotFoundError:
         return None

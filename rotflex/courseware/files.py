@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import itertools
 import json
 import os
+import stat
 import sys
 import time
 from collections.abc import Callable
@@ -14,6 +16,7 @@ from typing import Any, TypeVar
 
 ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
 COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
+MAX_BYTES = 200_000_000  #: of a file in a student's folder; a notebook with all that it shows has some millions
 MAX_DEPTH = 100  #: lists and objects within each other in a JSON file; Python can copy and write ten times as many
 
 Content = str | bytes | Callable[[Path], object]
@@ -45,6 +48,51 @@ def patiently(act: Callable[[], _Result]) -> _Result:
             if not _MAY_BE_OPEN or time.monotonic() > until:
                 raise
         time.sleep(_PAUSE)
+
+
+def ordinary(path: Path) -> os.stat_result:
+    """Return what is known of a file in a student's folder.
+
+    Raises
+    ------
+    OSError
+        If it is not there, or is a link, which might lead anywhere, a folder, a pipe or a device.
+    """
+    about = path.lstat()
+    if stat.S_ISLNK(about.st_mode):
+        raise OSError(errno.ELOOP, "it is a link, which is not followed; put the file itself there", str(path))
+    if not stat.S_ISREG(about.st_mode):
+        raise OSError(errno.EINVAL, "it is no ordinary file", str(path))
+    return about
+
+
+def read(path: Path, most: int | None = None) -> bytes:
+    """Read a file in a student's folder, where anything may lie.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, is not an ordinary file (see :func:`ordinary`), or has more than ``most`` bytes (:data:`MAX_BYTES` unless given).
+    """
+    most = MAX_BYTES if most is None else most
+
+    def opener(name: str, flags: int) -> int:  # it may have been replaced just now
+        return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+
+    def content() -> bytes:
+        ordinary(path)
+        with open(path, "rb", opener=opener) as file:
+            return file.read(most + 1)
+
+    data = patiently(content)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.3g} MB", str(path))
+    return data
+
+
+def reason(error: Exception) -> str:
+    """Return why a file could not be read, without the system's number and path."""
+    return getattr(error, "strerror", None) or str(error)
 
 
 def replace(source: Path, target: Path) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotflex.courseware import files
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.messages import plural
 from rotflex.courseware.run.own_files import megabytes
@@ -173,7 +174,7 @@ class FolderReports:
 
 def _read(report: str, path: Path) -> ReportFile | None:
     try:
-        data = path.read_bytes()
+        data = files.read(path, MAX_BYTES)
     except OSError:
         return None
     return None if refusal(data) else of_data(report, data)
@@ -185,11 +186,11 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
     problems = []
     for name in names(catalogue).values():
         path = folder / name
-        if not path.is_file():
-            continue
         try:
-            data = b"" if path.is_symlink() else path.read_bytes()
-            why = "it is a link; put the file itself there" if path.is_symlink() else refusal(data)
+            data = files.read(path)
+            why = refusal(data)
+        except FileNotFoundError:
+            continue
         except OSError as error:
             why = error.strerror or str(error)
         if why:

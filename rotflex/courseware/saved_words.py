@@ -54,12 +54,10 @@ class SavedWords:
 
     def _read(self, path: Path) -> dict[Where, str]:
         try:
-            if path.stat().st_size > MAX_BYTES:
-                raise NotebookError(f"it is larger than {MAX_BYTES // 1_000_000} MB.")
-            data = files.patiently(path.read_bytes)
+            data = files.read(path, MAX_BYTES)
             cells = handed_in.cells_of(data)
         except (OSError, NotebookError) as error:
-            self.notices.append(f"{path.name} could not be read for answers in words: {error}")
+            self.notices.append(f"{path.name} could not be read for answers in words: {files.reason(error)}")
             return {}
         masters = words.own_masters(handed_in.document(data)["cells"])
         written = words.written(masters, cells, with_pictures=False)

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from rotflex.courseware import answers, attached_pictures, expressions, forms, saved_words, student_id
+from rotflex.courseware import answers, attached_pictures, expressions, files, forms, saved_words, student_id
 from rotflex.courseware.attached_pictures import Budget, PictureError, as_png, pictures_of
 from rotflex.courseware.kinds import figures, recordings, values
 from rotflex.courseware.parts import Question, figure, number, prose, recording
@@ -245,7 +245,7 @@ def test_bytes_of_a_notebook_whose_words_are_read(tmp_path, monkeypatch, fits):
 def test_bytes_of_a_notebook_in_a_students_folder(tmp_path, monkeypatch, fits):
     path = tmp_path / "a.ipynb"
     path.write_bytes(notebook([]))
-    monkeypatch.setattr(student_folder, "_MOST_BYTES", path.stat().st_size - (not fits))
+    monkeypatch.setattr(files, "MAX_BYTES", path.stat().st_size - (not fits))
     found = student_folder.read(tmp_path, ["a.ipynb"], ["rotflex"])
     assert ("a.ipynb" in found.hand_in.notebooks, bool(found.problems)) == (fits, not fits)
 

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import unicodedata
-from pathlib import Path
 
 import pytest
 from checkout import ROOT
@@ -52,7 +51,7 @@ def test_an_answer_is_kept_though_another_program_has_the_file_open_for_a_moment
 def test_answers_and_words_are_read_though_they_are_being_replaced(busy, tmp_path):
     Lab("ada", "virtual", tmp_path, quiet=True).answer("0.1", resolution=0.00153)
     (tmp_path / NAME).write_bytes(saved(notebook(answer("q1", "k = 1"))))
-    left = busy(Path, "read_bytes", 3)
+    left = busy(os, "open", 3)
     lab = Lab("ada", "virtual", tmp_path, quiet=True)
     assert left == [0] and lab.value("0.1", "resolution") == 0.00153
     left[0] = 3

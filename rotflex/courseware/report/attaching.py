@@ -60,8 +60,7 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
 
 def _data(path: Path) -> bytes:
     try:
-        size = path.stat().st_size
-        data = path.read_bytes() if size <= report_files.MAX_BYTES else bytes(report_files.MAX_BYTES + 1)
+        data = files.read(path)
     except OSError as error:
         raise AnswerError(
             f"{path} cannot be read: {error.strerror}. Give the file’s name as it is in this folder, or its whole path."

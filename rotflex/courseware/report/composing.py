@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotflex.courseware import course_file, forms, words
+from rotflex.courseware import course_file, files, forms, words
 from rotflex.courseware.attached_pictures import PICTURE
 from rotflex.courseware.parts import Question, ReportItem
 from rotflex.courseware.report import counting, entries, fine_curves, front
@@ -224,10 +224,10 @@ def _limit(course: Mapping[str, Any]) -> int | None:
 
 def _read(path: Path) -> bytes:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise NotebookError(f"it is larger than {MAX_BYTES // 1_000_000} MB.")
-        data = path.read_bytes()
+        data = files.read(path, MAX_BYTES)
         handed_in.document(data)
     except (OSError, NotebookError) as error:
-        raise AnswerError(f"The report's texts are in {path.name}, which cannot be read: {error}") from None
+        raise AnswerError(
+            f"The report's texts are in {path.name}, which cannot be read: {files.reason(error)}"
+        ) from None
     return data

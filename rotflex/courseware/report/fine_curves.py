@@ -78,9 +78,7 @@ def find(folder: Path, question: str, part: str, content: Mapping[str, Any]) -> 
     """
     path = _path(folder, question, part)
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            return None
-        kept = read_dict(path.name, json.loads(path.read_bytes()), {"of", "axes"})
+        kept = read_dict(path.name, json.loads(files.read(path, _MAX_BYTES)), {"of", "axes"})
         if kept["of"] != _digest(content):
             return None
         return [_axes(one) for one in read_list("axes", kept["axes"], 1, MOST_AXES)]

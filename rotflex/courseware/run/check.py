@@ -14,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from rotflex.courseware import answers, course_file, released, report_files, words
+from rotflex.courseware import answers, course_file, files, released, report_files, words
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.run import (
@@ -225,9 +225,9 @@ def _run(
             cell_timeout=cell_timeout,
             report=report,
         )
-        reports = cell_reports.read(log.read_bytes() if log.exists() else b"")
+        reports = cell_reports.read(files.read(log) if log.exists() else b"")
         recorded = place / ANSWERS_FILE
-        return (recorded.read_bytes() if recorded.exists() else None), reports, broken
+        return (files.read(recorded) if recorded.exists() else None), reports, broken
 
 
 def _answers(data: bytes | None) -> tuple[Mapping[str, Mapping[str, Any]], tuple[str, ...]]:

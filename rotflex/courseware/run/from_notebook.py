@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rotflex.courseware import files
 from rotflex.courseware.run import by_program
 from rotflex.courseware.run.handed_in import NotebookError, cells_of
 
@@ -98,7 +99,7 @@ def _source_now() -> str | None:
 def _cells(path: Path) -> set[tuple[str, str]]:
     """Ids and sources of a notebook's cells; none where it cannot be read."""
     try:
-        return {(cell.id, cell.source) for cell in cells_of(path.read_bytes())}
+        return {(cell.id, cell.source) for cell in cells_of(files.read(path))}
     except (OSError, NotebookError):
         return set()
 

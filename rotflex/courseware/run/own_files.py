@@ -112,12 +112,13 @@ def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()
     folder : with the notebooks in it
     notebooks, modules : as for :func:`chosen`
     """
-    choice = chosen(_ordinary_files(folder, PurePosixPath()), notebooks, modules)
-    own = OwnFiles(notes=list(choice.notes))
+    others: list[str] = []
+    choice = chosen(_ordinary_files(folder, PurePosixPath(), others), notebooks, modules)
+    own = OwnFiles(notes=[*choice.notes, *_few(others)])
     for path in choice.paths:
         try:
             name = unicodedata.normalize("NFC", str(path))  # as it is named where it is graded
-            own.files[name] = (folder / path).read_bytes()
+            own.files[name] = files.read(folder / path)
         except OSError as error:
             own.notes.append(f"{path} cannot be read: {error.strerror}.")
     return own
@@ -128,8 +129,11 @@ def megabytes(size: int) -> str:
     return f"{size / 1e6:.3g} MB"
 
 
-def _ordinary_files(folder: Path, within: PurePosixPath) -> Iterator[tuple[PurePosixPath, int]]:
-    """Files below a folder, but not those that would be left behind in any case, of which there may be thousands."""
+def _ordinary_files(folder: Path, within: PurePosixPath, others: list[str]) -> Iterator[tuple[PurePosixPath, int]]:
+    """Find files below a folder, but not those that would be left behind in any case, of which there may be thousands.
+
+    ``others`` gets a note on each link, pipe and device: none of them is opened.
+    """
     try:
         entries = sorted((folder / within).iterdir())
     except OSError:
@@ -138,12 +142,16 @@ def _ordinary_files(folder: Path, within: PurePosixPath) -> Iterator[tuple[PureP
         return
     for entry in entries:
         path = within / entry.name
-        if entry.is_symlink() or _is_leaving(entry.name):
+        if _is_leaving(entry.name):
             continue
-        if entry.is_dir() and len(path.parts) <= MAX_DEPTH + 1:
-            yield from _ordinary_files(folder, path)
-        elif entry.is_file():
-            yield path, entry.stat().st_size
+        if entry.is_dir() and not entry.is_symlink():
+            if len(path.parts) <= MAX_DEPTH + 1:
+                yield from _ordinary_files(folder, path, others)
+            continue
+        try:
+            yield path, files.ordinary(entry).st_size
+        except OSError as error:
+            others.append(f"{files.shown(path)} does not come along: {error.strerror}.")
 
 
 def _left_behind(path: PurePosixPath, environments: Collection[PurePosixPath], never: Collection[str]) -> bool:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import copy
 import itertools
 import json
+import os
 import re
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,7 +92,7 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
     """
     path = folder / name
     try:
-        data = path.read_bytes()
+        data = files.read(path)
     except FileNotFoundError:
         if not dry_run:
             _write(path, master)
@@ -110,7 +110,7 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
         return Restored(name, lines)
     kept = _free(path)
     try:
-        shutil.copy2(path, kept)
+        files.write(kept, data)
     except OSError as error:
         raise CheckError(f"No copy of {name} can be kept: {error.strerror}. Nothing was changed.") from None
     _write(path, mended)
@@ -225,7 +225,7 @@ def _free(path: Path) -> Path:
     """Where a copy of a notebook can be kept."""
     for number in itertools.count(1):
         kept = path.with_name(f"{path.stem}{f'-{number}' if number > 1 else ''}{own_files.KEPT_COPY}{path.suffix}")
-        if not kept.exists():
+        if not os.path.lexists(kept):
             return kept
     raise AssertionError  # there are always more numbers
 

@@ -16,7 +16,6 @@ from rotflex.courseware.session import DEMO
 from rotflex.errors import CheckError, ConfigurationError, StudentIDError
 
 USUAL = "notebooks"  #: the folder that ``rotflex lab`` opens unless it is told another
-_MOST_BYTES = 200_000_000  # of a notebook: more would be a mistake, and fill the memory
 
 
 @dataclass(frozen=True)
@@ -81,9 +80,7 @@ def read(
     for name in notebooks:
         path = folder / name
         try:
-            if path.stat().st_size > _MOST_BYTES:
-                raise NotebookError(f"it has more than {own_files.megabytes(_MOST_BYTES)}.")
-            cells[name] = cells_of(path.read_bytes())
+            cells[name] = cells_of(files.read(path))
             saved[name] = path.stat().st_mtime
         except FileNotFoundError:
             problems.append(_not_there(folder, name))
@@ -109,12 +106,20 @@ def read(
             if path.casefold().endswith(report_files.PDF) and "/" not in path
         ]
     course: dict[str, Any] = {}
-    if (data := _content(folder / COURSE_FILE)) is not None:
+    content: dict[str, bytes] = {}
+    for name in (COURSE_FILE, ANSWERS_FILE):
+        try:
+            content[name] = files.read(folder / name)
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            problems.append(f"{name} cannot be read: {error.strerror}.")
+    if (data := content.get(COURSE_FILE)) is not None:
         try:
             course = course_file.parse(data)
         except ConfigurationError as error:
             problems.append(str(error))
-    hand_in = HandIn(cells, own.files, _content(folder / ANSWERS_FILE), course, reports)
+    hand_in = HandIn(cells, own.files, content.get(ANSWERS_FILE), course, reports)
     return Work(folder, hand_in, saved, tuple(problems), tuple(notes))
 
 
@@ -149,13 +154,6 @@ def _not_there(folder: Path, name: str) -> str:
         f"{name} is not there. (Is it {' or '.join(found)}? Then give it its name again. Else rotflex restore "
         f"{name} gives a new one.)"
     )
-
-
-def _content(path: Path) -> bytes | None:
-    try:
-        return path.read_bytes()
-    except OSError:
-        return None
 
 
 def _json(data: bytes | None) -> dict[str, Any]:

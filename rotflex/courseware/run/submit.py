@@ -97,7 +97,7 @@ def submit(
     try:
         out.mkdir(parents=True, exist_ok=True)
         files.write(target, lambda path: _pack(path, content, time))
-        earlier = receipts.read_bytes() if receipts.exists() else b""
+        earlier = files.read(receipts) if receipts.exists() else b""
         files.write(receipts, earlier + ("\n".join(lines) + "\n\n").encode())
     except OSError as error:
         raise CheckError(
@@ -148,7 +148,7 @@ def _content(
     told = [*work.problems, *work.notes]
     content = {**work.hand_in.files, **work.hand_in.reports}
     for name in work.saved:
-        data, dropped = slim((folder / name).read_bytes())
+        data, dropped = slim(files.read(folder / name))
         content[name] = data
         if dropped:
             told.append(

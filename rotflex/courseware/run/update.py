@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import errno
 import itertools
 import json
 from collections.abc import Iterator, Mapping
@@ -87,13 +88,13 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
     for path in sorted(released.glob("*.ipynb")):
         own = folder / path.name
         try:
-            data = own.read_bytes()
+            data = files.read(own)
             done, changes = updated(data, json.loads(path.read_text(encoding="utf-8")))
         except FileNotFoundError:
             continue
         except (OSError, NotebookError) as error:
             whole = False
-            lines.append(f"{own.name} could not be read, and stays as it is: {error}")
+            lines.append(f"{own.name} could not be read, and stays as it is: {files.reason(error)}")
             continue
         if done != json.loads(data):
             try:
@@ -115,12 +116,14 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
 def _keep(folder: Path, name: str, data: bytes) -> None:
     """Keep a notebook as it was, unless it is kept already."""
     folder.mkdir(exist_ok=True)
+    if folder.is_symlink():
+        raise OSError(errno.ELOOP, "it is a link, which is not followed", str(folder))
     for number in itertools.count(1):
         kept = folder / (name if number == 1 else f"{number}-{name}")
         if not kept.exists():
             files.write(kept, data)
             return
-        if kept.read_bytes() == data:
+        if files.read(kept) == data:
             return
 
 

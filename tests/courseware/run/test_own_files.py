@@ -55,7 +55,8 @@ def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
     (tmp_path / "work" / "all").symlink_to(tmp_path)
     (tmp_path / "work" / "u\u0308ber.csv").write_bytes(b"1")  # as macOS names it
     found = own_files.read(tmp_path / "work", COURSE)
-    assert found == own_files.OwnFiles({"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}, [])
+    assert found.files == {"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}
+    assert [note.split()[0] for note in found.notes] == ["all", "link"]
 
 
 HARMFUL = {
