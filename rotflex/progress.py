@@ -1,4 +1,4 @@
-"""A progress bar for what takes longer than a second."""
+"""A progress bar for what takes longer than a second: in a notebook, and in a terminal; none in a pipe or a log."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from typing import TypeVar
 T = TypeVar("T")
 
 AFTER = 1.0  #: s; what is done sooner shows no bar
+_IN_LOGS = (
+    None  # tqdm's word for: write nothing where stderr is no terminal; its bar for notebooks is shown all the same
+)
 SWITCH = "ROTFLEX_PROGRESS"  #: environment variable; "off" shows none ever, as where outputs are compared
 
 
@@ -24,7 +27,7 @@ def progress(items: Collection[T], what: str, unit: str, show: bool = True) -> I
         return items
     from tqdm.auto import tqdm
 
-    bar: Iterable[T] = tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False)
+    bar: Iterable[T] = tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False, disable=_IN_LOGS)
     return bar
 
 
@@ -36,5 +39,5 @@ def counter(what: str, unit: str, show: bool = True) -> Iterator[Callable[[], ob
         return
     from tqdm.auto import tqdm
 
-    with tqdm(desc=what, unit=unit, delay=AFTER, leave=False) as bar:
+    with tqdm(desc=what, unit=unit, delay=AFTER, leave=False, disable=_IN_LOGS) as bar:
         yield bar.update

@@ -1,0 +1,28 @@
+"""Progress bars: in a terminal and in a notebook, and nowhere else."""
+
+import io
+
+import pytest
+from tqdm.notebook import tqdm as bar_of_a_notebook
+
+from rotflex import progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("stderr", "shown"), [(io.StringIO(), False), (Terminal(), True)])
+def test_a_bar_is_written_to_a_terminal_only(monkeypatch, stderr, shown):
+    monkeypatch.setattr("sys.stderr", stderr)
+    monkeypatch.setattr(progress, "AFTER", 0.0)
+    monkeypatch.delenv(progress.SWITCH, raising=False)
+    assert list(progress.progress(range(3), "experiment", "sample")) == [0, 1, 2]
+    with progress.counter("fit", "run") as count:
+        count()
+    assert bool(stderr.getvalue()) is shown
+
+
+def test_a_notebook_keeps_its_bar():
+    assert bar_of_a_notebook(range(3), disable=progress._IN_LOGS, display=False).disable is False
