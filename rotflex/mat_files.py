@@ -9,6 +9,9 @@ An array of time and signals, ``data_theta``, is found as
 
 Names are found however they are capitalised (the workbook has ``data_Vm`` and ``data_vm``). Where none of them is
 there, vectors named as the columns of a ``.csv`` file are taken, in rows or columns: ``t_s``, ``theta_deg``, ``vm_V``.
+
+The matrix of Simulink's *To File* has a row for the time and one for each signal, and no names: see :func:`matrix`.
+Files of MATLAB's format 7.3 (HDF5), which *To File* writes as well, are read by h5py, the extra ``hdf5``.
 """
 
 from __future__ import annotations
@@ -20,17 +23,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex import csv_files
 from rotflex.errors import RecordingError
 
 COLUMNS = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}  #: of an array, its time among them
 METADATA = "rotflex_metadata"  #: name of the text that says where a recording comes from
 _DEEPEST = 5  # structures within structures
-#: How files begin that are saved otherwise, and what they are.
-_OTHERWISE = {
-    b"# Created by Octave": "is in Octave's own text format",
-    b"\x89HDF": "is in the format HDF5",
-    b"MATLAB 7.3 MAT-file": "is in MATLAB's format 7.3",
-}
+_HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF")  # how such files begin
+_OCTAVE = b"# Created by Octave"
 
 Array = NDArray[np.float64]
 
@@ -57,9 +57,36 @@ def arrays(path: Path) -> tuple[dict[str, Array], str]:
     if not made:
         made = _of_vectors(path, content)
     if not made:
-        raise RecordingError(f"{path.name} holds none of {', '.join(COLUMNS)}.")
+        rows = max(_matrices(content).values(), key=np.size, default=np.empty((0, 0))).shape
+        hint = f" It holds a matrix without names. {csv_files.name_columns(min(rows))}" if any(rows) else ""
+        raise RecordingError(f"{path.name} holds none of {', '.join(COLUMNS)}.{hint}")
     described = np.asarray(content.get(METADATA, ""))
     return made, str(described.flat[0]) if described.size else ""
+
+
+def matrix(path: Path, count: int) -> Array:
+    """The one matrix of a file with so many signals, its time among them: a row for each sample.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, or holds no such matrix, or several.
+    """
+    found = _matrices(_content(path))
+    fitting = [value for value in found.values() if min(value.shape) == count]
+    if len(fitting) != 1:
+        listed = ", ".join(f"{name} {value.shape}" for name, value in found.items()) or "none"
+        raise RecordingError(
+            f"{path.name} should hold one matrix with {count} rows, as many as there are names in columns; of matrices "
+            f"it holds {listed}."
+        )
+    return np.asarray(fitting[0] if fitting[0].shape[1] == count else fitting[0].T, dtype=np.float64)
+
+
+def _matrices(content: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+    """The matrices of numbers that can be signals: two or more, of more samples."""
+    found = {name: one for name, one in content.items() if isinstance(one, np.ndarray) and one.ndim == 2}
+    return {name: one for name, one in found.items() if min(one.shape) > 1 and one.dtype.kind in "fiu"}
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -74,7 +101,7 @@ def _content(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise RecordingError(f"There is no file {path}.") from None
     except Exception as error:  # scipy's reader fails on a broken file in many ways
-        raise RecordingError(_unreadable(path, error)) from None
+        return _saved_otherwise(path, error)
     return {name: _plain(value) for name, value in content.items() if not name.startswith("__")}
 
 
@@ -87,16 +114,51 @@ def _plain(value: Any) -> Any:
     return rows[0] if len(rows) == 1 else rows
 
 
-def _unreadable(path: Path, error: Exception) -> str:
+def _saved_otherwise(path: Path, error: Exception) -> dict[str, Any]:
+    """The variables of a file that is in none of scipy's formats, if it is HDF5."""
     try:
         with path.open("rb") as file:
-            begins = file.read(max(map(len, _OTHERWISE)))
+            begins = file.read(len(_OCTAVE))
     except OSError:
         begins = b""
-    for beginning, what in _OTHERWISE.items():
-        if begins.startswith(beginning):
-            return f"{path.name} {what}, which is not read here. Save it with the option -v7."
-    return f"{path.name} cannot be read as a .mat file up to version 7: {error}"
+    if begins.startswith(_HDF5):
+        return _of_hdf5(path)
+    if begins == _OCTAVE:
+        raise RecordingError(f"{path.name} is in Octave's own text format. Save it with the option -v7.") from None
+    raise RecordingError(f"{path.name} cannot be read as a .mat file: {error}") from None
+
+
+def _of_hdf5(path: Path) -> dict[str, Any]:
+    try:
+        import h5py
+    except ImportError:
+        raise RecordingError(
+            f"{path.name} is in MATLAB's format 7.3 (HDF5), which needs h5py: pip install 'rotflex[hdf5]'. Or save it "
+            "with the option -v7."
+        ) from None
+
+    def plain(node: Any) -> Any:
+        if "OCTAVE_NEW_FORMAT" in node.attrs:
+            raise ValueError("it is Octave's own")
+        if isinstance(node, h5py.Group):
+            fields = {name: plain(one) for name, one in node.items()}
+            if fields and all(isinstance(one, list) for one in fields.values()):  # an array of structures
+                return [dict(zip(fields, row, strict=True)) for row in zip(*fields.values(), strict=True)]
+            return fields
+        value = node[()]
+        if h5py.check_ref_dtype(node.dtype):
+            return [plain(node.file[one]) for one in np.ravel(value)]
+        if node.attrs.get("MATLAB_class") == b"char":
+            return "".join(map(chr, np.ravel(value)))
+        return np.transpose(value)  # MATLAB's columns come first
+
+    try:
+        with h5py.File(path) as file:
+            return {name: plain(one) for name, one in file.items() if not name.startswith("#")}
+    except Exception as error:  # a broken file, in many ways
+        raise RecordingError(
+            f"{path.name} cannot be read as HDF5 (MATLAB's format 7.3): {error}. Save it with the option -v7."
+        ) from None
 
 
 def _places(content: Mapping[str, Any], within: str = "", depth: int = 0) -> Iterator[tuple[str, str, Any]]:

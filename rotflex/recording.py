@@ -17,7 +17,7 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -168,11 +168,18 @@ class Recording:
         return target
 
     @classmethod
-    def load(cls, *paths: str | os.PathLike[str]) -> Recording:
-        """Load a recording from one ``.csv`` or ``.mat`` file, or from several ``.mat`` files of one experiment.
+    def load(cls, *paths: str | os.PathLike[str], columns: str | Sequence[str] = ()) -> Recording:
+        """Load a recording from one text or ``.mat`` file, or from several ``.mat`` files of one experiment.
 
-        A log of the real bench loads as it is. Columns are read as the module's docstring says; a three-column
+        A log of the real bench loads as it is. Arrays are read as the module's docstring says; a three-column
         ``data_theta`` beside a three-column ``data_alpha`` is a validation, whose second columns are the model's.
+
+        Parameters
+        ----------
+        paths : ``.csv``, ``.tsv``, ``.txt``: a table with headings, such as ``theta_deg`` or ``theta (deg)``; else
+            ``.mat``
+        columns : names with units of the columns of a table without headings, or of the rows of the matrix that
+            Simulink's *To File* writes: ``"t_s,theta_deg,alpha_deg,vm_V"``, with ``-`` for what is of no interest
 
         Raises
         ------
@@ -181,8 +188,11 @@ class Recording:
         """
         if not paths:
             raise RecordingError("Name at least one file to load.")
-        if len(paths) == 1 and Path(paths[0]).suffix.lower() == ".csv":
-            return _read_csv(Path(paths[0]))
+        names = columns.split(",") if isinstance(columns, str) and columns else list(columns)
+        if names and len(paths) > 1:
+            raise RecordingError("columns= names those of one file: load one file at a time.")
+        if names or (len(paths) == 1 and Path(paths[0]).suffix.lower() in csv_files.ENDINGS):
+            return _read_table(Path(paths[0]), names)
         arrays: dict[str, NDArray[np.float64]] = {}
         metadata: dict[str, Any] = {}
         for path in map(Path, paths):
@@ -310,8 +320,12 @@ def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any
     return arrays, csv_files.metadata_of(described, path.name) if described else {}
 
 
-def _read_csv(path: Path) -> Recording:
-    time, columns, metadata = csv_files.columns(path, UNITS)
+def _read_table(path: Path, names: Sequence[str]) -> Recording:
+    if path.suffix.lower() in csv_files.ENDINGS:
+        headings, numbers, metadata = csv_files.table(path, names)
+    else:
+        headings, numbers, metadata = names, mat_files.matrix(path, len(names)), {}
+    time, columns = csv_files.signals(path.name, headings, numbers, UNITS)
     try:
         channels = {name: Channel(values, UNITS[name]) for name, values in columns.items()}
         return Recording(time - time[:1], channels, {"source": path.name, **metadata})

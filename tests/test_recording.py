@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -42,6 +44,29 @@ def assert_same(read: Recording, written: Recording, tolerance: float = 1e-12) -
     for name, channel in written.channels.items():
         assert read.channels[name].unit == channel.unit
         np.testing.assert_allclose(read[name], channel.values, rtol=tolerance, atol=1e-300)
+
+
+def save_73(path, content):
+    """A file as ``save -v7.3`` leaves it: columns first, text as numbers, arrays of structures by reference."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        put_73(file, content, file.create_group("#refs#"))
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
+def put_73(group, content, refs):
+    for name, value in content.items():
+        if isinstance(value, dict):
+            put_73(group.create_group(name), value, refs)
+        elif isinstance(value, list):
+            put_73(refs, {f"{place}": one["values"] for place, one in enumerate(value)}, refs)
+            places = [[refs[f"{place}"].ref] for place in range(len(value))]
+            group.create_group(name).create_dataset("values", data=places, dtype=h5py.ref_dtype)
+        elif isinstance(value, str):
+            group[name] = np.array([list(value.encode())], dtype=np.uint16).T
+            group[name].attrs["MATLAB_class"] = np.bytes_("char")
+        else:
+            group[name] = np.atleast_2d(value).T
 
 
 def test_channels_are_read_by_name_in_si_units():
@@ -240,6 +265,67 @@ def test_a_csv_file_may_come_from_a_spreadsheet(tmp_path):
     assert recording["vm"].tolist() == [2.0, 4.0]
 
 
+@pytest.mark.parametrize(
+    ("name", "table", "columns"),
+    [
+        ("a.csv", "t_s;theta_deg;vm_V\n0;1,5;-2\n0,002;3;4e0\n", ()),
+        ("a.csv", "Time (s), theta (deg), V_m (V)\n0, 1.5, -2\n0.002, 3, 4\n", ()),
+        ("a.csv", "Zeit;W;U\n0;1,5;-2\n0,002;3;4\n", ("t_s", "theta_deg", "vm_V")),
+        ("a.csv", "time [ms];Theta [°];Vm [mV]\n0;1,5;-2000\n2;3;4000\n", ()),
+        ("a.csv", f"t_s,theta_rad,vm_V\n0,{1.5 * DEG},-2\n0.002,{3 * DEG},4\n", ()),
+        ("a.tsv", "0\t1,5\t-2\n0,002\t3\t4\n", "t_s,theta_deg,vm_V"),
+        ("a.txt", "0\t9\t1.5\t-2\n2e-3\t9\t3\t4\n", "time (s), -, theta (deg), V_m (V)"),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_a_table_is_read_as_people_have_it(tmp_path, name, table, columns, encoding):
+    (tmp_path / name).write_bytes(table.encode(encoding))
+    recording = Recording.load(tmp_path / name, columns=columns)
+    assert set(recording.channels) == {"theta", "vm"}
+    np.testing.assert_allclose(recording.time, [0, 0.002])
+    np.testing.assert_allclose(recording.degrees("theta"), [1.5, 3])
+    np.testing.assert_allclose(recording["vm"], [-2, 4])
+
+
+TO_FILE = np.vstack([T, 20 + 0 * T, 10 * T, 2 * T])
+
+
+@pytest.mark.parametrize("save", [savemat, save_73])
+def test_the_matrix_of_simulinks_to_file_asks_for_the_names_of_its_rows(tmp_path, save):
+    path = tmp_path / "ans.mat"
+    save(path, {"ans": TO_FILE, "K": np.eye(2)})
+    with pytest.raises(RecordingError, match=r"ans\.mat holds none of .* 4 columns .*--columns"):
+        Recording.load(path)
+    recording = Recording.load(path, columns="t_s,-,theta_deg,vm_V")
+    np.testing.assert_allclose(recording.degrees("theta"), 10 * T)
+    np.testing.assert_allclose(recording["vm"], 2 * T)
+    with pytest.raises(RecordingError, match=r"matrix with 3 rows.* ans \(4, 50\)"):
+        Recording.load(path, columns="t_s,theta_deg,vm_V")
+    with pytest.raises(RecordingError, match="one file at a time"):
+        Recording.load(path, path, columns="t_s,-,theta_deg,vm_V")
+
+
+def test_a_file_of_matlabs_format_73_is_read(tmp_path):
+    signals = [{"values": 20 + 0 * T}, {"values": 10 * T}]
+    content = {"data_theta": {"time": T, "signals": signals}, "run": {"data_alpha": np.column_stack([T, 3 * T])}}
+    save_73(tmp_path / "v73.mat", content | {"data_vm": np.column_stack([T, 2 * T]), "rotflex_metadata": '{"seed": 7}'})
+    recording = Recording.load(tmp_path / "v73.mat")
+    assert set(recording.channels) == {"theta_ref", "theta", "alpha", "vm"} and recording.metadata["seed"] == 7
+    np.testing.assert_allclose(recording.degrees("theta"), 10 * T)
+    np.testing.assert_allclose(recording.degrees("alpha"), 3 * T)
+    np.testing.assert_allclose(recording["vm"], 2 * T)
+
+
+def test_format_73_needs_an_extra_and_a_whole_file(tmp_path, monkeypatch):
+    save_73(tmp_path / "v73.mat", {"data_vm": np.column_stack([T, 2 * T])})
+    (tmp_path / "broken.mat").write_bytes((tmp_path / "v73.mat").read_bytes()[:900])
+    with pytest.raises(RecordingError, match=r"broken\.mat .*7\.3.* -v7"):
+        Recording.load(tmp_path / "broken.mat")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(RecordingError, match=r"v73\.mat .*7\.3.*rotflex\[hdf5\].* -v7"):
+        Recording.load(tmp_path / "v73.mat")
+
+
 def test_the_files_of_one_experiment_load_together(tmp_path):
     paths = [tracked().save(tmp_path / f"{name}.mat", variables=[name]) for name in DATA]
     recording = Recording.load(*paths)
@@ -382,8 +468,11 @@ def test_a_mat_file_that_is_no_recording_says_why(tmp_path, content, named):
     [
         (b"", "headed t_s"),
         (b"# {}\n", "headed t_s"),
-        (b"time,theta_deg\n0,1\n1,2\n", r"t_s.*\['time', 'theta_deg'\]"),
-        (b"t_s;theta_deg\n0;1\n1;2\n", "headed t_s.*t_s;theta_deg"),
+        (b"time,theta_deg\n0,1\n1,2\n", "'time' is none of t,"),
+        (b"theta_deg,vm_V\n0,1\n1,2\n", r"headed t_s.*\['theta_deg', 'vm_V'\]"),
+        (b"time (s),alpha (V)\n0,1\n1,2\n", r"'alpha \(V\)' is none"),
+        (b"t_s;theta_deg\n0;1,5\n1;1.234,5\n", "2 numbers.*1.234.5"),
+        (b"0\t1\t2\n1\t2\t3\n", "no headings.* 3 columns.*columns=.*--columns t_s,theta_deg"),
         (b"\xff\xfe\x00t_s", ""),
         (b"t_s,theta_deg\n", "two samples.* 0"),
         (b"t_s,theta_deg\n0,1\n", "two samples.* 1"),
