@@ -55,6 +55,15 @@ def real_log_path() -> Path:
 
 
 @pytest.fixture(scope="session")
+def other_mechanism_path() -> Path:
+    """A log of a flexible link in the flexible joint's place, which is not part of the project."""
+    path = Path(os.environ.get("ROTFLEX_CASES", RECORDINGS.parents[1] / "cases")) / "another_plant_lqr.mat"
+    if not path.exists():
+        pytest.skip(f"The log of another mechanism is not at {path}; set ROTFLEX_CASES to its folder.")
+    return path
+
+
+@pytest.fixture(scope="session")
 def real_log(real_log_path: Path) -> Recording:
     """The log of a real bench as a recording."""
     return Recording.load(real_log_path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -200,6 +201,35 @@ def test_a_twin_is_fitted_and_moves_as_its_bench():
         hil.open("virtual:twin.toml?run=x")
 
 
+def test_a_fit_that_is_doubted_says_so_in_the_terminal_and_in_the_twins_file():
+    log = Recording.load(recorded("log.mat"))
+    Recording.of(log.time, theta=log["theta"], alpha=-log["alpha"], vm=log["vm"]).save("swapped.csv")
+    assert "doubted: in recording swapped.csv" in said("fit", "swapped.csv", "--free", "K_s", "--out", "a.toml")
+    assert "doubted" not in said("fit", "log.mat", "--free", "K_s,J_eq,braking,servo_friction", "--out", "b.toml")
+    doubted, fine = (tomllib.loads(Path(name).read_text())["about"] for name in ("a.toml", "b.toml"))
+    assert "swapped.csv" in doubted["doubts"][0] and "doubts" not in fine
+    assert hil.open("virtual:a.toml").identity["arm_position"] == 1
+
+
+def test_the_links_inertia_can_be_given_and_the_stiffness_goes_with_it():
+    recorded("log.mat")
+    plants = []
+    for inertia in ("0.0027", "0.0035"):
+        said("fit", "log.mat", "--free", "K_s,torque_per_volt,J_eq", "--J_l", inertia, "--force")
+        plants.append(tomllib.loads(Path("twin.toml").read_text())["plant"])
+    assert [plant["J_l"] for plant in plants] == [0.0027, 0.0035]
+    assert plants[0]["K_s"] / 0.0027 == pytest.approx(plants[1]["K_s"] / 0.0035, rel=0.02)
+
+
+def test_columns_of_a_table_without_headings_are_named():
+    log = Recording.load(recorded("log.mat"))
+    table = np.column_stack([log.time, log.degrees("theta"), log.degrees("alpha"), log["vm"]])
+    np.savetxt("log.txt", table, delimiter="\t")
+    assert "no headings" in said("fit", "log.txt", code=2)
+    columns = ("--columns", "t_s,theta_deg,alpha_deg,vm_V")
+    assert "open it as virtual:twin.toml" in said("fit", "log.txt", *columns, "--free", "K_s")
+
+
 def recorded(name: str, run: int = 1, duration: str = "3") -> str:
     bench = ("--bench", f"virtual:?preset=real_bench&run={run}")
     said("run", "fsf", "--gain", GAIN, *bench, "--duration", duration, "--out", name)
@@ -261,6 +291,8 @@ def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
         (["run", "validation"], "--model FILE.mat, with A (4 by 4)"),
         (["run", "validation", "--model", "nothere.mat"], "there is no nothere.mat"),
         (["run", "validation", "--model", "only_a.mat"], "only_a.mat has no B"),
+        (["fit", "one.mat", "--J_l", "0"], "--J_l 0: give a positive inertia"),
+        (["fit", "one.mat", "--J_l", "0.003", "--free", "K_s,J_l"], "leave J_l out of --free"),
         (["fit", "one.mat", "two.mat"], "two.mat is one.mat once more: name recordings of different runs"),
     ],
 )

@@ -5,6 +5,7 @@ Modules load when a command needs them.
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -307,7 +308,7 @@ def unfinished(
 @app.command()
 def fit(
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recordings of one bench, .mat or .csv; three or more say most.")
+        list[Path], typer.Argument(help="Recordings of one bench, .mat, .csv or .txt; three or more say most.")
     ],
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("twin.toml"),
     arm_position: Annotated[int, typer.Option(help="Of the top arm, 1, 2 or 3; as recorded unless given.")] = 0,
@@ -315,10 +316,27 @@ def fit(
     free: Annotated[
         str, typer.Option(help="What to fit, as 'K_s,J_eq,delay'; all that the recordings tell unless given.")
     ] = "",
+    J_l: Annotated[
+        float | None,
+        typer.Option(
+            "--J_l",
+            help="The link's inertia, kg·m², where your arm was weighed and measured; as the data sheet has it unless "
+            "given. Recordings tell sqrt(K_s/J_l) alone: K_s goes with it.",
+        ),
+    ] = None,
+    columns: Annotated[
+        str,
+        typer.Option(
+            help="Names of the columns of a table without headings, or of the rows of Simulink's To File, as "
+            "'t_s,theta_deg,alpha_deg,vm_V'; - for what is of no interest."
+        ),
+    ] = "",
     leave_out: Annotated[bool, typer.Option(help="Fit without each recording in turn, too, and predict it.")] = True,
     force: _Force = False,
 ) -> None:
     """Fit the virtual bench to recordings of a real one, and say how well it tells of one that it has not seen."""
+    from dataclasses import replace
+
     from rotflex import greybox
     from rotflex.bench_commands import fits
     from rotflex.config import joint, srv02
@@ -331,25 +349,32 @@ def fit(
     if out.suffix != ".toml":
         raise ConfigurationError(f"{out}: a fitted bench is a file whose name ends in .toml.")
     fits.require_different(recordings)
-    every = [Recording.load(path) for path in recordings]
+    every = [Recording.load(path, columns=columns) for path in recordings]
     arm = joint(arm_position or fits.recorded(every, recordings, "arm_position", 1))
     servo = srv02(encoder=encoder or fits.recorded(every, recordings, "encoder", "E"))
     names = [name.strip() for name in free.split(",")] if free else None
+    initial = greybox.typical(servo, arm)
+    if J_l is not None:
+        if not 0 < J_l < math.inf or "J_l" in (names or ()):
+            raise ConfigurationError(f"--J_l {J_l:g}: give a positive inertia in kg·m², and leave J_l out of --free.")
+        initial = replace(initial, J_l=J_l, K_s=initial.K_s * J_l / arm.J_l)  # beginning at the same frequency
     own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
     fits.require_motion(every, recordings)
-    found = greybox.fit(every, servo, arm, names, per_recording=own)
+    found = greybox.fit(every, servo, arm, names, initial, per_recording=own)
     called = fits.names(recordings)
     typer.echo(found.table(called))
     if len(every) == 1:
         typer.echo("There is one recording: how well the fit tells of another, it cannot say.")
     elif leave_out:
         try:
-            typer.echo(greybox.leave_one_out(every, servo, arm, names, per_recording=own).table(called))
+            typer.echo(greybox.leave_one_out(every, servo, arm, names, initial, per_recording=own).table(called))
         except IdentificationError as error:  # what was found is kept all the same
             typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
     about |= {"omega_n": found.omega_n.value, "omega_n_u": found.omega_n.uncertainty}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
+    if doubts := found.doubts(called):
+        about["doubts"] = doubts
     made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
     twin.save(out, twin.Twin(made, servo), about)
     typer.echo(f"The fitted bench is in {out}: open it as virtual:{out}.")

@@ -49,7 +49,7 @@ from rotflex.greybox.solving import search, sureness
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 
-__all__ = ["FREE", "TYPICAL", "FitResult", "LeftOut", "Prediction", "fit", "leave_one_out"]
+__all__ = ["FREE", "TYPICAL", "FitResult", "LeftOut", "Prediction", "fit", "leave_one_out", "typical"]
 
 #: What no recording tells both of, and what it tells.
 _ALIKE = {
@@ -106,12 +106,7 @@ def fit(
     for alike, told in _ALIKE.items():
         if set(alike) <= set(free or ()):
             raise IdentificationError(f"A recording tells {told}: fit {' or '.join(alike)}, and not both.")
-    start = initial or replace(
-        PlantParameters.of(servo, joint, TYPICAL["K_s"]),
-        B_l=TYPICAL["B_l"],
-        servo_friction=(TYPICAL["servo_friction"],) * 2,
-        link_friction=(TYPICAL["link_friction"],) * 2,
-    )
+    start = initial or typical(servo, joint)
 
     def make(plant: PlantParameters, delay: float, names: Sequence[str]) -> Problem:
         return Problem(every, plant, tuple(dict.fromkeys(names)), per_recording, delay)
@@ -124,6 +119,16 @@ def fit(
         found = search(problem, progress)
         chosen = Chosen(problem, found, sureness(problem, found), {})
     return result_of(chosen, servo, joint)
+
+
+def typical(servo: Servo, joint: Joint) -> PlantParameters:
+    """The plant that a fit begins with unless given another: nominal parts, and a typical stiffness and frictions."""
+    return replace(
+        PlantParameters.of(servo, joint, TYPICAL["K_s"]),
+        B_l=TYPICAL["B_l"],
+        servo_friction=(TYPICAL["servo_friction"],) * 2,
+        link_friction=(TYPICAL["link_friction"],) * 2,
+    )
 
 
 def leave_one_out(

@@ -14,7 +14,7 @@ import numpy as np
 
 from rotflex.greybox.problem import Problem, changed, known
 from rotflex.greybox.solving import Found, Sureness, search, sureness, untold
-from rotflex.identification import Estimate
+from rotflex.identification import Estimate, Vector
 from rotflex.plant import PlantParameters
 
 FREE = ("K_s", "J_eq", "torque_per_volt", "braking", "B_l", "servo_friction", "link_friction", "delay")
@@ -81,12 +81,23 @@ def _without_effect(problem: Problem, found: Found) -> str | None:
 
 def _least_told(problem: Problem, found: Found, sure: Sureness) -> str | None:
     """The first to be given up of what is told too little."""
-    told = np.abs(found.values) * problem.units / sure.within
+    values = np.abs(found.values) * problem.units
     for names, enough in ((_MAY_BE_NONE, 1.0), (_ON_DATA_SHEETS, 1 / _OPEN)):
         for name in names:
-            if name in problem.free and told[_places(problem, name)].max() < enough:
+            places = _places(problem, name)
+            if name in problem.free and (values[places] / _reaches(problem, name, sure)).max() < enough:
                 return name
     return None
+
+
+def _reaches(problem: Problem, name: str, sure: Sureness) -> Vector:
+    """Half widths that decide whether a parameter is given up: of a friction or a delay, those that are reported.
+
+    Of two recordings, Student's t is 12.7: damping and delay would be given up that each of the two tells. So would
+    what stands on data sheets, of any number. Without a Coulomb friction of the link, B_l still damps it.
+    """
+    reported = name == "link_friction" or (name in _MAY_BE_NONE and len(problem.records) != 2)
+    return (sure.reaches if reported else sure.within)[_places(problem, name)]
 
 
 def _fix(name: str, value: float, problem: Problem, found: Found, sure: Sureness | None) -> Fixed:
@@ -94,7 +105,7 @@ def _fix(name: str, value: float, problem: Problem, found: Found, sure: Sureness
     if sure is None:
         return Fixed(Estimate(value, np.inf), (-np.inf, np.inf), _NOT_AT_ALL.format(name=name, value=value))
     places = _places(problem, name)
-    values, reaches = (found.values * problem.units)[places], sure.within[places]
+    values, reaches = (found.values * problem.units)[places], _reaches(problem, name, sure)
     low, high = float((values - reaches).min()), float((values + reaches).max())
     why = (_NONE if name in _MAY_BE_NONE else _SHEET).format(name=name, low=low, high=high, value=value)
     return Fixed(Estimate(value, float(sure.errors[places].max())), (low, high), why)

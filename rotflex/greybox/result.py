@@ -25,6 +25,10 @@ from rotflex.recording import Recording
 from rotflex.units import DEG
 
 _TOGETHER = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
+#: rad RMS: what is left of a log of the right plant is half of it at most, and of another mechanism (a flexible link in
+#: the joint's place) half as much again
+_DOUBTFUL = {"theta": 1.0 * DEG, "alpha": 0.5 * DEG}
+_FROM_ONE_LOG = 0.16  # rad/s: half the width that an interval of omega_n has at least, for logs of one bench differ
 _DIGITS = 4  # of a value, where its interval does not need more
 _UNITS = {
     "K_s": "N·m/rad",
@@ -109,16 +113,37 @@ class FitResult:
 
     @property
     def omega_n(self) -> Estimate:
-        """sqrt(K_s/J_l), rad/s: what recordings tell best, whatever inertia or torque was given."""
+        """sqrt(K_s/J_l), rad/s: what recordings tell best, whatever inertia or torque was given.
+
+        Its uncertainty is half of what its 95 % interval reaches to either side. Of several recordings, the interval is
+        that of the spread between them, with Student's t; of one, it reaches 0.16 rad/s at least, for logs of one bench
+        differ by more than any of them shows.
+        """
         value = math.sqrt(self.parameters.K_s / self.parameters.J_l)
         signs = {name: sign for name, sign in {"K_s": 1, "J_l": -1}.items() if name in self.estimates}
-        shares = [sign * self.estimates[name].uncertainty / self.estimates[name].value for name, sign in signs.items()]
+        shares = [
+            sign * float(np.ptp(self.intervals[name])) / 2 / self.estimates[name].value for name, sign in signs.items()
+        ]
         places = [list(self.estimates).index(name) for name in signs]
         alike = np.eye(len(places))  # means over recordings have no place among the correlations
         if max(places, default=0) < len(self.correlation):
             alike = self.correlation[np.ix_(places, places)]
         variance = float(np.array(shares) @ alike @ np.array(shares)) if shares else 0.0
-        return Estimate(value, value * math.sqrt(max(variance, 0.0)) / 2)
+        reach = value * math.sqrt(max(variance, 0.0)) / 2
+        return Estimate(value, max(reach, _FROM_ONE_LOG if len(self.predictions) == 1 else 0.0) / 2)
+
+    def doubts(self, recordings: Sequence[str] = ()) -> list[str]:
+        """Say why the fit is not to be trusted; empty where nothing speaks against it.
+
+        Recordings are named by ``recordings``, else by their place.
+        """
+        names = recordings or [f"[{place}]" for place in range(len(self.predictions))]
+        return [
+            f"This fit is doubted: in recording {name} it leaves {in_degrees(one.rms)} (RMS, deg); a flexible joint's "
+            f"leaves at most {in_degrees(_DOUBTFUL)}. Is it another mechanism, or are units, signs or channels wrong?"
+            for name, one in zip(names, self.predictions, strict=True)
+            if any(one.rms[angle] > most for angle, most in _DOUBTFUL.items())
+        ]
 
     def predict(self, recording: Recording) -> Prediction:
         """Another recording, as this plant has it: of it, only its own offset and initial rates are found.
@@ -156,7 +181,8 @@ class FitResult:
             value = "fixed" if name in self.fixed else f"{found.value:.{digits}g}"
             lines.append(f"{called[name]:{width}}{value:>12}   {low:.{digits}g} … {high:.{digits}g} {unit}")
         lines.append(f"What is left (RMS, deg): {in_degrees(self.residual_rms)}.")
-        return "\n".join([*lines, *self.fixed.values(), *self._hardly_apart([*called.values()]), self._in_ratio()])
+        lines += [*self.doubts(recordings), *self.fixed.values(), *self._hardly_apart([*called.values()])]
+        return "\n".join([*lines, self._in_ratio()])
 
     def _hardly_apart(self, names: Sequence[str]) -> list[str]:
         """What the recordings tell together better than apart."""
@@ -175,7 +201,8 @@ class FitResult:
         return (
             f"Recordings tell inertias, stiffness, friction and torques in ratio only: {given} = "
             f"{getattr(self.parameters, given):.4g} {_UNITS[given]} was given, and an error of it is an error of "
-            f"all of them. omega_n = {self.omega_n} rad/s (± one standard uncertainty) does not depend on it."
+            f"all of them. omega_n = {Estimate(self.omega_n.value, 2 * self.omega_n.uncertainty)} rad/s (95 %) does "
+            "not depend on it."
         )
 
 

@@ -97,10 +97,8 @@ class ValidationExplorer(Explorer):
         finally:
             self.busy = False
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
-        self.notice = (
-            f"Fitted, with dry friction in both joints: {values}. The braking is that of B_eq and of the "
-            "back-EMF together: which part is whose, nothing tells."
-        )
+        braking = "The braking is that of B_eq and of the back-EMF together: which part is whose, nothing tells."
+        self.notice = " ".join([*found.doubts(), f"Fitted, with dry friction in both joints: {values}.", braking])
 
     def _with_friction(self, parameters: PlantParameters, choice: str) -> PlantParameters:
         if choice == "fitted":

@@ -10,7 +10,8 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit, leave_one_out
-from rotflex.greybox.solving import Found, sureness
+from rotflex.greybox.choice import _fix, _least_told
+from rotflex.greybox.solving import Found, Sureness, sureness
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import student_bench
@@ -184,6 +185,58 @@ def test_a_link_that_rubs_keeps_its_friction():
     assert sum(found.parameters.link_friction) == pytest.approx(sum(spec.parameters.link_friction), rel=0.2)
 
 
+@pytest.mark.parametrize(
+    ("logs", "spread", "given_up"),
+    [
+        (1, {}, None),
+        (3, {"link_friction": 2.5e-3}, "link_friction"),
+        (2, {"link_friction": 2.5e-3}, "link_friction"),
+        (3, {"delay": 2e-3}, "delay"),
+        (2, {"delay": 2e-3}, None),  # between two recordings, every interval is wide
+        (3, {"torque_per_volt": 0.2}, None),
+    ],
+)
+def test_a_friction_that_the_spread_between_recordings_does_not_tell_from_none_is_given_up(logs, spread, given_up):
+    names = ("link_friction", "delay", "B_l", "torque_per_volt", "braking", "J_eq")
+    values = np.array([2e-3, 1e-3, 1.5e-3, 0.13, 0.08, 2e-3])
+    problem = SimpleNamespace(
+        free=names, unknowns=[SimpleNamespace(key=name) for name in names], units=np.ones(6), records=[None] * logs
+    )
+    within = values / 10
+    sure = Sureness(
+        within, np.array([spread.get(*pair) for pair in zip(names, within, strict=True)]), within, np.eye(6)
+    )
+    found = Found(values, np.zeros(1), np.zeros((1, 6)))
+    assert _least_told(problem, found, sure) == given_up
+    if given_up:
+        low, high = _fix(given_up, 0.0, problem, found, sure).interval
+        assert low < 0 < high
+
+
+def test_the_interval_of_omega_n_is_the_spread_between_recordings_and_of_one_no_less_than_logs_differ(together):
+    relative = np.ptp(together.intervals["K_s"]) / together.parameters.K_s / 4  # half a width, and a square root
+    assert 2 * together.omega_n.uncertainty == pytest.approx(relative * together.omega_n.value)
+    one = replace(together, predictions=together.predictions[:1])
+    assert 2 * one.omega_n.uncertainty == pytest.approx(max(0.16, relative * one.omega_n.value))
+    assert f"{one.omega_n.value:.4g} ± 0.16 rad/s" in str(one)
+
+
+def test_a_fit_that_leaves_much_is_doubted_in_words(together):
+    assert together.doubts() == [] and "doubted" not in str(together)
+    first, second, third = together.predictions
+    for angle, most in (("theta", 1.0), ("alpha", 0.5)):
+        for left, doubted in ((0.99, False), (1.01, True)):
+            bad = replace(second, rms=second.rms | {angle: left * most * DEG})
+            fitted = replace(together, predictions=(first, bad, third))
+            assert [("b.mat" in doubt) for doubt in fitted.doubts(("a.mat", "b.mat", "c.mat"))] == [True] * doubted
+            assert ("[1]" in "".join(fitted.doubts())) == ("This fit is doubted" in str(fitted)) == doubted
+
+
+def test_a_log_of_another_mechanism_is_doubted(other_mechanism_path):
+    found = fit(Recording.load(other_mechanism_path), srv02(), joint(1), progress=False)
+    assert len(found.doubts()) == 1
+
+
 def test_what_the_motor_does_is_given_up_where_it_does_nothing():
     """The arm is deflected by hand and let go, at 0 V; the servo swings along."""
     true = replace(PlantParameters.of(srv02(), joint(1), 1.5), B_l=1e-3, servo_friction=(2e-3, 2e-3))
@@ -206,7 +259,8 @@ def test_the_log_of_a_real_bench_tells_its_resonance_and_no_link_friction(real_l
     assert set(found.fixed) == {"link_friction"}
     # A fit of others to three such logs: K_s 1.454 and J_l 2.77e-3.
     assert found.omega_n.value == pytest.approx(np.sqrt(1.454 / 2.77e-3), rel=0.01)
-    assert 0 < found.omega_n.uncertainty < 0.005 * found.omega_n.value
+    assert 0.08 <= found.omega_n.uncertainty < 0.005 * found.omega_n.value
+    assert not found.doubts()
     said = str(found)
     assert "J_l = 0.003278 kg·m² was given" in said and "link_friction: not told from none" in said
     with found.bench() as bench:  # under the gain of that log, along its reference
