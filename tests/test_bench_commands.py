@@ -204,7 +204,9 @@ def test_a_twin_is_fitted_and_moves_as_its_bench():
 def test_a_fit_that_is_doubted_says_so_in_the_terminal_and_in_the_twins_file():
     log = Recording.load(recorded("log.mat"))
     Recording.of(log.time, theta=log["theta"], alpha=-log["alpha"], vm=log["vm"]).save("swapped.csv")
-    assert "doubted: in recording swapped.csv" in said("fit", "swapped.csv", "--free", "K_s", "--out", "a.toml")
+    assert "doubted: what is left of swapped.csv is theta" in said(
+        "fit", "swapped.csv", "--free", "K_s", "--out", "a.toml"
+    )
     assert "doubted" not in said("fit", "log.mat", "--free", "K_s,J_eq,braking,servo_friction", "--out", "b.toml")
     doubted, fine = (tomllib.loads(Path(name).read_text())["about"] for name in ("a.toml", "b.toml"))
     assert "swapped.csv" in doubted["doubts"][0] and "doubts" not in fine

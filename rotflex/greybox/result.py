@@ -137,11 +137,12 @@ class FitResult:
 
         Recordings are named by ``recordings``, else by their place.
         """
-        names = recordings or [f"[{place}]" for place in range(len(self.predictions))]
+        several = len(self.predictions) > 1
+        places = [f"recording [{place}]" if several else "the recording" for place in range(len(self.predictions))]
         return [
-            f"This fit is doubted: in recording {name} it leaves {in_degrees(one.rms)} (RMS, deg); a flexible joint's "
-            f"leaves at most {in_degrees(_DOUBTFUL)}. Is it another mechanism, or are units, signs or channels wrong?"
-            for name, one in zip(names, self.predictions, strict=True)
+            f"This fit is doubted: what is left of {name} is {in_degrees(one.rms)} (RMS, deg), and of a flexible "
+            f"joint's at most {in_degrees(_DOUBTFUL)}. Is it another mechanism's, or are units, signs, channels wrong?"
+            for name, one in zip(recordings or places, self.predictions, strict=True)
             if any(one.rms[angle] > most for angle, most in _DOUBTFUL.items())
         ]
 

@@ -228,7 +228,10 @@ def test_a_fit_begins_where_the_sliders_stand_and_leaves_a_kernels_loop_free(lab
     truth = student_bench(student_seed("ada")).parameters
     assert explorer.fitted.estimates["K_s"].value == pytest.approx(truth.K_s, rel=0.01)
     assert explorer.parameters.K_s == explorer.fitted.parameters.K_s
-    assert explorer.friction == "fitted"
+    assert explorer.friction == "fitted" and "doubted" not in explorer.notice
+    (prediction,) = explorer.fitted.predictions
+    explorer._fitted(replace(explorer.fitted, predictions=(replace(prediction, rms={"theta": 0.1, "alpha": 0.0}),)))
+    assert explorer.notice.startswith("This fit is doubted")
     change(explorer, "friction", "none")
     assert explorer.parameters.servo_friction == (0.0, 0.0)
     press(explorer, "reset")
