@@ -72,7 +72,8 @@ def read(path: Path, most: int | None = None) -> bytes:
     Raises
     ------
     OSError
-        If it cannot be read, is not an ordinary file (see :func:`ordinary`), or has more than ``most`` bytes (:data:`MAX_BYTES` unless given).
+        If it cannot be read, is not an ordinary file (see :func:`ordinary`), or has more than ``most`` bytes
+        (:data:`MAX_BYTES` unless given).
     """
     most = MAX_BYTES if most is None else most
 

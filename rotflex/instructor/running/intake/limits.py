@@ -8,6 +8,8 @@ from __future__ import annotations
 # --- what is looked into ---
 MAX_CLASS_ENTRIES = 100_000  #: files and folders of a zip of the whole class; 1000 students with 100 each
 MAX_ENTRIES = 5_000  #: files and folders of one hand-in
+MAX_SUBMISSION = 1_000_000_000  #: bytes that are read of one student's files, unpacked
+MAX_SECONDS = 60  #: of reading one student's files; after them, no other file is opened
 MAX_DEPTH = 8  #: folders within folders
 MAX_CLASS_DEPTH = 3  #: folders and zips around those of the students; a platform's zip, its folder, and a section's
 MAX_CLASS_ARCHIVE = 4_000_000_000  #: bytes of a zip of the whole class; 1000 students of 4 MB each

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from rotflex.courseware.run.handed_in import TEXT, Cell, NotebookError, cells_of
+from rotflex.courseware.run.handed_in import MAX_CELLS, TEXT, Cell, NotebookError, cells_of
 from rotflex.instructor.running.intake import limits
 
 _KEPT = {b'"id"', b'"cell_type"', b'"source"', b'"metadata"'}
@@ -119,6 +119,8 @@ class _Scanner:
 
     def _cells(self) -> Iterator[bytes]:
         for place in self._elements():
+            if place > MAX_CELLS:
+                raise NotebookError(f"it has more than {MAX_CELLS} cells.")
             if self._at(b"{"):
                 yield b"{" + b",".join(self._kept_members(place)) + b"}"
             else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -103,7 +104,7 @@ def read(
     reports : file names of the course's reports, as PDF
     decisions : which of several files counts, by the instructor
     """
-    found = []
+    found, bounded = [], _Bounded()
     for piece in submission.pieces:
         delivered = Delivered(piece)
         found.append(delivered)
@@ -114,7 +115,7 @@ def read(
         try:
             with ExitStack() as stack:
                 store = stack.enter_context(opened(piece.where))
-                _Reader(delivered, store, wanted, masters or {}, packages, reports, decisions or {}).read()
+                _Reader(delivered, store, wanted, masters or {}, packages, reports, decisions or {}, bounded).read()
         except Unreadable as error:
             delivered.unreadable = _unreadable(piece, str(error))
     _leave_out_empty(found, masters or {})
@@ -213,6 +214,24 @@ def _depth(folder: str) -> int:
     return len(folder.split("/")) if folder else 0
 
 
+class _Bounded:
+    """Reads one student's files, as long as there are bytes and time left."""
+
+    def __init__(self) -> None:
+        self._until = time.monotonic() + limits.MAX_SECONDS
+        self._left = limits.MAX_SUBMISSION
+
+    def read(self, store: Store, key: str, most: int) -> bytes:
+        """Read a file; raise Unreadable if it is too large, or what came before it was."""
+        if time.monotonic() > self._until:
+            raise Unreadable(f"reading the files before it took more than {limits.MAX_SECONDS} s.")
+        if not self._left:
+            raise Unreadable(f"the files before it have {limits.MAX_SUBMISSION} bytes, and no more are read.")
+        data = store.read(key, min(most, self._left))
+        self._left -= len(data)
+        return data
+
+
 class _Reader:
     """Reads one piece."""
 
@@ -225,7 +244,9 @@ class _Reader:
         packages: Collection[str],
         reports: Sequence[str],
         decisions: Decisions,
+        bounded: _Bounded,
     ) -> None:
+        self._bounded = bounded
         self._decisions = decisions
         self._delivered, self._store, self._wanted = delivered, store, wanted
         self._masters, self._packages, self._reports = masters, packages, reports
@@ -251,6 +272,9 @@ class _Reader:
             self._note(str(error))
         self._own_files(base)
         self._tell_others()
+
+    def _read(self, key: str, most: int) -> bytes:
+        return self._bounded.read(self._store, key, most)
 
     @staticmethod
     def _preference(fit: tuple[Fit, str], base: str) -> tuple[object, ...]:
@@ -316,7 +340,7 @@ class _Reader:
         if not notebook_names.is_notebook(path):
             return 0
         try:
-            cells, _left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+            cells, _left_out = notebooks.read(self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
         except (Unreadable, NotebookError):
             return -1
         return _written(cells, self._masters.get(name, {}))
@@ -325,7 +349,7 @@ class _Reader:
         """A report's PDF: its bytes. Only their beginning and their number are looked at here."""
         path = self._best(name, candidates)
         try:
-            data = self._store.read(self._files[path].key, report_files.MAX_BYTES)
+            data = self._read(self._files[path].key, report_files.MAX_BYTES)
         except Unreadable as error:
             self._delivered.problems.append(_UNREAD.format(name=name, error=error))
             return
@@ -336,7 +360,7 @@ class _Reader:
 
     def _cells(self, name: str, path: str) -> None:
         try:
-            cells, left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+            cells, left_out = notebooks.read(self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
         except (Unreadable, NotebookError) as error:
             self._delivered.unread[name] = str(error)
         else:
@@ -352,7 +376,7 @@ class _Reader:
         strangers.sort(key=lambda path: (path.rpartition("/")[0] != base, path.count("/"), path))
         for path in strangers[: limits.MAX_STRANGERS]:
             try:
-                cells, left_out = notebooks.read(self._store.read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+                cells, left_out = notebooks.read(self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
             except (Unreadable, NotebookError):
                 continue
             name = notebook_names.by_cells(cells, self._masters) or ""
@@ -371,7 +395,7 @@ class _Reader:
         for name, candidates in found.items():
             path = min(candidates, key=lambda one: self._preference(one, base))[1]
             try:
-                data = self._store.read(self._files[path].key, limits.MAX_NOTEBOOK)
+                data = self._read(self._files[path].key, limits.MAX_NOTEBOOK)
                 cells = scripts.cells_of(data, list(self._masters[name].values()))
             except (Unreadable, NotebookError) as error:
                 self._delivered.unread[name] = f"{names.shown(path)}: {error}"
@@ -396,7 +420,7 @@ class _Reader:
         path = min(paths, key=lambda path: (path.rpartition("/")[0] != base, path.count("/"), path))
         self._used.update(paths)
         try:
-            return self._store.read(self._files[path].key, limit)
+            return self._read(self._files[path].key, limit)
         except Unreadable as error:
             self._note(f"{name} is not read: {error}")
             return None
@@ -422,7 +446,7 @@ class _Reader:
         size = 0
         for path in map(str, choice.paths):
             try:
-                content = self._store.read(beside[path].key, min(own_files.MAX_FILE, own_files.MAX_TOTAL - size))
+                content = self._read(beside[path].key, min(own_files.MAX_FILE, own_files.MAX_TOTAL - size))
             except Unreadable as error:
                 self._note(f"{names.shown(path)} does not come along: {error}")
             else:

@@ -2,17 +2,18 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import pytest
 from checkout import ROOT
 from packings import WANTED, lay, notebook, under, work, zipped
 
 from rotflex.courseware import answers, report_files
-from rotflex.courseware.run import own_files
+from rotflex.courseware.run import handed_in, own_files
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook.records import StudentRecord
 from rotflex.instructor.running import intake
-from rotflex.instructor.running.intake import labels, limits, notebooks, stores, times
+from rotflex.instructor.running.intake import labels, limits, notebooks, reading, stores, times
 from rotflex.instructor.running.intake.stores import Unreadable, Where
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
@@ -137,6 +138,28 @@ def test_notebooks_of_unknown_names(tmp_path, monkeypatch, fits):
     masters = {name: {cell["id"]: cell for cell in json.loads(notebook(name))["cells"]} for name in WANTED}
     (delivered,) = intake.read(submission, WANTED, masters)
     assert len(delivered.notebooks) == (3 if fits else 2)
+
+
+@FITS
+@pytest.mark.parametrize("name", ["MAX_SUBMISSION", "MAX_SECONDS"])
+def test_bytes_and_seconds_of_a_student(tmp_path, monkeypatch, name, fits):
+    """The notebooks that come after are named, and those before them count."""
+    files = {name: notebook(name) for name in WANTED}
+    sizes = {"MAX_SUBMISSION": sum(map(len, files.values())), "MAX_SECONDS": len(WANTED)}
+    limited(monkeypatch, name, sizes[name], fits)
+    seconds = iter(range(-1, 100))  # a second for each file; the first look begins
+    monkeypatch.setattr(reading, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
+    lay(tmp_path / "ada", files)
+    (delivered,) = intake.read(intake.find(tmp_path, ROSTER).submissions[0], WANTED)
+    assert [*delivered.notebooks] == list(WANTED if fits else WANTED[:-1])
+    assert [*delivered.unread] == ([] if fits else [WANTED[-1]])
+
+
+def test_a_notebook_of_too_many_cells_is_not_read_to_its_end(monkeypatch):
+    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 1000)
+    begin = b'{"cells":[' + b"{}," * (handed_in.MAX_CELLS + 1)
+    with pytest.raises(notebooks.NotebookError, match=f"{handed_in.MAX_CELLS} cells"):
+        notebooks.read(begin + b"this is no JSON")
 
 
 def made(source="x = 1", outputs=(), kind="code", **more):
@@ -330,6 +353,7 @@ DOCUMENTED = {
     "a zip within a zip": [limits.MAX_INNER_ARCHIVE / MB],
     "zips within one hand-in": [limits.MAX_INNER_ARCHIVES, limits.MAX_NESTING],
     "files and folders of a hand-in": [limits.MAX_ENTRIES, limits.MAX_DEPTH],
+    "all that is read of one student": [limits.MAX_SUBMISSION / MB, limits.MAX_SECONDS],
     "a zip of the whole class": [limits.MAX_CLASS_ARCHIVE / MB, limits.MAX_CLASS_ENTRIES],
     "a notebook with its outputs, which are dropped": [limits.MAX_NOTEBOOK_FILE / MB],
     "a notebook without its outputs and pictures": [limits.MAX_NOTEBOOK / MB],

@@ -87,7 +87,7 @@ def test_outputs_of_countless_parts_are_refused(piece, monkeypatch):
     many = piece * (limits.MAX_NOTEBOOK // 2)
     if piece == "1,":  # numbers are passed over at once
         assert notebooks.read(large([]).replace(b"[]", f"[{many}1]".encode()))[0][0].source == "x = 1"
-    with pytest.raises(NotebookError, match=r"more than \d+ parts"):
+    with pytest.raises(NotebookError, match="more than 1000 cells"):
         notebooks.read(f'{{"cells": [{many}1]}}'.encode())
     if piece != "1,":
         with pytest.raises(NotebookError, match=r"more than 100000 parts"):
