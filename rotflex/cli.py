@@ -21,6 +21,7 @@ from rotflex.courseware.jupyterlab import open_jupyterlab
 from rotflex.courseware.messages import DISK_FULL, FREE_SPACE
 from rotflex.courseware.released import course_folder
 from rotflex.courseware.run import commands as students_commands
+from rotflex.courseware.safe_text import no_escapes, say
 from rotflex.errors import ConfigurationError, RotflexError, StudentIDError
 
 _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's commands come with
@@ -41,14 +42,14 @@ class _Commands(typer.core.TyperGroup):
         try:
             return super().invoke(ctx)
         except RotflexError as error:
-            typer.secho(f"rotflex: {error}", err=True, fg="red")
+            typer.secho(no_escapes(f"rotflex: {error}"), err=True, fg="red")
             raise typer.Exit(2) from error
         except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
             if error.errno == errno.EPIPE:  # who reads our output has gone: typer sees to it
                 raise
             where = f"{error.filename}: " if error.filename else ""
             todo = f" {FREE_SPACE}" if error.errno in DISK_FULL else ""
-            typer.secho(f"rotflex: {where}{error.strerror or error}.{todo}", err=True, fg="red")
+            typer.secho(no_escapes(f"rotflex: {where}{error.strerror or error}.{todo}"), err=True, fg="red")
             raise typer.Exit(2) from error
         except ModuleNotFoundError as error:
             if _is_installed(_INSTRUCTORS):
@@ -117,11 +118,11 @@ def lab(
         student = student_id.normalised(student)
     folder, said = course_place.choose(named, _names())
     for line in said:
-        typer.echo(line)
+        say(line)
     if student is None:
         student = _asked(folder)
     for line in fill(folder, student):
-        typer.echo(line)
+        say(line)
     if not _is_source(folder):
         course_place.remember(folder)
         if told := hub.another(course_file.student(folder)):
@@ -173,7 +174,7 @@ def _asked(folder: Path) -> str | None:
         try:
             return student_id.normalised(given)
         except StudentIDError as error:
-            typer.secho(str(error), fg="red")
+            typer.secho(no_escapes(str(error)), fg="red")
     typer.echo("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.")
     return None
 
@@ -182,7 +183,7 @@ def _hubs_user() -> str:
     try:
         return hub.user()
     except ConfigurationError as error:  # no ID, but whoever sits at the terminal may have one
-        typer.secho(str(error), fg="red")
+        typer.secho(no_escapes(str(error)), fg="red")
         return ""
 
 

@@ -117,3 +117,15 @@ def test_a_process_that_a_command_starts_imports_nothing_either(tmp_path, folder
     (tmp_path / "begin.py").write_text(STARTS_ANOTHER)
     done = called([sys.executable, str(tmp_path / "begin.py")], folder)
     assert "started" in done.stdout and ran() == []
+
+
+@needs_links
+@pytest.mark.parametrize("words", [["submit", "--no-check", "--student", "ada"], ["lab"], ["restore", "--folder"]])
+def test_a_name_that_steers_a_terminal_is_printed_without_that(folder, words, monkeypatch):
+    monkeypatch.setattr("rotflex.cli.open_jupyterlab", lambda *given: 0)
+    (folder / "a\x1b[2J\u202eb.csv").symlink_to("nowhere")
+    (folder / "01\x1b[2J.ipynb").write_text("{")
+    (folder / "01_modeling_prelab.ipynb").unlink()
+    (folder / "course.json").write_text(json.dumps({"student": "a\x1b[2J"}))
+    done = rotflex(*words, folder)
+    assert done.output and "\x1b[2J" not in done.output and "\u202e" not in done.output

@@ -14,6 +14,8 @@ from collections.abc import Callable
 from pathlib import Path, PurePath
 from typing import Any, TypeVar
 
+from rotflex.courseware.safe_text import no_escapes
+
 ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
 COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
 MAX_BYTES = 200_000_000  #: of a file in a student's folder; a notebook with all that it shows has some millions
@@ -140,7 +142,7 @@ def _depth(value: Any) -> int:
 
 def shown(path: str | PurePath) -> str:
     """Return a path as text that can be printed: the bytes of its name may be no UTF-8."""
-    return str(path).encode(errors="replace").decode()
+    return no_escapes(str(path).encode(errors="replace").decode())
 
 
 def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:

@@ -13,6 +13,7 @@ import typer
 
 from rotflex.courseware.run import by_program
 from rotflex.courseware.run.from_notebook import nothing_here
+from rotflex.courseware.safe_text import say
 from rotflex.errors import CheckError
 
 if TYPE_CHECKING:  # modules load when a command needs them
@@ -86,8 +87,8 @@ def submit(
             catalogue=released.catalogue_of(masters),
         )
         for line in done.lines:
-            typer.echo(line)
-        typer.echo(f"Your receipts are kept in {done.receipts}.")
+            say(line)
+        say(f"Your receipts are kept in {done.receipts}.")
     raise typer.Exit(FINE if checked is None or checked.good else LOOK)
 
 
@@ -119,7 +120,7 @@ def restore(
                 continue
             changed = changed or bool(done.lines)
             for line in _of_restored(done, dry_run):
-                typer.echo(line)
+                say(line)
         if changed and not dry_run:
             typer.echo(
                 "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
@@ -172,7 +173,7 @@ def _show(checked: Checked) -> None:
     from rotflex.courseware.run import check_words
 
     for line in check_words.lines(checked):
-        typer.echo(line)
+        say(line)
 
 
 class _Progress:

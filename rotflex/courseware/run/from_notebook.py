@@ -15,6 +15,7 @@ from pathlib import Path
 from rotflex.courseware import files
 from rotflex.courseware.run import by_program
 from rotflex.courseware.run.handed_in import NotebookError, cells_of
+from rotflex.courseware.safe_text import no_escapes
 
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # an id as notebooks have them; editors may send other things
 _PATIENCE = 15  # s for a program that was asked to end; three times the grace of what is ended
@@ -56,7 +57,7 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
     assert child.stdout is not None
     try:
         for line in child.stdout:
-            print(line, end="", flush=True)
+            print(no_escapes(line), end="", flush=True)
     finally:
         _end(child)
 

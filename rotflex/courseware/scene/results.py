@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from html import escape
 from pathlib import Path
 
+from rotflex.courseware import safe_text
 from rotflex.courseware.scene.explorer import Explorer
 from rotflex.courseware.scene.saved_pictures import written
 from rotflex.courseware.scene.scene import Button, Readout, Row, Scene
@@ -14,7 +13,6 @@ from rotflex.courseware.session import Session
 from rotflex.courseware.tables import ResultsTable, heads
 
 _EMPTY = "not filled in yet"
-_RISKY = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet would take a cell that begins with these for a formula
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
 <style>body {{ font-family: sans-serif }} table {{ border-collapse: collapse }} caption {{ font-weight: bold;
@@ -87,22 +85,9 @@ def results_table(session: Session, number: str) -> ResultsExplorer:
 
 def as_csv(table: ResultsTable) -> str:
     """A table as CSV, a line for each entry; the rows of a matrix are lines within its cell."""
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(heads())
-    writer.writerows([_harmless(cell) for cell in row] for row in table.rows)
-    return text.getvalue()
+    return safe_text.as_csv([heads(), *table.rows])
 
 
 def as_html(table: ResultsTable) -> str:
     """A table as a page of its own."""
     return _PAGE.format(title=escape(table.title), table=table._repr_html_())
-
-
-def _harmless(cell: str) -> str:
-    """A cell that no spreadsheet takes for a formula; numbers stay numbers."""
-    try:
-        float(cell)
-    except ValueError:
-        return f"'{cell}" if cell.startswith(_RISKY) else cell
-    return cell

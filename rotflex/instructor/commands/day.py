@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotflex.courseware.safe_text import say
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -19,7 +20,6 @@ from rotflex.instructor.commands.options import (
     open_existing,
     results_beside,
     results_in,
-    say,
 )
 
 if TYPE_CHECKING:

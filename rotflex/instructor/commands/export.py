@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotflex.courseware import files
+from rotflex.courseware.safe_text import say
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
-from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing, say
+from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
 
 if TYPE_CHECKING:
     from rotflex.instructor.course import Course

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotflex.courseware.messages import plural
+from rotflex.courseware.safe_text import say
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -21,7 +22,6 @@ from rotflex.instructor.commands.options import (
     Json,
     open_existing,
     open_or_make,
-    say,
 )
 
 if TYPE_CHECKING:

@@ -47,9 +47,15 @@ def open_gradebook(url: str) -> Gradebook:
     return Gradebook(url)
 
 
+def _is_address(url: str) -> bool:
+    from rotflex.instructor.gradebook.database import is_address
+
+    return is_address(url)
+
+
 def open_existing(url: str) -> Gradebook:
     """A gradebook that something is to be done with: a slip in its name must not make a new one."""
-    found = url if "://" in url else str(_file_of(Path(url)))
+    found = url if _is_address(url) else str(_file_of(Path(url)))
     return open_gradebook(found)
 
 
@@ -59,7 +65,7 @@ def open_or_make(url: str) -> Gradebook:
     A name of which there is nothing yet is the folder of results, unless it has an ending: a term begins with the
     roster, before ``rotflex grade`` has made that folder, and a file in its place would be in the way.
     """
-    if "://" in url:
+    if _is_address(url):
         return open_gradebook(url)
     path = Path(url)
     named = path.is_file() or (path.suffix and not path.is_dir())
@@ -80,7 +86,7 @@ def _file_of(path: Path) -> Path:
 
 def results_beside(marks: str, out: Path | None) -> Path | None:
     """The folder of results: as named, or that of the gradebook; None where this is no file."""
-    if out is not None or "://" in marks:
+    if out is not None or _is_address(marks):
         return out
     return Path(marks) if Path(marks).is_dir() else Path(marks).parent
 
@@ -91,11 +97,3 @@ def results_in(marks: str, out: Path | None) -> Path:
     if found is None:
         raise GradingError("Say by --out into which folder it is to be written.")
     return found
-
-
-def say(*lines: str, err: bool = False) -> None:
-    """Lines that may hold a student's words, without what steers a terminal."""
-    from rotflex.instructor.reports.safe_text import no_escapes
-
-    for line in lines:
-        typer.echo(no_escapes(line), err=err)

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from rotflex.courseware.messages import plural
+from rotflex.courseware.safe_text import say
 from rotflex.instructor import course as courses
-from rotflex.instructor.commands.options import CourseFolder, Marks, Out, open_existing, results_in, say
+from rotflex.instructor.commands.options import CourseFolder, Marks, Out, open_existing, results_in
 
 
 class Groups(StrEnum):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotflex.courseware.safe_text import say
 from rotflex.errors import GradebookError, GradingError
 from rotflex.instructor import course as courses
 from rotflex.instructor.commands.options import (
@@ -17,7 +18,6 @@ from rotflex.instructor.commands.options import (
     Out,
     open_existing,
     results_beside,
-    say,
 )
 
 if TYPE_CHECKING:

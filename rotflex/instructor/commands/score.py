@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotflex.courseware.messages import plural
+from rotflex.courseware.safe_text import say
 from rotflex.errors import GradingError
 from rotflex.instructor import course as courses
-from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing, say
+from rotflex.instructor.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
 
 if TYPE_CHECKING:
     from rotflex.instructor.scoring.desk import Desk

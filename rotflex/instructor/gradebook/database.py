@@ -9,6 +9,7 @@ that may lie on a network drive. A connection ends with its transaction, so that
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,8 @@ from rotflex.errors import GradebookError
 PATIENCE = 30.0  #: s; a transaction takes one at most
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _POSTGRES = ("postgresql", "postgres")
+_FORMS = "A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME"
+_SCHEME = re.compile(r"[a-z][\w+.-]+:(?=/)|(postgres|postgresql|sqlite)[\w+]*:", re.IGNORECASE)  # C:/ is a folder
 
 
 class Database:
@@ -51,7 +54,8 @@ class Database:
             self._start_reading = ["BEGIN"]
             self._start_writing = ["BEGIN IMMEDIATE"]
         else:
-            self.where = address.render_as_string(hide_password=True)
+            # What stands behind a question mark may be a password, too.
+            self.where = address.set(query={}).render_as_string(hide_password=True)
             self._engine = _postgres(address)
             self._start_reading = ["SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY"]
             self._start_writing = [
@@ -102,22 +106,36 @@ class Database:
             raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
 
 
+def is_address(url: str | Path) -> bool:
+    """Return whether a gradebook is named by an address; else it is a file.
+
+    Raises
+    ------
+    GradebookError
+        If it begins like an address, as in ``postgresql:/...``, and is none: it may hold a password, which no message
+        and no name of a file should.
+    """
+    if isinstance(url, Path) or not (begin := _SCHEME.match(url)):
+        return False
+    try:
+        make_url(url)
+    except (ArgumentError, ValueError):
+        raise GradebookError(f"{begin[0]}... is neither a file nor an address that can be read: {_FORMS}.") from None
+    return True
+
+
 def _address(url: str | Path) -> URL:
-    if isinstance(url, Path) or "://" not in url:
+    if not is_address(url):
         return URL.create("sqlite", database=str(url))
-    scheme = url.partition("://")[0]
+    address = make_url(str(url))
+    scheme = address.drivername
     if scheme.partition("+")[0] in _POSTGRES:
         driver = "postgresql+psycopg"
     elif scheme.partition("+")[0] == "sqlite":
         driver = "sqlite"
     else:
-        raise GradebookError(
-            f"A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME; {scheme}://... is none of these."
-        )
-    try:
-        return make_url(url).set(drivername=driver)
-    except (ArgumentError, ValueError):
-        raise GradebookError(f"The address {scheme}://... of the gradebook cannot be read.") from None
+        raise GradebookError(f"{_FORMS}; {scheme}://... is none of these.")
+    return address.set(drivername=driver)
 
 
 def _sqlite(address: URL) -> Engine:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from rotflex.courseware import files
 from rotflex.courseware.messages import plural
+from rotflex.courseware.safe_text import as_csv
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -224,7 +225,7 @@ def _table(kinds: Sequence[Kind], goal: OutcomeSettings, term: str) -> str:
         for one in kind.found
         for group, cell in {EVERYBODY: one.everybody, **one.groups}.items()
     ]
-    return pages.table([heading, *rows])
+    return as_csv([heading, *rows])
 
 
 def _figures(cell: Cell, goal: OutcomeSettings) -> list[str]:
@@ -267,4 +268,4 @@ def _students(kinds: Sequence[Kind], everybody: Iterable[Standing], level_of: Le
                 shown = ["", ""] if share is None else [str(level_of(share)), f"{100 * share:.1f}"]
                 sums = [points(found.earned), points(found.decided), points(found.possible), str(found.waiting)]
                 rows.append([term, about.student, about.name, about.section, kind.name, criterion, *shown, *sums])
-    return pages.table([heading, *rows])
+    return as_csv([heading, *rows])

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.instructor.outcomes.attainment import Attainment, Figures
-from rotflex.instructor.reports.safe_text import no_escapes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotflex.courseware import files
+from rotflex.courseware.safe_text import as_csv, no_escapes
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.course import Course
@@ -20,7 +21,6 @@ from rotflex.instructor.outcomes import pages, sheet_layout
 from rotflex.instructor.outcomes.levels import standings
 from rotflex.instructor.outcomes.sheet import MACHINE, PERSON, WAITS, Scored, Sheet, filled
 from rotflex.instructor.reports.result import points
-from rotflex.instructor.reports.safe_text import no_escapes
 
 if TYPE_CHECKING:
     from typst import Fonts
@@ -187,7 +187,7 @@ def table(sheet: Sheet) -> str:
         (TOTAL, sheet.total, sheet.totals),
     ):
         rows.append([number, heading, *(word for code in columns for word in _words(cells.get(code)))])
-    return pages.table(rows)
+    return as_csv(rows)
 
 
 def _words(scored: Scored | None) -> list[str]:
@@ -212,4 +212,4 @@ def joined(sheets: Iterable[Sheet]) -> str:
                 sums = (points(found.earned), points(found.decided), points(found.possible), str(found.waiting))
                 who = (about.student, about.name, about.section, sheet.layout.name)
                 rows.append([*who, number, title, code, level, *sums, scored.by])
-    return pages.table(rows)
+    return as_csv(rows)

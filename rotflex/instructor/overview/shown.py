@@ -5,9 +5,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.instructor.overview.glance import Glance
 from rotflex.instructor.overview.section import Section, Table
-from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.reports.templating import templates
 
 CLASS_FILE = "class.html"  #: in the folder of results

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from rotflex.courseware.figure_words import evenly_logarithmic, in_words, plain_label
-from rotflex.instructor.reports.safe_text import no_escapes
+from rotflex.courseware.safe_text import no_escapes
 
 _WIDTH, _HEIGHT = 720, 270  # of a diagram
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76, 12, 10, 46  # around the plot

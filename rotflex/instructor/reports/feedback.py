@@ -20,6 +20,7 @@ from markupsafe import Markup
 from rotflex.courseware import answers, forms, report_files
 from rotflex.courseware.catalogue import Catalogue
 from rotflex.courseware.parts import WHOLE, Part, Question
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.errors import AnswerError
 from rotflex.instructor.accounts.account import Account
 from rotflex.instructor.accounts.exact import to_decimals
@@ -28,7 +29,6 @@ from rotflex.instructor.marking.marking import Mark
 from rotflex.instructor.reports import drawn_figure, rendered_words
 from rotflex.instructor.reports.predicted import Predicted, predicted
 from rotflex.instructor.reports.result import Result, asked, lapse, points, worth
-from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.reports.templating import templates
 from rotflex.instructor.settings import FeedbackSettings
 from rotflex.instructor.verdicts import UNDECIDED, Status

@@ -17,6 +17,7 @@ from typing import Any
 import rotflex
 from rotflex.courseware import files
 from rotflex.courseware.messages import DISK_FULL, FREE_SPACE
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.courseware.student_id import GRADES_FILE, HINTS_FILE, caseless
 from rotflex.errors import GradingError
 from rotflex.instructor.accounts.lateness import unknown_names
@@ -25,7 +26,6 @@ from rotflex.instructor.gradebook import Gradebook, Graded, RunRecord, StudentRe
 from rotflex.instructor.reports import feedback, grades_table, hints
 from rotflex.instructor.reports.grades_table import NOT_GRADED_YET, NOTHING_HANDED_IN, Unmarked
 from rotflex.instructor.reports.result import Result, lapse, result_in
-from rotflex.instructor.reports.safe_text import no_escapes
 
 _PROBE = ".rotflex-probe"  # written, and taken away again
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder

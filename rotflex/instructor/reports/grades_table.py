@@ -18,16 +18,14 @@ notes                  trouble, what else is worth knowing, how it was run; or w
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from rotflex.courseware.safe_text import as_csv
 from rotflex.instructor.accounts import Account
 from rotflex.instructor.accounts.exact import exact, in_full, to_decimals
 from rotflex.instructor.gradebook import StudentRecord
 from rotflex.instructor.reports.result import Result, asked, lapse, points
-from rotflex.instructor.reports.safe_text import spreadsheet_cell
 
 NOTHING_HANDED_IN = "nothing handed in"
 NOT_GRADED_YET = "handed in, not graded yet"
@@ -54,12 +52,9 @@ def text(rows: Sequence[Result | Unmarked], order: Iterable[str] = ()) -> str:
     earned = [row.by_question() for row in rows if isinstance(row, Result)]
     there = dict.fromkeys(number for one in earned for number in one)
     questions = list(dict.fromkeys([*(number for number in order if number in there), *there]))
-    table = io.StringIO(newline="")
-    writer = csv.writer(table)
-    writer.writerow(["student", "name", "email", "section", *questions, *_LAST, "notes"])
-    for row in rows:
-        writer.writerow(_marked(row, questions) if isinstance(row, Result) else _unmarked(row, questions))
-    return table.getvalue()
+    heads = ["student", "name", "email", "section", *questions, *_LAST, "notes"]
+    lines = (_marked(row, questions) if isinstance(row, Result) else _unmarked(row, questions) for row in rows)
+    return as_csv([heads, *lines])
 
 
 def _marked(row: Result, questions: Sequence[str]) -> list[str]:
@@ -70,15 +65,15 @@ def _marked(row: Result, questions: Sequence[str]) -> list[str]:
     requests = [f"{one.question}, {one.part}: {asked(one)}" for one in row.requests]
     notes = [*row.problems, *map(lapse, row.lapsed), *requests, *row.notes, row.stamp]
     return [
-        *map(spreadsheet_cell, (row.student, row.name, row.email, row.section)),
+        *(row.student, row.name, row.email, row.section),
         *("" if one is None else points(one) for one in earned),
         points(row.total) if some else "",
         points(row.out_of),
         *_final(row.account),
         points(row.awaiting),
         points(row.not_marked),
-        spreadsheet_cell(undecided),
-        spreadsheet_cell(" ".join(notes)),
+        undecided,
+        " ".join(notes),
     ]
 
 
@@ -86,10 +81,9 @@ def _final(account: Account | None) -> list[str]:
     if account is None:
         return ["", "", ""]
     final = "" if account.final is None else to_decimals(account.final, account.marks.decimals)
-    return [final, in_full(exact(account.final_out_of)), spreadsheet_cell("; ".join(account.how()))]
+    return [final, in_full(exact(account.final_out_of)), "; ".join(account.how())]
 
 
 def _unmarked(row: Unmarked, questions: Sequence[str]) -> list[str]:
     about = row.about
-    cells = map(spreadsheet_cell, (about.student, about.name, about.email, about.section))
-    return [*cells, *("" for _number in (*questions, *_LAST)), row.why]
+    return [about.student, about.name, about.email, about.section, *("" for _number in (*questions, *_LAST)), row.why]

@@ -9,8 +9,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 from rotflex.courseware import files
+from rotflex.courseware.safe_text import as_csv, from_spreadsheet_cell
 from rotflex.errors import GradingError
-from rotflex.instructor.reports.safe_text import from_spreadsheet_cell, spreadsheet_cell
 from rotflex.instructor.running.intake import Doubt
 
 _DECISION = "decision"
@@ -62,13 +62,9 @@ def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str]) -> int
     if not rows:
         path.unlink(missing_ok=True)
         return 0
-    out = io.StringIO(newline="")
-    table = csv.writer(out)
-    table.writerow(_COLUMNS)
-    for _key, (one, decision) in sorted(rows.items()):
-        table.writerow(map(spreadsheet_cell, (*asdict(one).values(), decision)))
+    lines = ((*asdict(one).values(), decision) for _key, (one, decision) in sorted(rows.items()))
     try:
-        files.write(path, out.getvalue().encode("utf-8-sig"))
+        files.write(path, as_csv([_COLUMNS, *lines]).encode("utf-8-sig"))
     except OSError as error:
         raise GradingError(f"{path} cannot be written: {error.strerror}. Mend that, and grade again.") from None
     return sum(not decision for _one, decision in rows.values())

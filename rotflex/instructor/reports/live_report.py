@@ -6,9 +6,9 @@ import json
 import sys
 from types import TracebackType
 
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.instructor.reports.changes import HANDED_IN_AGAIN, Changes
 from rotflex.instructor.reports.result import Result, lapse, points
-from rotflex.instructor.reports.safe_text import no_escapes
 
 _MOST_ROWS = 60  # of the table at the end; of students whose marks changed, too; a screen
 

@@ -15,8 +15,8 @@ from urllib.parse import unquote
 from markupsafe import Markup, escape
 
 from rotflex.courseware.attached_pictures import KEPT_BYTES
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.instructor.reports.formulas import FormulaError, as_mathml
-from rotflex.instructor.reports.safe_text import no_escapes
 
 if TYPE_CHECKING:
     from markdown_it import MarkdownIt

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from rotflex.courseware.messages import plural
-from rotflex.instructor.reports.safe_text import no_escapes
+from rotflex.courseware.safe_text import no_escapes
 
 if TYPE_CHECKING:
     from jinja2 import Environment

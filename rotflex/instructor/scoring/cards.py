@@ -10,11 +10,11 @@ from markupsafe import Markup
 from rotflex.courseware.parts import WHOLE, Part, Question
 from rotflex.courseware.report_files import ReportFile, without_digests
 from rotflex.courseware.reports import NOT_WRITTEN
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.instructor.gradebook import Answer, MarkRecord, RunRecord
 from rotflex.instructor.graded_run import facts_of
 from rotflex.instructor.reports.feedback import figures_of, pictures_of
 from rotflex.instructor.reports.rendered_words import as_html
-from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.scoring import remarks
 from rotflex.instructor.scoring.alike import Piece, difference
 from rotflex.instructor.scoring.desk import Desk, Where, key_of, seen, state

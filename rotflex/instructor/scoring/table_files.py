@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from rotflex.courseware import files
+from rotflex.courseware.safe_text import as_csv, from_spreadsheet_cell
 from rotflex.errors import GradingError
-from rotflex.instructor.reports.safe_text import from_spreadsheet_cell, spreadsheet_cell
 
 COLUMNS = ("key", "question", "part", "who", "answer", "out of", "level", "points", "remark", "state", "check")
 MOST_BYTES = 50_000_000  #: of a table that is read; fifty answers of 5000 characters of each of 200 students
@@ -48,11 +48,8 @@ def _by_kind(path: Path, for_csv: Callable[..., Any], for_xlsx: Callable[..., An
 
 
 def _csv(rows: Sequence[Mapping[str, str]]) -> str:
-    text = io.StringIO(newline="")
-    table = csv.writer(text)
-    table.writerow(COLUMNS)
-    table.writerows([spreadsheet_cell(row[name]) for name in COLUMNS] for row in rows)
-    return "\ufeff" + text.getvalue()  # by the mark at the beginning a spreadsheet knows that it is UTF-8
+    table = as_csv([COLUMNS, *([row[name] for name in COLUMNS] for row in rows)])
+    return "\ufeff" + table  # by the mark at the beginning a spreadsheet knows that it is UTF-8
 
 
 def _xlsx(rows: Sequence[Mapping[str, str]]) -> bytes:

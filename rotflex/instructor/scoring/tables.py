@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rotflex.courseware.messages import plural
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import Act, Answer
 from rotflex.instructor.reports.result import points as shown_points
 from rotflex.instructor.reports.result import worth as in_points
-from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.scoring import table_files
 from rotflex.instructor.scoring.desk import Desk, Pick, key_of, seen, shuffled, state
 from rotflex.instructor.scoring.table_files import NEEDED, Cell

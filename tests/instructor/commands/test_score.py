@@ -104,7 +104,7 @@ def test_a_table_that_is_there_is_not_written_over_unasked(marks, tmp_path):
     assert "--force to write over it" in str(done.exception or "") + done.output
     assert path.read_text() == "filled in"
     assert run(marks, "--write", path, "--force").exit_code == 0
-    assert path.read_text(encoding="utf-8-sig").startswith("key,")
+    assert path.read_text(encoding="utf-8-sig").startswith('"key",')
 
 
 def test_a_table_tells_of_questions_and_of_what_it_replaces(marks, tmp_path):

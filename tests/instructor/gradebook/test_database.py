@@ -240,7 +240,10 @@ def test_a_gradebook_is_a_file_for_its_owner_only(tmp_path, form):
         (":memory:", "needs a file"),
         ("sqlite:///:memory:", "needs a file"),
         ("mysql://root:secret@host/x", "mysql://... is none of these"),
-        ("postgresql://teacher:secret@host:port/x", "cannot be read"),
+        ("postgresql://teacher:secret@host:port/x", "postgresql:... is neither"),
+        ("postgresql:/teacher:secret@host/x", "postgresql:... is neither"),
+        ("postgres:teacher:secret@host/x", "postgres:... is neither"),
+        ("mysql:/root:secret@host/x", "mysql:... is neither"),
     ],
 )
 def test_an_address_that_cannot_be_used_is_explained_without_its_password(tmp_path, monkeypatch, url, said):
@@ -265,6 +268,8 @@ def test_a_server_is_told_how_long_to_wait_and_which_lock_writers_take():
     assert begin == "SET LOCAL lock_timeout = 30000" and lock.startswith("SELECT pg_advisory_xact_lock(")
     assert server._start_reading == ["SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY"]
     assert "secret" not in server.where and "host/book" in server.where
+    for hidden in ("?password=secret", "?sslpassword=secret&sslmode=require"):
+        assert Database(f"postgresql://prof@host/book{hidden}").where.endswith("prof@host/book")
     server.close()
 
 

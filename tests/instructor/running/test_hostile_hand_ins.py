@@ -21,10 +21,10 @@ from hostile_words import WORDS
 from rotflex.courseware.run.cell_reports import Reports
 from rotflex.courseware.run.own_files import MAX_FILES, MAX_TOTAL
 from rotflex.courseware.run.reasons import explain
+from rotflex.courseware.safe_text import no_escapes
 from rotflex.instructor import course as courses
 from rotflex.instructor.release import student_course
 from rotflex.instructor.reports.rendered_words import as_html
-from rotflex.instructor.reports.safe_text import no_escapes
 from rotflex.instructor.running import intake
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.prepared import prepare
