@@ -12,6 +12,7 @@ import scipy.fft
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from rotflex.courseware.forms import FormError, NotAnswered, decode, encode, show
@@ -327,6 +328,27 @@ def test_axes_lines_and_what_subplots_returns_stand_for_their_figure():
     expected = encode(FIGURE, figure, SEED)
     ax = figure.axes[0]
     for value in (ax, [ax], np.array([ax]), (figure, ax), ax.lines[0], list(ax.lines)):
+        assert encode(FIGURE, value, SEED) == expected
+
+
+class OlderArtist(Artist):
+    """Part of a figure as before matplotlib 3.10."""
+
+    def get_figure(self):
+        return super().get_figure()
+
+
+def test_a_part_of_a_subfigure_stands_for_the_whole_figure_with_older_matplotlib_too():
+    figure = Figure()
+    left, _ = figure.subfigures(1, 2)
+    ax = left.subplots()
+    ax.plot([0, 1, 2], [1, 2, 3])
+    figure.supxlabel("time (s)")
+    expected = encode(FIGURE, figure, SEED)
+    assert expected.content["axes"][0]["xlabel"] == "time (s)"
+    older = OlderArtist()
+    older.set_figure(left)
+    for value in (left, ax, ax.lines[0], older):
         assert encode(FIGURE, value, SEED) == expected
 
 

@@ -208,7 +208,8 @@ def test_descriptions_have_the_numbers_of_what_is_drawn():
 
 def test_tracking_draws_the_specifications_of_section_3_1_where_asked():
     theta, alpha, vm = figures.tracking(TRACKING).axes
-    bands = sorted((patch.get_y(), patch.get_y() + patch.get_height()) for patch in theta.patches)
+    data = theta.transData.inverted()
+    bands = sorted(tuple(patch.get_extents().transformed(data).intervaly) for patch in theta.patches)
     np.testing.assert_allclose(bands, [(-20.8, -19.2), (19.2, 20.8)])
     for axes, limit in ((alpha, 12.5), (vm, 10.0)):
         levels = sorted(float(line.get_ydata()[0]) for line in axes.lines if len(line.get_ydata()) == 2)

@@ -94,12 +94,12 @@ def _figure(value: Any) -> Any:
         value = artists[0]
     if isinstance(value, Figure):
         return value
-    figure = value.get_figure(root=True) if isinstance(value, Artist) else None
+    figure = value.figure if isinstance(value, Artist) else None
     if figure is None:
         raise FormError(
             f"it is a {type(value).__name__}, not a figure: give the figure, as in fig, ax = plt.subplots()"
         )
-    return figure
+    return figure.figure  # of a subfigure, the whole; get_figure(root=True) is new in matplotlib 3.10
 
 
 def _is_curve(line: dict[str, Any]) -> bool:
@@ -173,7 +173,7 @@ def _label(axis: Any, which: str) -> str:
     shared = list(getattr(axis, f"get_shared_{which}_axes")().get_siblings(axis))
     others = shared if which == "y" else [*shared, *(other for other in axis.figure.axes if _same_column(axis, other))]
     texts = (getattr(other, f"get_{which}label")() for other in others)
-    of_figure: str = getattr(axis.get_figure(root=True), f"get_sup{which}label")()
+    of_figure: str = getattr(axis.figure.figure, f"get_sup{which}label")()
     return next((text for text in texts if text), of_figure)
 
 
