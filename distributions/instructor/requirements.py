@@ -26,7 +26,7 @@ LIBRARIES = (
     "rapidfuzz>=3.9",  # answers in words that are nearly the same, found in a class at once
     "openpyxl>=3.1",  # scores out and in as a spreadsheet, for who has no network
     "pypdf>=5.0",  # how many pages a student's PDF has; pure Python, and run in a sandbox only
-    "typst>=0.13",  # scoring sheets as PDF, without a TeX installation or a browser
+    "typst>=0.14",  # scoring sheets as PDF, without a TeX installation or a browser
     # A graded run replaces private interfaces of these. In other versions than those that were compared with a real
     # kernel they may be others, and an answer might come out differently. The versions stand in private_interfaces.py,
     # too, which looks at each interface before anything is run; to allow another, run the tests with it.

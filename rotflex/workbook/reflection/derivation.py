@@ -185,7 +185,7 @@ def _follows(coordinate: str) -> Callable[[Any, Any], str]:
         for point in _points(_NAMES):
             given = _affine(lambda p: value_at(left, p), point)
             wanted = np.transpose([_affine(partial(_euler_lagrange, L, q), point) for q in ("theta", "alpha")])
-            parts = np.linalg.lstsq(wanted, given)[0]
+            parts = np.linalg.lstsq(wanted, given, rcond=None)[0]
             if np.linalg.norm(wanted @ parts - given) > _AGREES * np.linalg.norm(given):
                 return (
                     "Friction and torque set aside, this equation does not follow from your own L (2.3). "
