@@ -34,7 +34,7 @@ LIBRARIES = (
     "ipython>=9.4,<9.19",
     "jupyter_client>=8.6,<8.11",
     "matplotlib>=3.10,<3.12",
-    "scipy>=1.16,<1.18",
+    "scipy>=1.16,<1.19",
     "sympy>=1.13,<1.15",
 )
 
