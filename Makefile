@@ -2,6 +2,7 @@
 # make check  the inner loop, in a minute and a half: style, types, imports, size, house rules, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
 # make test-all  the same, the tests too long for each landing, random examples, and nbgrader, installed for its tests
+# make test-lowest, make test-newest  quick tests and solution notebooks with the lowest or newest versions that students may install
 # make site   build the site into build/site; make site-instructor: the one with answers, into build/site-instructor
 
 PYTHON ?= python3
@@ -9,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: lab check test test-all site site-instructor notebooks solutions data bench clean
+.PHONY: lab check test test-all test-whole test-lowest test-newest site site-instructor notebooks solutions data bench clean
 
 PROJECTS := pyproject.toml distributions/instructor/pyproject.toml distributions/instructor/requirements.py
 
@@ -38,9 +39,26 @@ test: $(VENV)/.test
 	sh tools/system_packages.sh
 	$(BIN)/python tools/run_tests.py $(ARGS)
 
-test-all: $(VENV)/.test $(VENV)/nbgrader
+# A library that came out yesterday must not keep the whole from running: with --keep-going, each is run.
+test-all:
+	$(MAKE) --keep-going test-lowest test-newest test-whole
+
+test-whole: $(VENV)/.test $(VENV)/nbgrader
 	sh tools/system_packages.sh
 	$(BIN)/python tools/run_tests.py --all $(ARGS)
+
+test-lowest: RESOLUTION := lowest-direct
+test-newest: RESOLUTION := highest
+
+# The versions of what students install are overrides for all others: tools of the tests, and what instructors pin.
+test-lowest test-newest: test-%:
+	$(PYTHON) -m venv --clear $(VENV)/$*
+	$(VENV)/$*/bin/python -m pip install --quiet uv
+	$(VENV)/$*/bin/python -m uv pip compile --quiet --resolution $(RESOLUTION) --extra report --extra serial pyproject.toml \
+		--output-file $(VENV)/$*/versions.txt
+	$(VENV)/$*/bin/python -m uv pip install --quiet --override $(VENV)/$*/versions.txt --requirements $(VENV)/$*/versions.txt \
+		--editable ".[test]" --editable "distributions/instructor[postgres,cluster]"
+	$(VENV)/$*/bin/python tools/run_tests.py --versions $(ARGS)
 
 # After a change in solutions/: run them, and derive the student notebooks.
 solutions: $(VENV)/.test

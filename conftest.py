@@ -70,12 +70,15 @@ def function(nodeid: str) -> str:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out long tests in a quick run; begin with the longest in a process that shares the tests with others."""
+    """Leave out long tests in a quick run; begin with the longest in a process that shares the tests with others.
+
+    No cell of a notebook is left out, for those after it need it.
+    """
     durations = json.loads(DURATIONS.read_text(encoding="utf-8"))
     if config.getoption("--quick"):
-        long = [item for item in items if function(item.nodeid) in durations]
-        config.hook.pytest_deselected(items=long)
-        items[:] = [item for item in items if function(item.nodeid) not in durations]
+        long = {item for item in items if function(item.nodeid) in durations and group(item.nodeid) != SOLUTIONS}
+        config.hook.pytest_deselected(items=list(long))
+        items[:] = [item for item in items if item not in long]
     if hasattr(config, "workerinput"):
         longest_first(items, durations)
 
