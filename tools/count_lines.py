@@ -62,7 +62,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (3428, ("rotflex/courseware/**/*.py",)),
-    "run": (2828, ("rotflex/courseware/run/**/*.py",)),
+    "run": (2830, ("rotflex/courseware/run/**/*.py",)),
     "report": (1920, ("rotflex/courseware/report/**/*.py",)),
     "running, intake": (3318, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2406, ("rotflex/instructor/gradebook/**/*.py",)),

@@ -99,7 +99,7 @@ def _figure(value: Any) -> Any:
         raise FormError(
             f"it is a {type(value).__name__}, not a figure: give the figure, as in fig, ax = plt.subplots()"
         )
-    return figure.figure  # of a subfigure, the whole; get_figure(root=True) is new in matplotlib 3.10
+    return figure.figure  # of a subfigure, the whole; older versions have no get_figure(root=True)
 
 
 def _is_curve(line: dict[str, Any]) -> bool:

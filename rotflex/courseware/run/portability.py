@@ -48,7 +48,9 @@ def too_new(source: str, grader: Version) -> str | None:
         ast.parse(code, feature_version=grader)
     except SyntaxError as error:
         return error.msg
-    strings = (ast.get_source_segment(code, node) or "" for node in ast.walk(tree) if isinstance(node, ast.JoinedStr))
+    formats = {getattr(node, "format_spec", None) for node in ast.walk(tree)}  # ":.2f" is a JoinedStr, too
+    texts = (node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) and node not in formats)
+    strings = (ast.get_source_segment(code, node) or "" for node in texts)
     return next((f"the text {one}" for one in strings if not _reads(one, grader)), None)
 
 

@@ -60,6 +60,7 @@ def test_names_of_modules_are_those_of_the_top():
         ("match 1:\n    case 1:\n        print(f'{1}')", (3, 10), None),  # parso alone takes it for an error
         ("%matplotlib inline\nx = 1\nx?", (3, 8), None),
         ("a = (f'{1}'\n    f'{2:>{3}}')", (3, 8), None),
+        ('print(f"{x:.2f} {y:{width}.1f}")', (3, 11), None),
         ("x = = 1", (3, 8), None),  # no Python reads it: the run says so
         pytest.param(
             'print(f"{d["unit"]}")',
