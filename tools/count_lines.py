@@ -25,7 +25,7 @@ PACKAGES = ("rotflex",)
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        3879,
+        3891,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -46,14 +46,14 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "serial board": (817, ("rotflex/hil/serial/**/*.py",)),
     "recordings of a real bench": (
-        195,
+        199,
         (
             "rotflex/plausible.py",
             "rotflex/recordings_folder.py",
         ),
     ),
     "widgets, scene, the course": (
-        4395,
+        4383,
         (
             "rotflex/courseware/scene/**/*.py",
             "rotflex/lab.py",
@@ -61,16 +61,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3428, ("rotflex/courseware/**/*.py",)),
-    "run": (2830, ("rotflex/courseware/run/**/*.py",)),
-    "report": (1920, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3318, ("rotflex/instructor/running/**/*.py",)),
-    "gradebook": (2406, ("rotflex/instructor/gradebook/**/*.py",)),
+    "answers, session, files of a course": (3481, ("rotflex/courseware/**/*.py",)),
+    "run": (2842, ("rotflex/courseware/run/**/*.py",)),
+    "report": (1917, ("rotflex/courseware/report/**/*.py",)),
+    "running, intake": (3343, ("rotflex/instructor/running/**/*.py",)),
+    "gradebook": (2439, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
-    "reports, scoring": (2882, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
+    "reports, scoring": (2855, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        2944,
+        2952,
         (
             "rotflex/instructor/accounts/**/*.py",
             "rotflex/instructor/erasure/**/*.py",
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3633,
+        3644,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

@@ -284,7 +284,7 @@ class AnswerBook:
         try:
             data = files.read(self.path)
         except FileNotFoundError:
-            return self._back()
+            return {}
         except OSError as error:
             raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
         try:
@@ -301,10 +301,10 @@ class AnswerBook:
         if caseless(content["student"]) != caseless(self.student):
             aside = set_aside.set_aside(self.path, set_aside.label(content["student"]))
             self.notices.append(
-                f"The answers of {content['student'][:40]!r} were put aside as {aside}. If you gave them under a "
-                f"mistyped ID, run your notebooks again, in order: your answers are then recorded for {self.student!r}."
+                f"The answers of {content['student'][:40]!r} were put aside as {aside}. Run your notebooks again, "
+                f"in order: your answers are then recorded for {self.student!r}."
             )
-            return self._back()
+            return {}
         if content["probe_seed"] != self.probe_seed:
             # Outputs of functions belong to the inputs that another seed gave.
             content["answers"] = {
@@ -312,19 +312,3 @@ class AnswerBook:
                 for question, parts in content["answers"].items()
             }
         return content
-
-    def _back(self) -> dict[str, Any]:
-        """This student's answers that were set aside while another ID worked here, now that there are no others.
-
-        Where a program runs the notebooks, all is answered anew, and nothing is brought back.
-        """
-        for aside in set_aside.of_student(self.path, self.student) if self._clock is not None else ():
-            try:
-                whose = parse(files.read(aside))["student"]
-            except (OSError, AnswerError):
-                continue
-            if caseless(whose) == caseless(self.student):
-                files.replace(aside, self.path)
-                self.notices.append(f"Your answers are back, which had been put aside as {aside.name}.")
-                return self._load()
-        return {}

@@ -23,10 +23,3 @@ def set_aside(path: Path, why: str) -> str:
 def label(student: str) -> str:
     """What stands for a student in the name of a file that is set aside."""
     return re.sub(r"[^\w.-]+", "_", student)[:40] or "nobody"
-
-
-def of_student(path: Path, student: str) -> list[Path]:
-    """The files that were set aside under a student's label, the newest first; several IDs may have the same one."""
-    ours = re.compile(rf"{re.escape(f'{path.stem}.{label(student)}')}(-\d+)?{re.escape(path.suffix)}", re.IGNORECASE)
-    found = [one for one in path.parent.glob(f"{path.stem}.*{path.suffix}") if ours.fullmatch(one.name)]
-    return sorted(found, key=lambda one: one.stat().st_mtime_ns, reverse=True)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import time
 
 import numpy as np
 import pytest
@@ -160,34 +159,6 @@ def test_another_students_answers_are_put_aside_and_not_mixed_in(path):
     (notice,) = book.notices
     assert "answers.demo.json" in notice and "'ada'" in notice
     assert parse((path.parent / "answers.demo.json").read_bytes())["student"] == "demo"
-
-
-def worked_in(path, student):
-    """A book that a student works in, and no program."""
-    return AnswerBook(path, student, BENCH, 12, clock=time.time)
-
-
-def test_answers_that_were_put_aside_come_back_with_their_id(path):
-    worked_in(path, "Ada L").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    worked_in(path, "adda").answer(CATALOGUE.find("2.11"), {"omega_n": 17.0})
-    book = worked_in(path, "ada l")
-    assert book.get("2.11", "omega_n")["value"] == 19.9
-    assert "answers.Ada_L.json" in book.notices[-1]
-    assert not list(path.parent.glob("answers.Ada*"))
-    assert worked_in(path, "adda").get("2.11", "omega_n")["value"] == 17.0
-
-
-def test_an_id_with_the_same_label_does_not_get_the_answers(path):
-    worked_in(path, "a+b").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    assert worked_in(path, "a b").get("2.11", "omega_n") is None
-    assert worked_in(path, "A+B").get("2.11", "omega_n")["value"] == 19.9
-
-
-def test_where_a_program_runs_the_notebooks_nothing_comes_back(path):
-    book_at(path, student="ada").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    path.rename(path.with_name("answers.ada.json"))
-    assert AnswerBook(path, "ada", {}, 12, clock=None).get("2.11", "omega_n") is None
-    assert path.with_name("answers.ada.json").exists()
 
 
 def test_an_aside_name_stays_in_the_folder_whatever_the_students_id(path):

@@ -389,14 +389,7 @@ class _Explorer:
     def _saved(self, raw: _Raw) -> datetime:
         """When the newest of its files was saved, by the clock of whoever wrote it."""
         saved = max(filter(None, (self._utc(entry.modified) for entry in raw.files.values())), default=None)
-        return saved or self._changed(raw.place.where.path)
-
-    @staticmethod
-    def _changed(path: Path) -> datetime:
-        try:
-            return datetime.fromtimestamp(path.stat().st_mtime, UTC)
-        except OSError:
-            return datetime.fromtimestamp(0, UTC)
+        return saved or raw.archived or datetime.fromtimestamp(0, UTC)
 
     def _utc(self, time: datetime | None) -> datetime | None:
         return None if time is None else in_utc(time, self._zone)
