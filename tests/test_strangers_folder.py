@@ -47,7 +47,6 @@ def called(command, folder):
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        (COMMAND, ["check"]),
         (MODULE, ["submit", "--no-check"]),
         (COMMAND, ["restore", NAME]),
         (COMMAND, ["doctor"]),

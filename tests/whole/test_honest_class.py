@@ -71,7 +71,9 @@ BUILDS_ON_ALL = {"Table 3"}  # many ways lose points of it, each of them other o
 #: The cell had assigned all that is recorded before it stopped.
 KEPT_BEFORE_IT_STOPPED = {"endless-loop", "import-in-a-locked-cell"}
 #: Only in `make test-all`: another way of the same kind is graded at a landing.
-ONLY_ALONE = {"helper-cell", "own-module", "own-module-one-folder-up"}
+ONLY_ALONE = {
+    *("helper-cell", "helper-cell-at-the-top", "merged-with-a-helper", "own-module", "own-module-one-folder-up"),
+}
 
 
 def graded_here(ways, place):
@@ -206,11 +208,12 @@ def _composed(student):
 
 
 #: Checked at home at a landing, with what shares a submission with it.
-SEEN = ("magics", "name-error", "notebook-left-empty")
+SEEN = ("magics", "name-error")
 #: Checked alone in `make test-all`.
 SEEN_ALONE = (
     *("helper-cell", "split-in-jupyterlab", "own-module", "syntax-error", "module-forgotten", "frequency-in-hertz"),
     *("all-ids-renewed", "text-cell-made-a-code-cell", "helper-cell-at-the-top", "exit-in-a-cell"),
+    "notebook-left-empty",
 )
 
 

@@ -28,7 +28,11 @@ def gain(A, B):
 
 @pytest.mark.parametrize(
     ("count", "duration"),
-    [(2, 3.1), pytest.param(25, 10.0, marks=pytest.mark.slow), pytest.param(300, 3.1, marks=pytest.mark.slow)],
+    [
+        (2, 3.1),
+        pytest.param(25, 10.0, marks=pytest.mark.slow),
+        pytest.param(300, 3.1, marks=[pytest.mark.slow, pytest.mark.scheduled]),
+    ],
     ids=["few", "some", "many"],
 )
 def test_no_bench_is_stopped_by_the_spare_gain(count, duration):
