@@ -23,6 +23,7 @@ from rotflex.courseware import report_files
 from rotflex.courseware.benches import REAL
 from rotflex.courseware.run import cell_reports
 from rotflex.courseware.run.cell_reports import Reports
+from rotflex.courseware.run.portability import Version
 from rotflex.courseware.run.reasons import explain
 from rotflex.courseware.student_id import caseless
 from rotflex.errors import GradingError, IsolationError
@@ -44,7 +45,7 @@ from rotflex.instructor.marking import marking
 from rotflex.instructor.marking.digest import marking_digest
 from rotflex.instructor.marking.marking import About
 from rotflex.instructor.marking.marking_processes import Marker
-from rotflex.instructor.running import counted_pages, executors, intake, runner, saved_with
+from rotflex.instructor.running import counted_pages, executors, intake, runner
 from rotflex.instructor.running.bundle import Bundle
 from rotflex.instructor.running.bundles import Bundles
 from rotflex.instructor.running.executors import Pool
@@ -244,6 +245,7 @@ class Batch:
             {one.name: one.value for one in supplied},
             (*problems, *chosen.problems, *prepared.problems),
             (*notes, *said, *chosen.notes, *prepared.notes),
+            max((python for one in read for python in one.pythons if python), default=None),
         )
 
     def _identity(self, taken: _Taken) -> RunRecord:
@@ -307,7 +309,7 @@ class Batch:
             handed_in=prepared.handed_in,
             claim=prepared.claim,
             seconds=self._settings.limits.cell,
-            python=saved_with.python_of(taken.submission) if unreadable else None,
+            python=taken.python if unreadable else None,
         )
         facts = Facts(
             ran.reports,
@@ -380,6 +382,7 @@ class _Taken:
     supplied: Mapping[str, Any]
     problems: tuple[str, ...]
     notes: tuple[str, ...]
+    python: Version | None
 
     @property
     def bench_of(self) -> str:

@@ -7,9 +7,11 @@ x.ipynb``, and platforms put people and numbers before it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from rotflex.courseware.run.alignment import source_of
 from rotflex.courseware.run.handed_in import Cell
 from rotflex.courseware.student_id import caseless
 
@@ -88,16 +90,20 @@ def _fit(path: str, wanted: str, words: Sequence[str]) -> Fit | None:
     return Fit(changes, -numbers[0] if numbers and numbers[0] < 1000 else 0, depth, path)
 
 
-def by_cells(cells: Sequence[Cell], masters: Mapping[str, Collection[str]]) -> str | None:
+def by_cells(cells: Sequence[Cell], masters: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str | None:
     """The notebook of the course that holds most of these cells; None where it holds too few, or another as many.
 
     Parameters
     ----------
     cells : of a file
-    masters : notebook's file name → ids of its cells
+    masters : notebook's file name → id → cell
     """
-    there = {cell.id for cell in cells} | {cell.grade_id for cell in cells}
-    counts = sorted(((len(there.intersection(ids)), name) for name, ids in masters.items()), reverse=True)
+
+    def alike(master: Mapping[str, Mapping[str, Any]]) -> int:
+        texts = {source_of(cell).strip() for cell in master.values()} - {""}
+        return sum(one.id in master or one.grade_id in master or one.source.strip() in texts for one in cells)
+
+    counts = sorted(((alike(master), name) for name, master in masters.items()), reverse=True)
     most, name = counts[0] if counts else (0, "")
     alone = len(counts) < 2 or counts[1][0] < most
-    return name if alone and most >= max(_FEWEST_CELLS, len(set(masters[name])) // 2) else None
+    return name if alone and most >= max(_FEWEST_CELLS, len(masters[name]) // 2) else None

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from rotflex.courseware.run.handed_in import MAX_CELLS, TEXT, Cell, NotebookError, cells_of
+from rotflex.courseware.run.portability import Version, version
 from rotflex.instructor.running.intake import limits
 
 _KEPT = {b'"id"', b'"cell_type"', b'"source"', b'"metadata"'}
@@ -21,6 +22,8 @@ _PICTURES = b'"attachments"'
 _SPACE = re.compile(rb"[ \t\r\n]*")
 _STRING = re.compile(rb'"(?:[^"\\]++|\\.)*+"', re.DOTALL)
 _PLAIN = re.compile(rb"[^\s,:\[\]{}\"]+")
+_VERSION = re.compile(rb'"version"\s*:\s*"([\d.]+)')
+_LONGEST_ABOUT = 2_000  # bytes of what Jupyter writes of the language
 _MARK = re.compile(rb'"(?:[^"\\]++|\\.)*+"|[\[\]{}]', re.DOTALL)
 
 
@@ -46,6 +49,12 @@ def read(data: bytes) -> tuple[tuple[Cell, ...], list[str]]:
         raise NotebookError(f"its cells have more than {limits.MAX_NOTEBOOK} bytes.")
     kept, left_out = _with_few_pictures(cells)
     return kept, [*problems, *left_out]
+
+
+def saved_with(data: bytes) -> Version | None:
+    """Return the Python that a notebook was saved with, which Jupyter writes behind its cells; None if it does not."""
+    said = _VERSION.search(data.rpartition(b'"language_info"')[2][:_LONGEST_ABOUT])
+    return version(said[1].decode()) if said else None
 
 
 def _sizes(cells: Sequence[Cell]) -> Counter[str]:

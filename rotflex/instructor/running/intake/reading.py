@@ -16,6 +16,7 @@ from rotflex.courseware.files import ANSWERS_FILE, COURSE_FILE
 from rotflex.courseware.run import own_files
 from rotflex.courseware.run.alignment import source_of
 from rotflex.courseware.run.handed_in import Cell, NotebookError
+from rotflex.courseware.run.portability import Version
 from rotflex.errors import ConfigurationError
 from rotflex.instructor.gradebook.records import DECIDED
 from rotflex.instructor.running.intake import limits, names, notebook_names, notebooks, places, scripts
@@ -51,6 +52,7 @@ class Delivered:
     problems : what else could not be read as it should
     notes : what a student or an instructor may want to know
     doubts : what an instructor may decide otherwise
+    pythons : the Python that each notebook was saved with; None where one does not say it
     """
 
     piece: Piece
@@ -64,6 +66,7 @@ class Delivered:
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     doubts: list[Doubt] = field(default_factory=list)
+    pythons: list[Version | None] = field(default_factory=list)
 
     @property
     def received(self) -> datetime:
@@ -276,6 +279,11 @@ class _Reader:
     def _read(self, key: str, most: int) -> bytes:
         return self._bounded.read(self._store, key, most)
 
+    def _read_notebook(self, path: str) -> tuple[tuple[Cell, ...], list[str]]:
+        data = self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE)
+        self._delivered.pythons.append(notebooks.saved_with(data))
+        return notebooks.read(data)
+
     @staticmethod
     def _preference(fit: tuple[Fit, str], base: str) -> tuple[object, ...]:
         """The names that fit best come first; of these, what lies where most notebooks do."""
@@ -340,7 +348,7 @@ class _Reader:
         if not notebook_names.is_notebook(path):
             return 0
         try:
-            cells, _left_out = notebooks.read(self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+            cells, _left_out = self._read_notebook(path)
         except (Unreadable, NotebookError):
             return -1
         return _written(cells, self._masters.get(name, {}))
@@ -360,7 +368,7 @@ class _Reader:
 
     def _cells(self, name: str, path: str) -> None:
         try:
-            cells, left_out = notebooks.read(self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+            cells, left_out = self._read_notebook(path)
         except (Unreadable, NotebookError) as error:
             self._delivered.unread[name] = str(error)
         else:
@@ -376,7 +384,7 @@ class _Reader:
         strangers.sort(key=lambda path: (path.rpartition("/")[0] != base, path.count("/"), path))
         for path in strangers[: limits.MAX_STRANGERS]:
             try:
-                cells, left_out = notebooks.read(self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE))
+                cells, left_out = self._read_notebook(path)
             except (Unreadable, NotebookError):
                 continue
             name = notebook_names.by_cells(cells, self._masters) or ""
@@ -386,6 +394,10 @@ class _Reader:
                 self._delivered.notebooks[name] = cells
                 self._delivered.problems += [f"{name}: {why}" for why in left_out]
                 self._note(f"{names.shown(path)} is taken for {name}, by its cells.")
+        unknown = [path for path in strangers if path not in self._used]
+        if missing and unknown:
+            why = "not recognised as notebooks of the course, by their names or by the course's cells in them."
+            self._tell("{files}: {why}", unknown, why)
 
     def _exported(self, seen: Sequence[str], base: str) -> None:
         """Programs in place of notebooks that are not there, as editors export them."""

@@ -19,7 +19,7 @@ from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, w
 from rotflex.courseware import answers
 from rotflex.courseware.run import own_files, student_folder, submit
 from rotflex.instructor.running import intake
-from rotflex.instructor.running.intake import limits, places, stores
+from rotflex.instructor.running.intake import limits, notebook_names, places, stores
 
 A, B, C = WANTED
 
@@ -182,8 +182,39 @@ def test_a_notebook_renamed_beyond_recognition_is_told_by_its_cells(taken):
         files, masters={name: {one: {"id": one, "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()}
     )
     assert result.first(B) == "mine = 1" and list(result.hand_in.files) == ["own.ipynb"]
-    (note,), (missing,) = result.notes, result.missing
+    (note, unknown), (missing,) = result.notes, result.missing
     assert "my answers.ipynb'" in note and B in note and "cells" in note and missing.startswith(C)
+    assert "own.ipynb" in unknown
+
+
+MASTERS = {name: {cell["id"]: cell for cell in json.loads(notebook(name, "# your turn"))["cells"]} for name in WANTED}
+
+
+def with_new_ids(name, **written):
+    """A notebook whose cells have new ids and no metadata, as an editor may leave it."""
+    cells = json.loads(notebook(name))["cells"]
+    cells[0]["source"] = "x = 1"
+    kept = [{**cell, "id": f"new-{place}", "metadata": {}} for place, cell in enumerate(cells)]
+    more = [{**kept[1], "id": f"more-{place}", "source": f"pass  # {place}"} for place in range(2)]
+    return json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": {}, "cells": [*kept, *more]} | written).encode()
+
+
+def test_a_notebook_of_another_name_and_new_ids_is_known_by_the_texts_of_its_cells(taken, monkeypatch):
+    monkeypatch.setattr(notebook_names, "_FEWEST_CELLS", 2)
+    few = {name: content for name, content in work().items() if name != WANTED[1]}
+    result = taken(few | {"rotflex-nb.ipynb": with_new_ids(WANTED[1])}, masters=MASTERS)
+    assert result.notebooks == WANTED and result.problems == []
+
+
+def test_a_notebook_that_is_not_recognised_is_named_where_one_is_missing(taken):
+    stranger = {"notes.ipynb": with_new_ids(WANTED[1], cells=[])}
+    few = {name: content for name, content in work().items() if name != WANTED[1]}
+    (note,) = taken(few | stranger, masters=MASTERS).notes
+    assert "notes.ipynb" in note
+
+
+def test_a_notebook_of_ones_own_beside_all_of_the_course_is_not_named(taken):
+    assert taken(work() | {"notes.ipynb": with_new_ids(WANTED[1], cells=[])}, masters=MASTERS).notes == []
 
 
 def test_a_notebook_with_outputs_of_many_megabytes_is_taken_without_them(taken):

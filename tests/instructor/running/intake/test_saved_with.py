@@ -1,12 +1,10 @@
 """The Python that notebooks were saved with, by what Jupyter writes into them."""
 
 import json
-from datetime import UTC, datetime
 
 import pytest
 
-from rotflex.instructor.running.intake import find
-from rotflex.instructor.running.saved_with import python_of
+from rotflex.instructor.running.intake import find, read
 
 ABOUT = {"codemirror_mode": {"name": "ipython", "version": 3}, "name": "python"}
 
@@ -21,5 +19,6 @@ def test_the_newest_python_is_found(tmp_path, versions, newest):
         cell = {"cell_type": "code", "source": '"language_info": {"version": "3.13.0"}', "metadata": {}, "id": "q"}
         about = {} if version is None else {"language_info": {**ABOUT, "version": version}}
         (tmp_path / "ada" / f"{place}.ipynb").write_text(json.dumps({"cells": [cell], "metadata": about}))
-    (submission,) = find(tmp_path, [], {}, UTC).submissions
-    assert submission.pieces[0].received < datetime.now(UTC) and python_of(submission) == newest
+    (submission,) = find(tmp_path).submissions
+    (delivered,) = read(submission, [f"{place}.ipynb" for place in range(len(versions))])
+    assert max(filter(None, delivered.pythons), default=None) == newest
