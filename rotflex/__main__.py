@@ -1,6 +1,6 @@
 """``python -P -m rotflex``, where the command is not on the path; without ``-P``, modules of the folder come first."""
 
-from rotflex.cli import app
+from rotflex.cli import run
 
 if __name__ == "__main__":
-    app(prog_name="rotflex")
+    run()

@@ -8,7 +8,7 @@ import importlib.util
 import io
 import os
 import sys
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -34,8 +34,6 @@ class _Commands(typer.core.TyperGroup):
         for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="replace")
-        # Python programs that it starts, as those that mark, import nothing from the folder in which they are started.
-        os.environ["PYTHONSAFEPATH"] = "1"
         return super().main(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
@@ -230,7 +228,7 @@ def _copied(folder: Path, course: Path) -> list[str]:
     wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
     if _is_release(course):  # a checkout always has recordings; students have those that their release hands out
         wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
-    linked = [name for name in wanted if any(map(os.path.islink, _inside(folder, name)))]
+    linked = [name for name in wanted if (folder / name).is_symlink() or (folder / name.partition("/")[0]).is_symlink()]
     copied = [name for name in wanted if name not in linked and not (folder / name).exists()]
     for name in copied:
         (folder / name).parent.mkdir(exist_ok=True)
@@ -244,11 +242,6 @@ def _copied(folder: Path, course: Path) -> list[str]:
     if linked:
         lines.append(f"Links are not followed, in {folder}: {', '.join(linked)}. Put the files themselves there.")
     return lines
-
-
-def _inside(folder: Path, name: str) -> list[Path]:
-    """Return a file in a folder, and the folders between the two."""
-    return [folder / path for path in (PurePath(name), *PurePath(name).parents) if path.name]
 
 
 def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> list[str]:
@@ -338,5 +331,12 @@ if importlib.util.find_spec("rotflex.instructor") is not None:
     commands.register(app)
 
 
+def run() -> None:
+    """Run the command, as a program of its own."""
+    # Python programs that it starts, as those that mark, import nothing from the folder in which they are started.
+    os.environ["PYTHONSAFEPATH"] = "1"
+    app(prog_name="rotflex")
+
+
 if __name__ == "__main__":
-    app()
+    run()

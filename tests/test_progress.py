@@ -3,6 +3,7 @@
 import io
 
 import pytest
+import tqdm.auto
 from tqdm.notebook import tqdm as bar_of_a_notebook
 
 from rotflex import progress
@@ -16,6 +17,7 @@ class Terminal(io.StringIO):
 @pytest.mark.parametrize(("stderr", "shown"), [(io.StringIO(), False), (Terminal(), True)])
 def test_a_bar_is_written_to_a_terminal_only(monkeypatch, stderr, shown):
     monkeypatch.setattr("sys.stderr", stderr)
+    monkeypatch.setattr("tqdm.auto.tqdm", tqdm.std.tqdm)  # whatever was imported in this process before
     monkeypatch.setattr(progress, "AFTER", 0.0)
     monkeypatch.delenv(progress.SWITCH, raising=False)
     assert list(progress.progress(range(3), "experiment", "sample")) == [0, 1, 2]

@@ -17,15 +17,17 @@ from command_line import rotflex
 NAME = "05_control_prelab.ipynb"
 COMMAND = [str(Path(sys.executable).with_name("rotflex"))]
 MODULE = [sys.executable, "-P", "-m", "rotflex"]
-#: Marking does this after its command has begun: a process that is started imports what is on its path.
+#: A command that starts another process, as marking does: that one imports what is on its path.
 STARTS_ANOTHER = """
 import multiprocessing
-from rotflex.cli import app
-if __name__ == "__main__":
-    app(["--version"], standalone_mode=False)
+from rotflex import cli
+@cli.app.command()
+def start():
     other = multiprocessing.get_context("spawn").Process(target=print, args=("started",))
     other.start()
     other.join()
+if __name__ == "__main__":
+    cli.run()
 """
 
 
@@ -114,7 +116,7 @@ def test_nothing_is_written_through_a_link(tmp_path, folder, link, monkeypatch):
 def test_a_process_that_a_command_starts_imports_nothing_either(tmp_path, folder):
     ran = strangers.lay(folder)
     (tmp_path / "begin.py").write_text(STARTS_ANOTHER)
-    done = called([sys.executable, str(tmp_path / "begin.py")], folder)
+    done = called([sys.executable, str(tmp_path / "begin.py"), "start"], folder)
     assert "started" in done.stdout and ran() == []
 
 

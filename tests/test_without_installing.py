@@ -23,7 +23,7 @@ def ours(monkeypatch) -> dict[str, str]:
     """What `rotflex lab` sets of its server, by name, but for what is of one folder or one machine."""
     monkeypatch.setattr(jupyterlab, "_is_root", lambda: False)
     monkeypatch.setattr(jupyterlab, "_has_browser", lambda: True)
-    settings = dict(option.partition("=")[::2] for option in jupyterlab._command(Path(), "lab", [])[3:])
+    settings = dict(option.partition("=")[::2] for option in jupyterlab._command(Path(), "lab", [])[4:])
     here = {"--ServerApp.root_dir", "--LabApp.default_url", "--Application.log_level"}
     return {name.lstrip("-"): value for name, value in settings.items() if name not in here}
 

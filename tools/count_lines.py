@@ -64,7 +64,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "answers, session, files of a course": (3481, ("rotflex/courseware/**/*.py",)),
     "run": (2842, ("rotflex/courseware/run/**/*.py",)),
     "report": (1917, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3343, ("rotflex/instructor/running/**/*.py",)),
+    "running, intake": (3340, ("rotflex/instructor/running/**/*.py",)),
     "gradebook": (2439, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3644,
+        3647,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

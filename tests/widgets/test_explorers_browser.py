@@ -251,7 +251,7 @@ def test_a_results_table_follows_the_answers_and_is_saved(opened, served):
     assert "omega_n" in table.inner_text()
     button(page, "Save as CSV").click()
     wait_for_text(page, ".rotflex-explorer .notice", "table_2.csv")
-    assert (served[1] / "table_2.csv").read_text(encoding="utf-8-sig").startswith("Description,Name,Value,Unit")
+    assert (served[1] / "table_2.csv").read_text(encoding="utf-8-sig").startswith('"Description","Name","Value","Unit"')
 
 
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)

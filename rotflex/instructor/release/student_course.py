@@ -312,7 +312,7 @@ def _project_file(course: Course, about: importlib.metadata.Distribution, with_d
             *(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in contents.items()),
             "",
             "[project.scripts]",
-            'rotflex = "rotflex.cli:app"',
+            'rotflex = "rotflex.cli:run"',
             "",
             "[tool.hatch.version]",
             'path = "rotflex/__init__.py"',

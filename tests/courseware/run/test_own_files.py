@@ -2,6 +2,7 @@
 
 from pathlib import PurePosixPath
 
+from rotflex.courseware import files
 from rotflex.courseware.run import own_files
 
 COURSE = ["01_springs.ipynb"]
@@ -85,5 +86,5 @@ def test_what_is_meant_to_harm_or_no_system_takes_does_not_come_along_and_is_tol
             chosen = choice(name, modules=["mine"])
             assert chosen.paths == ()
             (note,) = chosen.notes
-            assert note.startswith(f"{name} does not come along") and fragment in note
+            assert note.startswith(f"{files.shown(name)} does not come along") and fragment in note
     assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py").notes) == 2  # all files of such a package
