@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotflex.courseware.messages import plural
 from rotflex.courseware.student_id import GRADEBOOK_FILE, INTAKE_FILE
 from rotflex.errors import GradingError, IsolationError
 from rotflex.instructor import course as courses
@@ -137,8 +138,8 @@ def grade(
                 finally:
                     open_rows = intake_table.write(out / INTAKE_FILE, batch.doubts, decided)
         to_decide = (
-            f"{open_rows} things that cannot be known for certain are in {out / INTAKE_FILE}, with what was assumed: "
-            "write what is right under decision, and grade again."
+            f"What cannot be known for certain is in {out / INTAKE_FILE}, with what was assumed "
+            f"({plural(open_rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
         )
         for line in filter(None, (reports.closed, reports.unknown, reports.hints, to_decide if open_rows else "")):
             typer.echo(line, err=True)
