@@ -7,6 +7,7 @@ are understood.
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import json
@@ -106,8 +107,9 @@ def signals(
 def _read(path: Path) -> tuple[list[list[str]], dict[str, Any]]:
     try:
         content = path.read_bytes()
+        wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))  # Excel's "Unicode text"
         try:
-            text = content.decode("utf-8-sig")  # spreadsheets put a byte order mark first
+            text = content.decode("utf-16" if wide else "utf-8-sig")  # spreadsheets put a byte order mark first
         except UnicodeDecodeError:
             text = content.decode("cp1252", "replace")  # or write no Unicode at all
         first, _newline, rest = text.partition("\n")
@@ -116,6 +118,8 @@ def _read(path: Path) -> tuple[list[list[str]], dict[str, Any]]:
             text, first = rest, rest.partition("\n")[0]
         separator = next((one for one in "\t;" if one in first), ",")
         rows = [row for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator) if any(row)]
+        while rows and all(len(row) > 1 and not row[-1].strip() for row in rows):  # each line ends in a separator
+            rows = [row[:-1] for row in rows]
         if separator != ",":
             rows = [[cell.replace(",", ".") for cell in row] for row in rows]
         return rows, metadata

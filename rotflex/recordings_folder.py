@@ -32,6 +32,7 @@ LONGEST = 60.0  #: s, of one of them
 MOST_SAMPLES = 30_001  #: of one of them: 60 s at 2 ms
 CHANNELS = ("theta_ref", "theta", "alpha", "vm")  #: what marking gets to see of a recording
 _DIGITS = 9  # significant digits of a sample, as marking gets it: a billionth of a radian
+_LINKED = f"The folder {FOLDER} is a link, which is not followed: put the folder itself there."
 _NUMBERED = re.compile(r"(\d{3,})-.*\.mat")
 
 
@@ -49,7 +50,7 @@ class RecordingsFolder:
 
     def _files(self) -> list[Path]:
         try:
-            return list(self.folder.iterdir())
+            return [] if self.folder.is_symlink() else list(self.folder.iterdir())
         except OSError:
             return []
 
@@ -67,7 +68,7 @@ class RecordingsFolder:
         ``MOST_RECORDINGS``, those that were made once more with the same settings are left out first, then the oldest.
         """
         found: dict[str, Recording] = {}
-        left_out = []
+        left_out = [_LINKED] if self.folder.is_symlink() else []
         for path in self.paths:
             try:
                 files.ordinary(path)
@@ -123,6 +124,8 @@ class RecordingsFolder:
         RecordingError
             If it cannot be written.
         """
+        if self.folder.is_symlink():
+            raise RecordingError(_LINKED)
         try:
             self.folder.mkdir(exist_ok=True)
         except OSError as error:

@@ -270,6 +270,7 @@ def test_a_csv_file_may_come_from_a_spreadsheet(tmp_path):
     [
         ("a.csv", "t_s;theta_deg;vm_V\n0;1,5;-2\n0,002;3;4e0\n", ()),
         ("a.csv", "Time (s), theta (deg), V_m (V)\n0, 1.5, -2\n0.002, 3, 4\n", ()),
+        ("a.csv", "t_s;theta_deg;vm_V;\n0;1,5;-2;\n0,002;3;4; \n", ()),
         ("a.csv", "Zeit;W;U\n0;1,5;-2\n0,002;3;4\n", ("t_s", "theta_deg", "vm_V")),
         ("a.csv", "time [ms];Theta [°];Vm [mV]\n0;1,5;-2000\n2;3;4000\n", ()),
         ("a.csv", f"t_s,theta_rad,vm_V\n0,{1.5 * DEG},-2\n0.002,{3 * DEG},4\n", ()),
@@ -277,7 +278,7 @@ def test_a_csv_file_may_come_from_a_spreadsheet(tmp_path):
         ("a.txt", "0\t9\t1.5\t-2\n2e-3\t9\t3\t4\n", "time (s), -, theta (deg), V_m (V)"),
     ],
 )
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
 def test_a_table_is_read_as_people_have_it(tmp_path, name, table, columns, encoding):
     (tmp_path / name).write_bytes(table.encode(encoding))
     recording = Recording.load(tmp_path / name, columns=columns)

@@ -25,7 +25,7 @@ PACKAGES = ("rotflex",)
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        3891,
+        3898,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -46,7 +46,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "serial board": (817, ("rotflex/hil/serial/**/*.py",)),
     "recordings of a real bench": (
-        199,
+        202,
         (
             "rotflex/plausible.py",
             "rotflex/recordings_folder.py",
@@ -61,11 +61,11 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/workbook/**/*.py",
         ),
     ),
-    "answers, session, files of a course": (3481, ("rotflex/courseware/**/*.py",)),
+    "answers, session, files of a course": (3478, ("rotflex/courseware/**/*.py",)),
     "run": (2842, ("rotflex/courseware/run/**/*.py",)),
     "report": (1917, ("rotflex/courseware/report/**/*.py",)),
-    "running, intake": (3340, ("rotflex/instructor/running/**/*.py",)),
-    "gradebook": (2439, ("rotflex/instructor/gradebook/**/*.py",)),
+    "running, intake": (3348, ("rotflex/instructor/running/**/*.py",)),
+    "gradebook": (2444, ("rotflex/instructor/gradebook/**/*.py",)),
     "marking": (1197, ("rotflex/instructor/marking/**/*.py",)),
     "isolation": (1332, ("rotflex/instructor/isolation/**/*.py",)),
     "reports, scoring": (2855, ("rotflex/instructor/reports/**/*.py", "rotflex/instructor/scoring/**/*.py")),
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3647,
+        3648,
         (
             "rotflex/cli.py",
             "rotflex/instructor/*.py",

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
 #: Where a spreadsheet would begin to calculate: at the beginning of a cell; and behind a semicolon or a line's end,
 #: because one that splits at semicolons, as in many countries, takes quotes in a line for letters.
-_FORMULA = re.compile(r"(^[ \xa0]*(?=[=+\-@\t\r\n])|[;\n][ \xa0\"]*(?=[=+\-@]))")
+_FORMULA = re.compile(r"(^[ \u3000\xa0]*(?=[=+\-@＝＋－＠\t\r\n])|[;\n][\s\"]*(?=[=+\-@＝＋－＠]))")
 _KEPT = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
 
 
@@ -42,7 +42,7 @@ def spreadsheet_cell(text: str) -> str:
 
 def from_spreadsheet_cell(text: str) -> str:
     """Return a text without the signs that :func:`spreadsheet_cell` puts before what looks like a formula."""
-    plain = re.sub(r"^'(?=[ \xa0]*[=+\-@\t\r\n])|(?<=[;\n \xa0\"])'(?=[=+\-@])", "", text)
+    plain = re.sub(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", "", text)
     return plain if spreadsheet_cell(plain) == text else text
 
 

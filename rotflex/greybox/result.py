@@ -28,6 +28,7 @@ _TOGETHER = 0.95  # of a correlation: the interval of each is three times what i
 #: rad RMS: what is left of a log of the right plant is half of it at most, and of another mechanism (a flexible link in
 #: the joint's place) half as much again
 _DOUBTFUL = {"theta": 1.0 * DEG, "alpha": 0.5 * DEG}
+_FAR = 5.0  # times the data sheet's J_eq, which gears and loads change less
 _FROM_ONE_LOG = 0.16  # rad/s: half the width that an interval of omega_n has at least, for logs of one bench differ
 _DIGITS = 4  # of a value, where its interval does not need more
 _UNITS = {
@@ -137,9 +138,11 @@ class FitResult:
 
         Recordings are named by ``recordings``, else by their place.
         """
+        beyond = self.parameters.J_eq / PlantParameters.of(self.servo, self.joint, self.parameters.K_s).J_eq
+        inertia = f"This fit is doubted: J_eq is {beyond:.3g} times that of the data sheet. Are units, or J_l, wrong?"
         several = len(self.predictions) > 1
         places = [f"recording [{place}]" if several else "the recording" for place in range(len(self.predictions))]
-        return [
+        return [inertia] * (not 1 / _FAR < beyond < _FAR) + [
             f"This fit is doubted: what is left of {name} is {in_degrees(one.rms)} (RMS, deg), and of a flexible "
             f"joint's at most {in_degrees(_DOUBTFUL)}. Is it another mechanism's, or are units, signs, channels wrong?"
             for name, one in zip(recordings or places, self.predictions, strict=True)

@@ -232,6 +232,13 @@ def test_a_fit_that_leaves_much_is_doubted_in_words(together):
             assert ("[1]" in "".join(fitted.doubts())) == ("This fit is doubted" in str(fitted)) == doubted
 
 
+@pytest.mark.parametrize(("factor", "doubted"), [(1.0, False), (3.0, False), (175.0, True), (0.01, True)])
+def test_a_fit_of_an_implausible_inertia_is_doubted(together, factor, doubted):
+    """Of angles in radians that are headed deg, and of an inertia in g·m², what is left is small."""
+    scaled = replace(together, parameters=replace(together.parameters, J_eq=factor * together.parameters.J_eq))
+    assert bool(scaled.doubts()) == doubted and ("J_eq" in "".join(scaled.doubts())) == doubted
+
+
 def test_a_log_of_another_mechanism_is_doubted(other_mechanism_path):
     log = Recording.load(other_mechanism_path)
     found = fit(log, srv02(), joint(1), ("K_s", "J_eq", "B_l", "servo_friction"), progress=False)

@@ -7,7 +7,7 @@ OF_OTHERS = (
     *("typer", "sqlalchemy"),
 )
 #: What cells import themselves: then a student's own module comes first.
-OF_CELLS = ("numpy", "rotflex")
+OF_CELLS = ("numpy", "rotflex", "jedi")
 
 
 def lay(*folders, names=(*OF_OTHERS, *OF_CELLS)):

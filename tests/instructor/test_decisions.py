@@ -10,7 +10,7 @@ import pytest
 from rotflex.errors import GradingError
 from rotflex.instructor.gradebook import DECIDED, Arrival, Delivery
 from rotflex.instructor.reports import intake_table
-from rotflex.instructor.running.intake import Doubt
+from rotflex.instructor.running.intake import Doubt, find
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
 
@@ -35,9 +35,24 @@ def test_the_file_that_an_instructor_decides_counts_there_and_back(fake_class):
 def test_the_time_that_an_instructor_decides_holds_though_it_is_later(fake_class):
     fake_class.hand_in("ada")
     fake_class.grade()
-    fake_class.grade(decisions={("ada", "time received"): "2027-01-02 10:00"})
+    (doubt,) = find(fake_class.folder / "in").doubts
+    fake_class.grade(decisions={doubt.key: "2027-01-02 10:00"})
     with fake_class.book() as book:
         assert book.received("ada") == {"a.ipynb": Arrival(datetime(2027, 1, 2, 10, tzinfo=UTC), DECIDED)}
+
+
+def test_a_time_that_an_instructor_decides_is_asked_anew_of_what_is_saved_later(fake_class):
+    fake_class.hand_in("ada")
+    path, folder = fake_class.folder / "in" / "ada" / "a.ipynb", fake_class.folder / "in"
+    os.utime(path, (1e9, 1e9))
+    (doubt,) = find(folder).doubts
+    decisions = {doubt.key: "2027-01-02 10:00"}
+    assert find(folder, decisions=decisions).submissions[0].pieces[0].clock == DECIDED
+    os.utime(path, (2e9, 1.1e9))
+    found = find(folder, decisions=decisions)
+    assert (found.submissions[0].pieces[0].clock, found.doubts[0].assumed) == ("", "")
+    intake_path = fake_class.folder / "intake.csv"
+    assert intake_table.write(intake_path, found.doubts, {doubt: "2027-01-02 10:00"}) == 1
 
 
 def test_the_owner_that_an_instructor_decides_has_the_marks_and_the_former_has_none(fake_class):

@@ -2,7 +2,8 @@
 """A Python kernel that finds a student's modules, and none of them in place of Python's own.
 
 It is run as ``python -P kernel.py``: whatever lies in the folder of the notebooks, nothing of it is imported before a
-cell asks for it. IPython puts that folder behind Python's own modules; with ``-P``, version 9.7 and newer leave it out.
+cell asks for it. Then it comes last, behind what is installed: what IPython itself imports while cells are typed is no
+student's. (Where work is graded, own modules that are named like installed ones do not come along, either.)
 """
 
 import os
@@ -15,11 +16,8 @@ class Kernel(IPKernelApp):
     """A kernel that imports from the folder of the notebooks when its cells do."""
 
     def init_path(self) -> None:
-        """Put the folder of the notebooks behind Python's own modules."""
-        super().init_path()  # type: ignore[no-untyped-call]
-        if "" not in sys.path:
-            last = (os.path.basename(path) in ("site-packages", "dist-packages") for path in sys.path)
-            sys.path.insert(next((place for place, found in enumerate(last) if found), len(sys.path)), "")
+        """Put the folder of the notebooks last, wherever this version of IPython puts it."""
+        sys.path[:] = [*filter(None, sys.path), ""]
 
 
 if __name__ == "__main__":

@@ -125,7 +125,7 @@ def grade(
         _check_isolation(settings)
         make_folder(out)
         decided = intake_table.read(out / INTAKE_FILE)
-        decisions = {(one.submission, one.about): text for one, text in decided.items() if text}
+        decisions = {one.key: text for one, text in decided.items() if text}
         settings = replace(settings, decisions=decisions)
         with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
             batch = Batch(submissions, found, book, settings)

@@ -26,6 +26,7 @@ _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _POSTGRES = ("postgresql", "postgres")
 _FORMS = "A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME"
 _SCHEME = re.compile(r"[a-z][\w+.-]+:(?=/)|(postgres|postgresql|sqlite)[\w+]*:", re.IGNORECASE)  # C:/ is a folder
+_SECRET = re.compile(r"password\s*=|:[^/\\]+@", re.IGNORECASE)  # of an address in a form that is none of ours
 
 
 class Database:
@@ -115,12 +116,16 @@ def is_address(url: str | Path) -> bool:
         If it begins like an address, as in ``postgresql:/...``, and is none: it may hold a password, which no message
         and no name of a file should.
     """
-    if isinstance(url, Path) or not (begin := _SCHEME.match(url)):
+    if isinstance(url, Path):
+        return False
+    begin = _SCHEME.match(url)
+    if not begin and not _SECRET.search(url):
         return False
     try:
         make_url(url)
     except (ArgumentError, ValueError):
-        raise GradebookError(f"{begin[0]}... is neither a file nor an address that can be read: {_FORMS}.") from None
+        said = begin[0] if begin else ""
+        raise GradebookError(f"{said}... is neither a file nor an address that can be read: {_FORMS}.") from None
     return True
 
 

@@ -55,10 +55,10 @@ def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str]) -> int
     int
         How many rows have no decision.
     """
-    decided = {(one.submission, one.about): (one, decision) for one, decision in earlier.items() if decision}
+    decided = {one.key: (one, decision) for one, decision in earlier.items() if decision}
     rows = dict(decided)
     for one in doubts:
-        rows[one.submission, one.about] = one, decided.get((one.submission, one.about), (one, ""))[1]
+        rows[one.key] = one, decided.get(one.key, (one, ""))[1]
     if not rows:
         path.unlink(missing_ok=True)
         return 0

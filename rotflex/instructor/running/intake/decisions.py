@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 OWNER, TIME = "owner", "time received"  #: what may be decided, besides a file: then it is the file's name
 
-#: Name of a submission, and what the decision is about → what was decided.
+#: :attr:`Doubt.key` → what was decided.
 Decisions = Mapping[tuple[str, str], str]
 
 
@@ -29,3 +29,9 @@ class Doubt:
     assumed: str
     why: str
     alternatives: str = ""
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What a decision is known by. One on a time holds for files as they were saved then, if the row says when."""
+        saved = f": {self.alternatives}" if self.about == TIME and self.alternatives else ""
+        return self.submission, f"{self.about}{saved}"

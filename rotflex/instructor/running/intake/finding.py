@@ -348,12 +348,11 @@ class _Explorer:
     def _piece(self, raw: _Raw, owners: whose.Owners, course: Mapping[str, Any], place: int) -> Piece:
         saved = self._saved(raw)
         received, clock = self._received(raw, owners, saved)
-        shown = f"{received:%Y-%m-%d %H:%M} UTC"
         if clock == DECIDED:
-            self.doubts.append(Doubt(raw.place.source, TIME, shown, clock))
+            self.doubts.append(self._doubt_of_time(raw, saved, f"{received:%Y-%m-%d %H:%M} UTC", clock))
         elif not clock and raw.files:
-            why = f"only the student's computer says when it was saved: {shown}"
-            self.doubts.append(Doubt(raw.place.source, TIME, "", why))
+            why = "only the student's computer says when it was saved"
+            self.doubts.append(self._doubt_of_time(raw, saved, "", why))
         attempt = max(owners.attempt, raw.label.attempt if raw.label and raw.label.rest else 0)
         return Piece(
             source=raw.place.source,
@@ -368,8 +367,13 @@ class _Explorer:
             trouble=raw.trouble,
         )
 
+    def _doubt_of_time(self, raw: _Raw, saved: datetime, assumed: str = "", why: str = "") -> Doubt:
+        doubt = Doubt(raw.place.source, TIME, assumed, why, f"saved {saved:%Y-%m-%d %H:%M:%S} UTC")
+        # A row that an instructor wrote holds for whatever was saved.
+        return replace(doubt, alternatives="") if (raw.place.source, TIME) in self._decisions else doubt
+
     def _received(self, raw: _Raw, owners: whose.Owners, saved: datetime) -> tuple[datetime, str]:
-        decided = self._decisions.get((raw.place.source, TIME))
+        decided = self._decisions.get(self._doubt_of_time(raw, saved).key)
         if decided:
             if (time := parsed(decided, self._zone)) is not None:
                 return time, DECIDED
@@ -389,7 +393,7 @@ class _Explorer:
     def _saved(self, raw: _Raw) -> datetime:
         """When the newest of its files was saved, by the clock of whoever wrote it."""
         saved = max(filter(None, (self._utc(entry.modified) for entry in raw.files.values())), default=None)
-        return saved or raw.archived or datetime.fromtimestamp(0, UTC)
+        return min(saved or raw.archived or datetime.fromtimestamp(0, UTC), datetime.now(UTC))
 
     def _utc(self, time: datetime | None) -> datetime | None:
         return None if time is None else in_utc(time, self._zone)

@@ -28,8 +28,11 @@ MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE = "Moodle", "Canvas", "Blackboard", "Bri
 _MOODLE = re.compile(r"(?P<who>.+?)_(?P<number>\d+)_assignsubmission_(?P<kind>[a-z]+)(?:_(?P<rest>.*))?", re.DOTALL)
 _CANVAS = re.compile(r"(?P<who>\w+?)(?P<late>_late)?_(?P<number>\d+)_(?P<file>\d+)_(?P<rest>.+)", re.I | re.DOTALL)
 _CANVAS_BLIND = re.compile(r"(?:late_)?anon_(?P<number>[a-z0-9]+)_(?P<file>\d+)_(?P<rest>.+)", re.I | re.DOTALL)
+#: The first time counts, and none behind Canvas's two numbers: a student's own name for a file stands last.
 _BLACKBOARD = re.compile(
-    r"(?P<who>.+)_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<rest>.+)|(?P<receipt>\.txt))?", re.DOTALL
+    r"(?P<who>(?!\w+?_\d{3,}_\d{4,}_).+?)"
+    r"_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<rest>.+)|(?P<receipt>\.txt))?",
+    re.DOTALL,
 )
 _BRIGHTSPACE = re.compile(r"\d+-\d+ ?- (?P<parts>.+)", re.DOTALL)
 _DASH, _YEAR = re.compile(r" ?- "), re.compile(r"\b(?:19|20)\d\d\b")
@@ -76,7 +79,7 @@ def read(name: str) -> Label | None:
     """What a platform wrote into a name; None if it is none of theirs."""
     if len(name) > _LONGEST:
         return None
-    for reader in (_moodle, _blackboard, _brightspace, _canvas):
+    for reader in (_moodle, _brightspace, _blackboard, _canvas):
         label = reader(name)
         if label is not None:
             return label

@@ -102,6 +102,32 @@ def test_any_name_is_read_at_once(name):
     labels.again(name)
 
 
+@pytest.mark.parametrize(
+    ("name", "platform", "person", "time"),
+    [
+        ("bytebob_12346_678902_ada_attempt_2099-11-10-10-00-00_w.zip", "Canvas", "bytebob", None),
+        ("bytebob_LATE_12346_678902_ada_attempt_2026-11-10-10-00-00_w.zip", "Canvas", "bytebob", None),
+        (
+            "Lab_bob_attempt_2026-11-23-10-00-00_ada_attempt_2026-11-10-10-00-00_w.zip",
+            "Blackboard",
+            "bob",
+            datetime(2026, 11, 23, 10),
+        ),
+        (
+            "123-456 - Bob Byte - Nov 23, 2026 105 PM - x_ada_attempt_2026-11-10-10-00-00_w.zip",
+            "Brightspace",
+            "Bob Byte",
+            datetime(2026, 11, 23, 13, 5),
+        ),
+        ("Bob Byte_12346_assignsubmission_file_ada_attempt_2026-11-10-10-00-00_w.zip", "Moodle", "Bob Byte", None),
+    ],
+)
+def test_a_students_own_name_for_a_file_changes_neither_owner_nor_time(name, platform, person, time):
+    label = labels.read(name)
+    assert (label.platform, label.time) == (platform, time)
+    assert person in label.people and "ada" not in label.people
+
+
 @pytest.mark.parametrize("name", ["1_" * 150, "1-1 - " + "a - " * 70, "a_attempt_" * 30, "-" * 300, "_1" * 149 + "_"])
 def test_names_made_to_take_long_do_not(name):
     labels.read(name)
