@@ -1,6 +1,7 @@
 """What is recorded at a laboratory's bench is kept, and given back where the bench is not."""
 
 import json
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -95,6 +96,19 @@ def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, cap
     RecordingsFolder(tmp_path).keep(recording, {})
     told = capsys.readouterr().out
     assert "001-watch.mat" in told and "15%" in told
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_a_link_in_place_of_the_folder_is_not_followed_and_said(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "recordings").symlink_to(tmp_path / "elsewhere")
+    store = RecordingsFolder(tmp_path)
+    recording = Recording.of(np.arange(3) * 0.002, theta=np.zeros(3))
+    with pytest.raises(RecordingError, match="link"):
+        store.keep(recording, {})
+    recording.save(tmp_path / "elsewhere" / "001-run.mat")
+    found, (left_out,) = store.load()
+    assert found == {} and "link" in left_out
 
 
 def test_what_is_recorded_at_the_bench_is_kept_and_given_back(here, tmp_path, capsys):

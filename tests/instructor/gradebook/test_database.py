@@ -244,6 +244,9 @@ def test_a_gradebook_is_a_file_for_its_owner_only(tmp_path, form):
         ("postgresql:/teacher:secret@host/x", "postgresql:... is neither"),
         ("postgres:teacher:secret@host/x", "postgres:... is neither"),
         ("mysql:/root:secret@host/x", "mysql:... is neither"),
+        ("jdbc:postgresql://teacher:secret@host/x", "is neither"),
+        (" postgresql://teacher:secret@host/x", "is neither"),
+        ("host=127.0.0.1 user=teacher password=secret", "is neither"),
     ],
 )
 def test_an_address_that_cannot_be_used_is_explained_without_its_password(tmp_path, monkeypatch, url, said):
