@@ -10,9 +10,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 AFTER = 1.0  #: s; what is done sooner shows no bar
-_IN_LOGS = (
-    None  # tqdm's word for: write nothing where stderr is no terminal; its bar for notebooks is shown all the same
-)
+_IN_LOGS = None  # as tqdm's ``disable``: no bar where stderr is not a terminal; notebooks still show theirs
 SWITCH = "ROTFLEX_PROGRESS"  #: environment variable; "off" shows none ever, as where outputs are compared
 
 

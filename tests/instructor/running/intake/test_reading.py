@@ -191,7 +191,7 @@ MASTERS = {name: {cell["id"]: cell for cell in json.loads(notebook(name, "# your
 
 
 def with_new_ids(name, **written):
-    """A notebook whose cells have new ids and no metadata, as an editor may leave it."""
+    """Return a notebook with new cell ids and without metadata, as some editors save it."""
     cells = json.loads(notebook(name))["cells"]
     cells[0]["source"] = "x = 1"
     kept = [{**cell, "id": f"new-{place}", "metadata": {}} for place, cell in enumerate(cells)]
