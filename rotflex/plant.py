@@ -6,6 +6,7 @@ matrices below, as from any textbook.
 
 Friction, besides the viscous one, is Coulomb friction of servo and of link, f_s and f_l: F⁺ when moving in the positive
 direction, −F⁻ in the negative one, and anything between when standing still, whatever it takes to stand still. The
+servo's may be larger before it slides than while it does (a breakaway), and vary with its angle (a rough gear). The
 motor gives torque in proportion to its current, i = (V − K_g k_m θ̇)/R_m within ±I_max, with V within ±V_max. The spring
 may have a cubic part, K_3 α³.
 
@@ -14,7 +15,8 @@ is propagated by its matrix exponential, exactly. Friction is held constant over
 velocities *at its end* agree with the friction law (Moreau's time stepping). That is exact while both joints slide and
 while both stand still; a substep in which a motion begins or turns round, or the current limit sets in, is halved again
 and again, and while one joint stands and the other moves they are short. With friction, angles come out right to about
-1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad.
+1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad. A rough gear's friction is that of the
+angle at which a substep begins.
 The cubic part of the spring is applied as half a kick before and half after each substep (Strang splitting), which
 keeps the energy bounded.
 """
@@ -68,13 +70,16 @@ class PlantParameters:
     resistance : R_m, ohm
     servo_friction, link_friction : (F⁺, F⁻), Coulomb friction in the positive and in the negative direction, N·m
     K_3 : cubic stiffness, N·m/rad³
+    breakaway : how much larger the servo's friction may be while it stands than while it slides, as a factor from 1 on
+    gear : waves of the servo's friction over its angle, each (number in a turn, height relative to the friction, phase
+        in rad); the heights sum to less than 1
     V_max, I_max : the amplifier's limits, V and A. With ``I_max=0`` the motor is disconnected.
 
     Raises
     ------
     ConfigurationError
-        If an inertia, the stiffness or the resistance is not positive, if another parameter is negative, or if one is
-        not a finite number (only the amplifier's limits may be infinite).
+        If an inertia, the stiffness or the resistance is not positive, another parameter is negative, one is not a
+        finite number (only the amplifier's limits may be infinite), or a friction could become negative.
     """
 
     J_eq: float
@@ -90,6 +95,8 @@ class PlantParameters:
     K_3: float = 0.0
     V_max: float = math.inf
     I_max: float = math.inf
+    breakaway: float = 1.0
+    gear: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("J_eq", "J_l", "K_s", "resistance"):
@@ -104,6 +111,10 @@ class PlantParameters:
         for name in ("servo_friction", "link_friction"):
             if len(getattr(self, name)) != 2 or not all(0 <= bound < math.inf for bound in getattr(self, name)):
                 raise ConfigurationError(f"{name} must be two torques, none negative; it is {getattr(self, name)!r}.")
+        if not 1 <= self.breakaway < math.inf:
+            raise ConfigurationError(f"breakaway must be a factor from 1 on; it is {self.breakaway!r}.")
+        if not sum(abs(height) for _number, height, _phase in self.gear) < 1:
+            raise ConfigurationError(f"The heights of the gear's waves must sum to less than 1; it is {self.gear!r}.")
 
     @classmethod
     def of(cls, servo: Servo, joint: Joint, K_s: float) -> PlantParameters:
@@ -127,6 +138,10 @@ class PlantParameters:
         kinetic = self.J_eq * theta_dot**2 / 2 + self.J_l * (theta_dot + alpha_dot) ** 2 / 2
         energy: NDArray[np.float64] = kinetic + self.K_s * alpha**2 / 2 + self.K_3 * alpha**4 / 4
         return energy
+
+    def roughness(self, theta: float) -> float:
+        """By what factor the gear's friction differs from its mean at a servo angle (rad)."""
+        return 1 + sum(height * math.sin(number * theta + phase) for number, height, phase in self.gear)
 
     def current(self, voltage: float, theta_dot: float) -> float:
         """Motor current (A) at a commanded voltage, within the amplifier's limits."""
@@ -229,8 +244,16 @@ class Plant:
         if self._rubs:
             # That both slide on as they did is tried first: nearly always it is so.
             p, q, r, s, case = sliding[theta_dot > 0][alpha_dot > 0]
+            rough = 1.0
+            if self.parameters.gear:
+                rough = self.parameters.roughness(theta)
+                plus, minus = self.parameters.servo_friction
+                more = _effect(friction, (rough - 1) * (plus if theta_dot > 0 else -minus), 0.0)
+                p, q, r, s = p + more[0], q + more[1], r + more[2], s + more[3]
             if not (theta_dot * (new_theta_dot + r) > 0 and alpha_dot * (new_alpha_dot + s) > 0):
-                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, friction[4:])
+                # A servo that stands may be held by more than brakes it when it slides: standing is tried first.
+                tried = _CASES[0] if theta_dot == 0 and self.parameters.breakaway > 1 else self._case
+                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, friction[4:], rough, tried)
                 p, q, r, s = _effect(friction, servo, link)
             self._case = case
             new_theta += p
@@ -267,18 +290,20 @@ class Plant:
         return theta_dot + servo, alpha_dot - impulse / self.parameters.J_l - servo
 
     def _friction(
-        self, theta_dot: float, alpha_dot: float, effect: tuple[float, ...]
+        self, theta_dot: float, alpha_dot: float, effect: tuple[float, ...], rough: float, tried: tuple[int, int]
     ) -> tuple[tuple[int, int], float, float]:
         """Friction torques for which the velocities at the end of the substep obey the friction law, and their case.
 
         ``theta_dot`` and ``alpha_dot`` are the velocities there without friction, ``effect`` the (2, 2) matrix by which
-        friction changes them. Each joint stands, or slides one way or the other: one of nine cases is consistent, often
-        the last.
+        friction changes them, ``rough`` the factor of the gear on the servo's. Each joint stands, or slides one way or
+        the other: one of nine cases is consistent, often the last, and with a breakaway at times two, of which the one
+        that is ``tried`` first counts.
         """
         r1, r2, s1, s2 = effect
-        servo_plus, servo_minus = self.parameters.servo_friction
+        servo_plus, servo_minus = (rough * bound for bound in self.parameters.servo_friction)
+        most_plus, most_minus = self.parameters.breakaway * servo_plus, self.parameters.breakaway * servo_minus
         link_plus, link_minus = self.parameters.link_friction
-        for case in (self._case, *_CASES):
+        for case in (tried, *_CASES):
             servo_case, link_case = case
             servo = servo_plus if servo_case > 0 else -servo_minus
             link = link_plus if link_case > 0 else -link_minus
@@ -291,7 +316,7 @@ class Plant:
             elif link_case == 0:
                 link = -(alpha_dot + s1 * servo) / s2
             if servo_case == 0:
-                servo_agrees = -servo_minus * _MARGIN <= servo <= servo_plus * _MARGIN
+                servo_agrees = -most_minus * _MARGIN <= servo <= most_plus * _MARGIN
             else:
                 servo_agrees = servo_case * (theta_dot + r1 * servo + r2 * link) >= 0
             if link_case == 0:

@@ -22,27 +22,36 @@ from rotflex.specifications import SAMPLE_TIME
 
 #: The version of the draw that new releases have. Work begun under an older one is marked on the benches of that one:
 #: a version is never changed, and never taken away.
-DRAW = 2
+DRAW = 3
 FIRST_RUN = 1  #: the run of whoever names none
-RUN_FRICTION = 0.2  #: by how much, relative, another run's friction may differ
+RUN_FRICTION = 0.2  #: by how much, relative, another run's friction may differ, where no factor is drawn
 #: of R_m, k_t, eta_g and eta_m, relative, as the data sheet has them
 MOTOR_TOLERANCES = np.array([0.12, 0.12, 0.10, 0.05])
 
 
 @dataclass(frozen=True)
 class VirtualPlantSpec:
-    """What a virtual bench is made of: the arms (which the student is told), the true plant, and the board's timing."""
+    """What a virtual bench is made of.
+
+    Parameters
+    ----------
+    joint : the arms, which the student is told
+    parameters : the true plant
+    timing : the board's
+    run_factor : the largest factor by which another run's friction is more or less; within 20 % unless given
+    """
 
     joint: Joint
     parameters: PlantParameters
     timing: Timing = AT_ONCE
+    run_factor: float | None = None
 
     def run(self, number: int) -> VirtualPlantSpec:
         """The bench on another run: its friction is not what it was.
 
         Grease warms up and gears turn on: between logs of one real bench the servo's friction varies by half. Run 1 is
-        the bench as it stands here; any other number gives its own friction, up to 20 % more or less, and its own
-        jitter: the same for the same number, always.
+        the bench as it stands here; any other number gives its own friction and its own jitter: the same for the same
+        number, always.
 
         Raises
         ------
@@ -54,7 +63,10 @@ class VirtualPlantSpec:
         if number == FIRST_RUN:
             return self
         draw = np.random.default_rng([self.timing.seed, number])
-        servo, link = 1 + draw.uniform(-RUN_FRICTION, RUN_FRICTION, 2)
+        if self.run_factor is None:
+            servo, link = 1 + draw.uniform(-RUN_FRICTION, RUN_FRICTION, 2)
+        else:
+            servo, link = self.run_factor ** draw.uniform(-1, 1, 2)
         before = self.parameters
         changed = replace(
             before,
@@ -154,7 +166,32 @@ def _second_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
     output               0.5 to 1.5 ms after the sample, by 0.25 ms sooner or later; one in 1000 a sample later
     ===================  =========================================================================================
     """
-    draw = np.random.default_rng([seed, 2])
+    return _with_own_motor(np.random.default_rng([seed, 2]), arm_position, (0.5e-3, 1.5e-3))
+
+
+def _third_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
+    """Draw number 3: as the second, but for friction and delay, which are as logs of a real bench show them.
+
+    ===================  =========================================================================================
+    breakaway            the servo's friction is 1.0 to 1.4 times as large before it slides
+    rough gear           the servo's friction varies by 30 % over its angle: in five waves a turn, as the pinion goes
+                         round, and in 70, as the motor does; how much in which, and from where, is drawn
+    output               1 to 3.5 ms after the sample, by 0.25 ms sooner or later; one in 1000 a sample later
+    another run          has its friction multiplied by 1/1.5 to 1.5, on a logarithmic scale
+    ===================  =========================================================================================
+    """
+    draw = np.random.default_rng([seed, 3])
+    bench = _with_own_motor(draw, arm_position, (1e-3, 3.5e-3))
+    breakaway = 1 + 0.4 * float(draw.uniform())
+    share, pinion, motor = draw.uniform(size=3).tolist()
+    gear = ((5, 0.3 * share, 2 * np.pi * pinion), (70, 0.3 * (1 - share), 2 * np.pi * motor))
+    return replace(bench, parameters=replace(bench.parameters, breakaway=breakaway, gear=gear), run_factor=1.5)
+
+
+def _with_own_motor(
+    draw: np.random.Generator, arm_position: int | None, delays: tuple[float, float]
+) -> VirtualPlantSpec:
+    """Draw what the second draw and the third have in common; ``delays`` (s) are the shortest and the longest."""
     drawn_position = int(draw.integers(1, 4))
     nominal = joint(drawn_position)
     m_1, m_2 = 1 + draw.uniform(-0.08, 0.08, 2)
@@ -173,7 +210,7 @@ def _second_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
     B_l = draw.uniform(0.001, 0.0025)
     servo_friction = draw.uniform(0.006, 0.013) * (1 + draw.uniform(-0.3, 0.3) * np.array([1, -1]))
     link_friction = float(draw.uniform(0, 0.0001))
-    delay = draw.uniform(0.5e-3, 1.5e-3)
+    delay = draw.uniform(*delays)
 
     sheet = srv02()
     servo = replace(
@@ -210,7 +247,7 @@ def _told(value: float, step: float) -> float:
 
 
 #: The versions of the draw, by number.
-DRAWS: dict[int, Callable[[int, int | None], VirtualPlantSpec]] = {1: _first_draw, 2: _second_draw}
+DRAWS: dict[int, Callable[[int, int | None], VirtualPlantSpec]] = {1: _first_draw, 2: _second_draw, 3: _third_draw}
 
 #: Parameters fitted to logs of a real bench. Of these, such logs tell ω_n = sqrt(K_s/J_l) alone for certain: a lighter
 #: arm than the data sheet's fits, as here, and so does the data sheet's with a tenth more torque per volt (and then K_s

@@ -17,7 +17,8 @@ from rotflex.hil.student_benches import VirtualPlantSpec
 from rotflex.hil.terminals import Timing
 from rotflex.plant import PlantParameters
 
-_NAMES = tuple(one.name for one in dataclasses.fields(PlantParameters))
+_OF_DRAWN_BENCHES = {"breakaway", "gear"}  # which no fit finds
+_NAMES = tuple(one.name for one in dataclasses.fields(PlantParameters) if one.name not in _OF_DRAWN_BENCHES)
 _PARTS = ("encoder", "amplifier", "cable_gain", "tachometer")
 
 
@@ -49,7 +50,9 @@ def save(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
     lines = [f"# A plant fitted to recordings: open it as virtual:{Path(path).name}."]
     lines += toml_table("about", about)
     lines += toml_table("parts", {**parts, "arm_position": twin.spec.joint.arm_position})
-    lines += toml_table("plant", {**asdict(twin.spec.parameters), "delay": twin.spec.timing.delay})
+    lines += toml_table(
+        "plant", {name: asdict(twin.spec.parameters)[name] for name in _NAMES} | {"delay": twin.spec.timing.delay}
+    )
     files.write(path, "\n".join(lines) + "\n")
 
 
