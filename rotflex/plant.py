@@ -16,7 +16,7 @@ velocities *at its end* agree with the friction law (Moreau's time stepping). Th
 while both stand still; a substep in which a motion begins or turns round, or the current limit sets in, is halved again
 and again, and while one joint stands and the other moves they are short. With friction, angles come out right to about
 1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad. A rough gear's friction is that of the
-angle at which a substep begins.
+middle of a substep.
 The cubic part of the spring is applied as half a kick before and half after each substep (Strang splitting), which
 keeps the energy bounded.
 """
@@ -246,7 +246,7 @@ class Plant:
             p, q, r, s, case = sliding[theta_dot > 0][alpha_dot > 0]
             rough = 1.0
             if self.parameters.gear:
-                rough = self.parameters.roughness(theta)
+                rough = self.parameters.roughness(theta + theta_dot * h / 2)
                 plus, minus = self.parameters.servo_friction
                 more = _effect(friction, (rough - 1) * (plus if theta_dot > 0 else -minus), 0.0)
                 p, q, r, s = p + more[0], q + more[1], r + more[2], s + more[3]
