@@ -107,7 +107,8 @@ class Servo:
     ----------
     R_m, k_t, k_m : armature resistance (ohm), torque constant (N·m/A), back-EMF constant (V/(rad/s))
     K_g, eta_g, eta_m : total gear ratio, gearbox and motor efficiency
-    J_eq, B_eq : equivalent inertia (kg·m²) and viscous damping (N·m/(rad/s)) at the load shaft
+    J_eq : inertia of motor, tachometer, gears and ``load`` (not of the flexible joint) at the load shaft, kg·m²
+    B_eq : viscous damping at the load shaft, N·m/(rad/s)
     K_enc, K_pot, K_tach : sensor gains: rad per count, rad per V, (rad/s) per V, all at the load shaft
     amplifier, cable_gain : the power amplifier and the gain of the cable into it
     """
