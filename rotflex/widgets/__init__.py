@@ -1,18 +1,19 @@
 """Explorers: what a notebook shows to be played with. Each has a plain function that gives the same without a page.
 
-=======================  ==============================================  ==================================
+=======================  ==============================================  ==============================================
 explorer                 made by                                         the same in plain Python
-=======================  ==============================================  ==================================
-poles                    ``explore_poles(A, B, K, lab)``                 ``design(A, B, poles)``
+=======================  ==============================================  ==============================================
+poles                    ``explore_poles(A, B, K, lab)``                 ``design(A, B, poles)``, ``margins(A, B, K)``
 sine sweep               ``explore_sweep(lab)``                          ``spectra(recording)``
 validation               ``explore_validation(recording, ...)``          ``overlay(recording, parameters)``
 bench                    ``open_console(lab)``                           :mod:`rotflex.experiments`
 results                  ``results_table(lab, "Table 2")``               ``lab.table("Table 2")``
-=======================  ==============================================  ==================================
+=======================  ==============================================  ==============================================
 """
 
 from rotflex.courseware.scene.results import results_table
 from rotflex.widgets.console import open_console
+from rotflex.widgets.margins import margins
 from rotflex.widgets.overlay import fit_percent, overlay
 from rotflex.widgets.placement import Dominant, design, with_gain
 from rotflex.widgets.poles import explore_poles
@@ -27,6 +28,7 @@ __all__ = [
     "explore_sweep",
     "explore_validation",
     "fit_percent",
+    "margins",
     "open_console",
     "overlay",
     "results_table",

@@ -9,7 +9,7 @@ from rotflex.courseware.scene.scene import Readout, Row
 from rotflex.specifications import LIMITS
 from rotflex.units import DEG
 from rotflex.widgets.cloud import COUNT, Cloud
-from rotflex.widgets.margins import Margins
+from rotflex.widgets.margins import DELAY, Margins
 from rotflex.widgets.placement import Design, described
 from rotflex.widgets.runaway import BORDER, LONGEST, STEP, Runaway
 
@@ -72,9 +72,10 @@ def polynomial(found: Design) -> Readout:
 
 
 def margin_rows(margin: Margins | None) -> Readout:
-    """Gain, phase and delay margin, each with the frequency of the swing that waits there."""
+    """Gain, phase and delay margin of the loop as it runs, each with the frequency at which it would swing."""
+    heading = f"Margins, with filters and {1000 * DELAY:g} ms of delay"
     if margin is None:
-        return Readout("Margins of the loop", [Row("none", ("The loop is not stable.",))])
+        return Readout(heading, [Row("none", ("The loop is not stable.",))])
 
     def at(omega: float) -> str:
         return f"at {omega:.3g} rad/s" if math.isfinite(omega) else ""
@@ -84,12 +85,12 @@ def margin_rows(margin: Margins | None) -> Readout:
     phase = f"{margin.phase:.3g} deg" if math.isfinite(margin.phase) else "no limit"
     delay = f"{1000 * margin.delay:.3g} ms" if math.isfinite(margin.delay) else "no limit"
     return Readout(
-        "Margins of the loop",
+        heading,
         [
             Row("gain, up to", (up, at(margin.gain_up_at))),
             Row("gain, down to", (down, at(margin.gain_down_at))),
             Row("phase", (phase, at(margin.phase_at))),
-            Row("delay", (delay, at(margin.delay_at))),
+            Row("more delay", (delay, at(margin.delay_at))),
         ],
     )
 

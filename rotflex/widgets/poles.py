@@ -236,7 +236,7 @@ class PoleExplorer(Explorer):
         return with_gain(self._a, self._b, lqr(self._a, self._b, **self.weights))
 
     def _margins(self) -> Margins | None:
-        if self.beside != "margins" or self.design.runaway is not None:
+        if self.beside != "margins":
             return None
         return margins(self._a, self._b, self.design.applied)
 
