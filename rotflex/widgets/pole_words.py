@@ -73,9 +73,9 @@ def polynomial(found: Design) -> Readout:
 
 def margin_rows(margin: Margins | None) -> Readout:
     """Gain, phase and delay margin of the loop as it runs, each with the frequency at which it would swing."""
-    heading = f"Margins, with filters and {1000 * DELAY:g} ms of delay"
+    heading = f"Margins with {1000 * DELAY:g} ms of delay"
     if margin is None:
-        return Readout(heading, [Row("none", ("The loop is not stable.",))])
+        return Readout(heading, [Row("none", ("As it runs, the loop is unstable.",))])
 
     def at(omega: float) -> str:
         return f"at {omega:.3g} rad/s" if math.isfinite(omega) else ""

@@ -14,7 +14,7 @@ from rotflex.widgets.margins import margins
 from rotflex.widgets.optimal import lqr
 from rotflex.widgets.poles import PoleExplorer
 
-MARGINS = "Margins, with filters and 2 ms of delay"
+MARGINS = "Margins with 2 ms of delay"
 
 
 def shown_gain(explorer):
@@ -133,7 +133,7 @@ def test_margins_stand_beside_the_step(model):
     assert (step["ylabel"], size["ylabel"], phase["ylabel"]) == ("θ (deg)", "|L| (dB)", "phase (deg)")
     assert [tick["text"] for tick in size["xticks"]] == ["1", "10", "100"]
     explorer.receive({"kind": "moved", "name": "pair", "x": 2.0, "y": 16.0})
-    assert readout(explorer, MARGINS)["rows"][0]["values"] == ["The loop is not stable."]
+    assert readout(explorer, MARGINS)["rows"][0]["values"] == ["As it runs, the loop is unstable."]
 
 
 def test_the_cloud_is_of_the_students_own_uncertainty(model):
