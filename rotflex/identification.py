@@ -7,8 +7,8 @@ Why not simply read the peak of alpha's spectrum? The link, seen from the servo,
 
 whatever turns the servo. Its *deflection* alone peaks at ω_n only if the servo moves with equal strength at all
 frequencies. A sweep that is fed to the motor as a voltage does not do that: the servo gives way to the link, alpha
-peaks a fifth to two fifths too high, and the stiffness comes out half as large again, or twice as large. The *ratio* of
-alpha to theta is free of that.
+peaks a seventh to a half too high, and the stiffness comes out 1.3 to more than 2 times as large. The *ratio* of alpha
+to theta is free of that.
 """
 
 from __future__ import annotations

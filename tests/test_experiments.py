@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+import control
 import numpy as np
 import pytest
 from scipy.signal import lsim
@@ -48,6 +49,16 @@ def test_a_position_driven_sweep_peaks_at_the_natural_frequency_and_a_voltage_dr
         by_voltage = experiments.sweep(bench, drive="voltage", progress=False)
     assert spectrum_peak(by_position["alpha"], 0.002) == pytest.approx(true_frequency(seed), rel=0.025)
     assert spectrum_peak(by_voltage["alpha"], 0.002) > 1.12 * true_frequency(seed)
+
+
+def test_a_voltage_driven_sweep_peaks_where_the_linear_model_does():
+    """Without dry friction, and with a sweep that does not end before the peak."""
+    with hil.open("virtual:?preset=workbook") as bench:
+        by_voltage = experiments.sweep(bench, drive="voltage", f_stop=8.0, progress=False)
+    A, B = linear_model(1.4)
+    omega = np.linspace(15, 45, 3001)
+    alpha = control.frequency_response(control.ss(A, B[:, np.newaxis], np.eye(4)[[1]], 0), omega).magnitude
+    assert spectrum_peak(by_voltage["alpha"], 0.002) == pytest.approx(omega[np.squeeze(alpha).argmax()], rel=0.02)
 
 
 def test_sweep_follows_the_chirp_and_keeps_its_reference():
