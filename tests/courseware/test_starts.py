@@ -8,7 +8,7 @@ import rotflex.lab
 from rotflex.courseware import starts
 from rotflex.courseware.released import asked_of
 from rotflex.errors import AnswerError, ConfigurationError
-from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, student_bench, student_seed
 from rotflex.workbook import reports
 from rotflex.workbook.questions import CATALOGUE
 
@@ -18,7 +18,7 @@ def begin(tmp_path):
     """A session of ada's, in a folder whose course.json says what is given."""
 
     def session(given, **more):
-        about = {"student": "ada", "draw": 2, **more, **({} if given is None else {"given": given})}
+        about = {"student": "ada", "draw": DRAW, **more, **({} if given is None else {"given": given})}
         (tmp_path / "course.json").write_text(json.dumps(about), encoding="utf-8")
         return rotflex.lab.start(folder=tmp_path)
 

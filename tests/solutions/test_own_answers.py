@@ -35,7 +35,7 @@ from solutions.true_bench import TrueBench
 from solutions.wanted import desired_polynomial
 
 SEED = 7
-BENCH = TrueBench("ada")
+BENCH = TrueBench("grace")
 TRUE = Design(BENCH.servo, BENCH.joint, BENCH.K_s)
 A_V, B_V = TRUE.voltage_model
 TORQUE_A, TORQUE_B = TRUE.torque_model[:2]

@@ -20,8 +20,8 @@ from solutions.reading_checks import frequency_of, inertia_slips, is_of_other_ar
 from solutions.true_bench import TrueBench
 
 RIGHT, FOLLOWS, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
-#: Of many arms and frequencies: the slowest, one whose sweep has its peak 6 % high, one with a window's 12 % low.
-STUDENTS = ("ada", "eve", "demo", "check-course", "linus", "s4")
+#: Of many arms and frequencies: the slowest, one whose sweep has its peak 6 % high, one with a window's 13 % low.
+STUDENTS = ("ada", "alan", "demo", "check-course", "linus", "s11")
 BENCHES = {name: TrueBench(name) for name in STUDENTS}
 
 
@@ -175,11 +175,11 @@ def test_two_digits_will_do_where_the_course_teaches_to_read(bench, way):
 
 
 @pytest.mark.parametrize(
-    ("student", "rounded", "beside"), [("eve", 23.0, "Hann"), ("s4", 18.0, "five swings"), ("linus", 25.0, None)]
+    ("student", "rounded", "beside"), [("otto", 24.0, "Hann"), ("alan", 17.0, "five swings"), ("s22", 17.0, None)]
 )
 def test_two_digits_will_not_do_beside_a_window_a_free_swing_or_the_eyes_three_per_cent(student, rounded, beside):
     """Each is within half a digit of its reading, and of none that the course teaches."""
-    bench = BENCHES[student]
+    bench = TrueBench(student)
     if beside is not None:
         assert abs(WAYS[beside](bench) - rounded) < 0.5
     taught = [bench.omega_n] + [WAYS[way](bench) for way in ("no zeros", "a power of two", "very fine", "the ratio")]
@@ -208,13 +208,17 @@ def test_the_eye_has_its_three_per_cent_and_no_more(share, status):
     assert met
 
 
-def test_the_peak_of_a_sweep_that_drives_the_motor_is_wrong(bench):
+@pytest.mark.parametrize("student", [name for name in STUDENTS if BENCHES[name].omega_n < 26])
+def test_the_peak_of_a_sweep_that_drives_the_motor_is_wrong(student):
+    """Beyond, the sweep ends before that peak, and where it ends is nearly right."""
     from rotflex import experiments, hil
 
-    name = next(student for student, one in BENCHES.items() if one is bench)
-    with hil.open("virtual", seed=student_seed(name)) as opened:
+    with hil.open("virtual", seed=student_seed(student)) as opened:
         naive = experiments.sweep(opened, drive="voltage", progress=False).degrees("alpha")
-    assert omega(highest(np.fft.rfftfreq(8192, 0.002), np.abs(np.fft.rfft(naive, 8192))), case(bench)).status is WRONG
+    assert (
+        omega(highest(np.fft.rfftfreq(8192, 0.002), np.abs(np.fft.rfft(naive, 8192))), case(BENCHES[student])).status
+        is WRONG
+    )
 
 
 def test_a_reading_is_of_the_run_that_was_recorded():
