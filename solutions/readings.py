@@ -63,7 +63,7 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
         for peak in _peaks(bench, run, window):
             yield around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
     swings = _swings(bench)
-    low, high = around(min(swings), tolerances.BY_PROGRAM), around(max(swings), tolerances.BY_PROGRAM)
+    low, high = around(min(swings), tolerances.BY_SWINGS), around(max(swings), tolerances.BY_SWINGS)
     yield Span(low.low, high.high, "how the link of your bench swings freely, with the servo held")
 
 

@@ -1,6 +1,6 @@
 """The tolerances by which answers are marked, and why each is what it is. Relative, unless the name says otherwise.
 
-Those of the natural frequency and the stiffness were found on 3000 benches: all the honest ways to read them pass, and
+Those of the natural frequency and the stiffness were found on 3000 benches of draw 3: all the honest ways to read them pass, and
 a friend's numbers seldom do (``tests/solutions/test_copied_numbers.py`` holds both on fewer).
 """
 
@@ -12,6 +12,7 @@ RESOLUTION = 0.01  #: of the encoder: it is exact, and rounded by the student
 BY_EYE = 0.03  #: off the plotted spectrum of a sweep: 0.1 Hz, which is a mark or half of one on its axis
 #: Three digits, from 18 on: what a program reads off the same recording in the same way is the same to the last bit.
 BY_PROGRAM = 0.003
+BY_SWINGS = 0.004  #: three digits of a free swing, read off a spectrum with other zeros appended
 NEAR_TRUE = 0.0125  #: of the true one: what ``resonance`` (up to 1.2 % above) and ``logarithmic_decrement`` (0.9) make
 #: For the stiffness by itself, in omega_n, true or of the sweep's peak: half a bin of the sweep (0.031 Hz, of 2.9 to
 #: 4.4), and three digits.
