@@ -101,7 +101,6 @@ class Bench:
         self.kept: Recording | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
         self._pace: Pace | None = None
-        self._lost = 0
         self._supervision: Supervision | None = None  # of a run
         self._board: Board | None = None
         self._task: int | None = None
@@ -211,7 +210,7 @@ class Bench:
         if zero:
             board.set_encoder_counts(self._encoders, 2, np.zeros(2, dtype=np.int32))
         self._sample, self._sample_time = 0, sample_time
-        self._pace, self._lost, self.late = None, 0, []
+        self._pace, self.late = None, []
         self._supervision = Supervision(self.limits, self.safety.guard, sample_time)
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW
@@ -242,12 +241,15 @@ class Bench:
         if self._task is None:
             raise BenchError("The bench is not sampling; call start() first.")
         self._fetch(board, self._counts, 1)
-        lost, waiting = (0, 0) if self._pace is None else self._waiting(board, self._pace)
+        self.late = []
+        came, lost = ([self._counts.tolist()], 0) if self._pace is None else self._all_here(board, self._pace)
         self._sample += lost
-        servo, link = self._counts.tolist()
-        measured = self._taken(servo, link, 1 + lost)
+        measured = self._taken(*came[0], 1 + lost)
+        for counts in came[1:]:
+            self.late.append(measured)
+            measured = self._taken(*counts)
         self._show_alive(board)
-        return self._newest(board, measured, waiting) if waiting else measured
+        return measured
 
     def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
         if self._task is None or board.task_read_encoder(self._task, samples, counts) != samples:
@@ -276,31 +278,21 @@ class Bench:
             self._end(why)
         return measured
 
-    def _waiting(self, board: Board, pace: Pace) -> tuple[int, int]:
-        """How many samples were lost before the one that has just come, and how many wait behind it."""
-        self.late = []
+    def _all_here(self, board: Board, pace: Pace) -> tuple[list[list[int]], int]:
+        """The counts of the sample that has just come and of those that wait; and how many before it never came."""
         self._drop_stale(board, pace)
-        behind = pace.arrived(self._sample)
-        if not (behind or pace.overdue or pace.may_have_lost):
-            return 0, 0
+        came, lost, behind = [self._counts.tolist()], 0, pace.arrived(self._sample)
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
             slow = _TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
             self._end(at(slow, self.latest.time))
-        lost = board.task_get_buffer_overflows(self._task or 0) - self._lost
-        self._lost += lost
-        waiting = max(behind - lost, 0)
-        pace.skipped(self._sample, lost, waiting)
-        return lost, waiting
-
-    def _newest(self, board: Board, measured: Measurement, waiting: int) -> Measurement:
-        """The newest of the samples that wait; those before it are late."""
-        counts = np.zeros(2 * waiting, dtype=np.int32)
-        self._fetch(board, counts, waiting)
-        self._show_alive(board)
-        for servo, link in counts.reshape(-1, 2).tolist():
-            self.late.append(measured)
-            measured = self._taken(servo, link)
-        return measured
+        if behind:
+            self._show_alive(board)
+        while behind:
+            self._fetch(board, self._counts, 1)
+            came.append(self._counts.tolist())
+            behind, lost = pace.fetched(self._sample + len(came) - 1)
+        pace.skipped(self._sample, lost, len(came) - 1)
+        return came, lost
 
     def write(self, voltage: float) -> float:
         """Set the motor voltage (V), cut to the limits, and return what was set.

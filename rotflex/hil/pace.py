@@ -2,7 +2,9 @@
 
 A board's samples wait in its buffer until they are fetched, and it does not say how many wait. The computer's clock
 does: the quickest arrival tells when samples are due, and one that comes more than a period after that has others
-behind it. A clock of the board and one of the computer drift apart, so what is known of the quickest arrival fades.
+behind it. Where fetching these takes time, they were not waiting: samples before them never came. (The maker counts
+overflows, and does not say how many samples each of them lost.) The clocks of board and computer are never quite alike,
+so what is known of the quickest arrival fades.
 """
 
 from __future__ import annotations
@@ -19,8 +21,11 @@ import numpy as np
 
 from rotflex.unanswered import HELD, LOST, MOST_NOTED
 
-DRIFT = 5e-4  #: of the time that passes; a cheap crystal is off by 1e-4, and a hot one by as much again
+DRIFT = 5e-3  #: of the time that passes: by so much a board's clock may be slow; a fast one is seen at once
 TOO_SLOW = 5  #: answers of which most take longer than a period: it is no pause, they take too long
+_NEARLY = 0.1  # periods: a sample that is due so soon is taken for one that waits
+_BLOCKED = 0.5  # periods that a fetch takes, from which on its sample had not been waiting
+_TWICE = 2  # fetches in a row that block; a single one may only have been held up by the computer
 _FRESH = 2.0  # periods after the start in which a first sample is no old one
 _SWITCH = 0.0005  # s, a quarter of a sample: threads take turns so often, so that others do not hold up the loop
 
@@ -45,11 +50,12 @@ class Pace:
         self._begun = now()
         self._base = math.nan  # when sample 0 was, or would have been, here at the earliest
         self._arrivals: list[float] = []
+        self._numbers: list[int] = []  # of the samples that arrived then
         self._answers: list[float] = []
         self._arrival = self._begun
         self._together = 1  # samples that the next answer is for: those that waited, and the newest
         self._worst = 0.0
-        self._lateness = 0.0
+        self._blocked = 0  # fetches in a row, until the last one
         self._overdue = 0  # of the answer to the sample that came last
         self._held: list[list[int]] = []
         self._lost: list[list[int]] = []
@@ -65,27 +71,35 @@ class Pace:
     def arrived(self, sample: int) -> int:
         """How many samples wait behind this one, which has just come."""
         now = self._arrival = self._now()
-        self._arrivals.append(now)
         if math.isnan(self._base):
             self._base = now - sample * self._period
-        lateness = now - (self._base + sample * self._period)
-        self._base += min(lateness, DRIFT * self._period)
-        behind = int(lateness / self._period + 1e-9) if lateness > 0 else 0
+        passed = sample - self._numbers[-1] if self._numbers else 1
+        self._arrivals.append(now)
+        self._numbers.append(sample)
+        behind, lateness = self._behind(sample), now - (self._base + sample * self._period)
+        self._base += min(lateness, DRIFT * passed * self._period)
         self._worst = max(self._worst, lateness)
-        self._together = 1 + behind
-        self._lateness = lateness
+        self._blocked = 0
         self.overdue, self._overdue = self._overdue, 0
         return behind
 
-    @property
-    def may_have_lost(self) -> bool:
-        """Whether a sample may be missing before the one that has just come: it is later than half a period."""
-        return self._lateness > 0.5 * self._period
+    def fetched(self, sample: int) -> tuple[int, int]:
+        """How many samples wait behind this one, which was believed to wait; and how many never came before it."""
+        asked, self._arrival = self._arrival, self._now()
+        self._blocked = self._blocked + 1 if self._arrival - asked > _BLOCKED * self._period else 0
+        behind = self._behind(sample)
+        return (0, behind) if self._blocked == _TWICE else (behind, 0)
+
+    def _behind(self, sample: int) -> int:
+        """How many samples should wait behind this one, which came last, by the time."""
+        return max(math.floor((self._arrival - self._base) / self._period - sample + _NEARLY), 0)
 
     def skipped(self, sample: int, lost: int, waiting: int) -> None:
         """From a sample on so many never came, and after them so many came late: the motor keeps what it has."""
         self.missed += lost
         self.late += waiting
+        self._together = 1 + waiting
+        self._numbers[-1] += lost
         if not (lost or waiting or self.overdue) or len(self._held) >= MOST_NOTED:
             return
         # A late answer was not at the motor at its own sample either.
@@ -117,9 +131,16 @@ class Pace:
         if len(self._arrivals) > 1:
             told["period"] = _percentiles(np.diff(self._arrivals))
             told["latest"] = round(self._worst, 6)
+            told["drift"] = round(self._drift(), 6)
         if self._answers:
             told["answer"] = _percentiles(np.array(self._answers))
         return told
+
+    def _drift(self) -> float:
+        """By how much the board's clock is slower than the computer's, of the time: late arrivals do not count."""
+        half = len(self._arrivals) // 2
+        took, samples = (np.array(one[half:]) - one[: len(one) - half] for one in (self._arrivals, self._numbers))
+        return float(np.median(took / samples)) / self._period - 1
 
 
 def _percentiles(values: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, float]:

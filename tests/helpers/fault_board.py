@@ -41,6 +41,7 @@ class FaultBoard:
     before : verb → called with the sample's number before each call; what it raises is the board's failure
     spoil : called with counts (servo, link) and the sample's number; what it returns is read in their place
     came : how many samples a read returns, if not as many as it was asked for
+    loses : sample → how many are lost in one burst before it; the board does not say how many it lost
     sample : how many samples were read since the last run began
     """
 
@@ -51,6 +52,7 @@ class FaultBoard:
         self.before: dict[str, Callable[[int], None]] = {}
         self.spoil: Callable[[list[int], int], list[int]] | None = None
         self.came: Callable[[int], int | None] = lambda sample: None
+        self.loses: dict[int, int] = {}
         self.sample = 0
         self.unplugged = False
         self.at_zero: float | None = None  # when 0 V came after the last other voltage, s
@@ -72,6 +74,9 @@ class FaultBoard:
         self.sample = 0
 
     def task_read_encoder(self, task: int, samples: int, buffer: Any) -> int:
+        for lost in [self.loses.pop(one, 0) for one in range(self.sample, self.sample + samples)]:
+            if lost:
+                self.inner.task_read_encoder(task, lost, np.zeros(2 * lost, dtype=np.int32))
         count = int(self.__getattr__("task_read_encoder")(task, samples, buffer))
         for place in range(count):
             if self.spoil is not None:
@@ -79,6 +84,9 @@ class FaultBoard:
             self.sample += 1
         came = self.came(self.sample)
         return count if came is None else came
+
+    def task_get_buffer_overflows(self, task: int) -> int:
+        raise AssertionError("the maker does not say whether a burst of lost samples counts once, or for each sample")
 
     def write_analog(self, channels: Any, number: int, buffer: Any) -> None:
         self.__getattr__("write_analog")(channels, number, buffer)

@@ -1,7 +1,6 @@
 """Tasks for a board that has no clock of its own: the computer's clock paces them.
 
-A sample that is fetched too late cannot be taken any more. It counts as lost, as a full buffer's would, and the next
-one that is due is taken.
+A sample that is fetched too late cannot be taken any more. It is lost, and the next one that is due is taken.
 """
 
 import itertools
@@ -22,7 +21,6 @@ class _Task:
     period: float = math.nan
     due: float = math.nan
     remaining: int = 0
-    lost: int = 0
 
 
 class SoftwareTasks:
@@ -42,7 +40,7 @@ class SoftwareTasks:
     def start(self, task: int, frequency: float, num_samples: int) -> None:
         """Take the first sample now."""
         one = self._tasks[task]
-        one.period, one.due, one.remaining, one.lost = 1 / frequency, self._clock.now(), num_samples, 0
+        one.period, one.due, one.remaining = 1 / frequency, self._clock.now(), num_samples
 
     def read_encoder(self, task: int, num_samples: int, buffer: Counts) -> int:
         """Wait for samples, and return how many came (fewer only at the end of the task)."""
@@ -50,7 +48,6 @@ class SoftwareTasks:
         count = 0
         while count < num_samples and one.remaining:
             passed = min(max(math.floor((self._clock.now() - one.due) / one.period + 1e-9), 0), one.remaining)
-            one.lost += passed
             one.due += passed * one.period
             one.remaining -= passed
             if not one.remaining:
@@ -61,10 +58,6 @@ class SoftwareTasks:
             one.remaining -= 1
             count += 1
         return count
-
-    def get_buffer_overflows(self, task: int) -> int:
-        """Return how many samples were lost since the start."""
-        return self._tasks[task].lost
 
     def stop(self, task: int) -> None:
         """Take no more samples."""

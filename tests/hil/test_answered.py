@@ -223,6 +223,7 @@ def test_samples_that_are_said_to_be_held_have_to_be(honest):
 def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
     noted = [[10_000 + 10 * n, 100] for n in range(MOST_NOTED)]
     pace = Pace(SAMPLE_TIME, "hardware", lambda: 0.0)
+    pace.arrived(0)
     for first, count in [*noted, *noted]:
         pace.skipped(first, count, 0)
     timing = honest.metadata[TIMING] | pace.report()

@@ -230,6 +230,10 @@ FAULTS: dict[str, Fault] = {
     ),
     "the voltage's limit": Fault(None, "", bench={"limits": Limits(voltage=3.0)}),
     "a short pause": Fault(None, "", controller=paused(0.1)),
+    "a burst of 20 samples is lost": Fault(None, "", board=lambda board: board.loses.update({FAULT_AT: 20})),
+    "a burst of samples is lost, longer than the watchdog's": Fault(
+        HILError, r"0\.2 s", board=lambda board: board.loses.update({FAULT_AT: 110}), watchdog=True
+    ),
     "a pause longer than the watchdog's": Fault(HILError, r"0\.2 s", controller=paused(0.3), watchdog=True),
     "the controller is too slow": Fault(
         LimitExceeded, "too slow", controller=paused(1.5 * SAMPLE_TIME, SAMPLES), within=SAMPLES
@@ -371,17 +375,69 @@ def test_stale_samples_at_the_start_are_read_and_no_part_of_the_run():
         assert bench.timing["timing"]["late"] == 0
 
 
-def test_a_clock_that_drifts_is_no_lateness():
-    """The board's crystal is 400 ppm slower than the computer's: after 16 s that would be three samples."""
+#: 10 s in which the answer to each sample is another voltage.
+LONG = smooth_square_wave(time_axis(10.0, SAMPLE_TIME), 2.0, 20 * DEG, 100.0) + np.linspace(0.0, 0.1, 5001)
+
+
+@pytest.mark.parametrize("lost", [1, 20, 50])
+@pytest.mark.parametrize("at", [1000, 1001])
+def test_after_a_burst_of_lost_samples_each_sample_is_answered_as_before(lost, at):
     board = FaultBoard()
+    board.loses[at] = lost
+    with bench_of(board) as bench:
+        recording = run(bench, StateFeedback(GAIN), LONG, SAMPLE_TIME, progress=False)
+    timing = recording.metadata["timing"]
+    assert (timing["missed"], timing["lost"], timing["late"]) == (lost, [[at, lost]], 2)
+    assert timing["held"] == [[at, lost + 2]]
+    assert np.unique(recording["vm"][-1000:]).size >= 998
+    assert recording.time[-1] + 1e-9 >= board.time.now()  # what is recorded at the end is of then
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.3])
+@pytest.mark.parametrize("drift", [-0.005, -0.002, 0.0, 0.0004, 0.002, 0.0045])
+def test_a_clock_that_is_not_the_computers_is_measured_and_no_fault(drift, jitter):
+    board, rng = FaultBoard(), np.random.default_rng(1)
     bench = bench_of(board)
-    bench._now = lambda: 1.0004 * board.time.now()
+    bench._now = lambda: (1 + drift) * board.time.now() + jitter * SAMPLE_TIME * rng.random()
     with bench:
-        bench.start(SAMPLE_TIME)
-        for _sample in range(8_000):
-            bench.read()
-            bench.write(0.0)
-        assert bench.timing["timing"]["late"] == 0
+        recording = run(bench, StateFeedback(GAIN), LONG, SAMPLE_TIME, progress=False)
+    timing = recording.metadata["timing"]
+    assert (timing["missed"], timing["late"]) == (0, 0)
+    assert timing["drift"] == pytest.approx(drift, abs=2e-5)
+
+
+@pytest.mark.parametrize("drift", [-0.002, 0.002])
+def test_pauses_and_lost_samples_are_told_apart_with_a_clock_that_is_not_the_computers(drift):
+    board = FaultBoard()
+    board.loses[3000] = 20
+    bench = bench_of(board)
+    bench._now = lambda: (1 + drift) * board.time.now()
+
+    def pause(measured: Any, _voltage: float) -> None:
+        board.time.pass_by(0.15 if measured.time == 2.0 else 0.0)
+
+    with bench:
+        bench.on_sample = pause
+        recording = run(bench, StateFeedback(GAIN), LONG, SAMPLE_TIME, progress=False)
+    timing = recording.metadata["timing"]
+    assert (timing["missed"], timing["late"]) == (20, pytest.approx(74 + 2, abs=1))
+    assert timing["drift"] == pytest.approx(drift, abs=2e-5)
+
+
+def test_a_computer_that_pauses_while_it_fetches_samples_that_wait_has_lost_none():
+    board = FaultBoard()
+    fetched = itertools.count()
+    bench = bench_of(board)
+
+    def preempted(sample: int) -> None:
+        if sample > FAULT_AT + 1 and next(fetched) == 10:
+            board.time.pass_by(0.7 * SAMPLE_TIME)
+
+    board.before["task_read_encoder"] = preempted
+    with bench:
+        recording = run(bench, paused(0.15)(board), REFERENCE, SAMPLE_TIME, progress=False)
+    assert recording.metadata["timing"]["missed"] == 0
+    assert recording.metadata["timing"]["late"] == pytest.approx(75, abs=1)
 
 
 @pytest.mark.slow
