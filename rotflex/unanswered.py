@@ -15,8 +15,34 @@ from numpy.typing import NDArray
 
 TIMING, HELD, LOST = "timing", "held", "lost"
 MOST_NOTED = 100  #: stretches; more would make a recording's metadata too long to be handed in
+FEW = 0.01  #: of the samples: where more came late or never, a run is not to be relied on
+HELPS = (
+    "The computer was busy: close other programs, run on mains power, plug the board in without a hub, and give it a "
+    "clock of its own. If that does not help, check the board's power and cables."
+)
 
 Stretch = tuple[int, int]
+
+
+def too_many(metadata: Mapping[str, Any], samples: int) -> bool:
+    """Whether so many of a recording's samples came late or never that it is not to be relied on."""
+    return sum(_counted(metadata)) > FEW * samples
+
+
+def in_words(metadata: Mapping[str, Any], samples: int) -> str:
+    """How many of a recording's samples came late or never, and what helps; "" where all came in time."""
+    late, missed = _counted(metadata)
+    if not late + missed:
+        return ""
+    judged = "too many" if too_many(metadata, samples) else "few enough"
+    return f"Of {samples} samples {late} came late and {missed} never came: {judged} (at most {FEW:.0%} may). {HELPS}"
+
+
+def _counted(metadata: Mapping[str, Any]) -> tuple[int, int]:
+    timing = metadata.get(TIMING)
+    counted = [timing.get(name) if isinstance(timing, Mapping) else 0 for name in ("late", "missed")]
+    late, missed = (value if type(value) is int and value > 0 else 0 for value in counted)
+    return late, missed
 
 
 def stretches(metadata: Mapping[str, Any], name: str) -> list[Stretch]:

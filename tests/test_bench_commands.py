@@ -13,6 +13,7 @@ import miswired
 import numpy as np
 import pytest
 import quanser_double
+from fault_board import FaultBoard, bench_of
 from scipy.io import savemat
 from typer.testing import CliRunner
 
@@ -65,6 +66,27 @@ def test_an_experiment_is_run_and_kept(words, experiment, feedback):
     recording = Recording.load("out.mat")
     assert (recording.metadata["experiment"], recording.metadata.get("feedback")) == (experiment, feedback)
     assert np.ptp(recording["theta"]) > 0
+
+
+@pytest.mark.parametrize(("lost", "words", "code"), [(0, "", 0), (20, "few enough", 0), (60, "too many", 1)])
+def test_samples_that_never_came_are_told_and_too_many_fail(lost, words, code, monkeypatch):
+    board = FaultBoard()
+    board.loses[1000] = lost
+    monkeypatch.setattr(hil, "open", lambda address: bench_of(board))
+    output = said("run", "fsf", "--gain", GAIN, "--duration", "10", "--out", "out.mat", code=code)
+    recording = Recording.load("out.mat")
+    assert (len(recording), recording.metadata["timing"]["missed"]) == (5001, lost)
+    assert words in output and (f"2 came late and {lost} never came" in output) == (lost > 0)
+    assert ("close other programs" in output) == (lost > 0)
+
+
+def test_recordings_in_which_samples_came_late_are_told_and_where_too_many_did_not_fitted():
+    recording = Recording.load(recorded("one.mat"))
+    for late, code in ((3, 0), (20, 2)):
+        timing = {"late": late, "missed": 2}
+        Recording(recording.time, recording.channels, {**recording.metadata, "timing": timing}).save("late.mat")
+        output = said("fit", "late.mat", "--free", "K_s", "--force", code=code)
+        assert f"{late} came late and 2 never came" in output
 
 
 def test_a_validation_is_run_beside_a_model_from_a_file():

@@ -300,10 +300,11 @@ def test_a_pause_of_the_computer_is_told_from_a_watchdog_in_haste():
 )
 def test_what_a_report_on_samples_means(late, missed, period, sample_time, level):
     percentiles = {"p50": period, "p99": 1.5 * period, "max": 3 * period}
-    timing = {"clock": "hardware", "late": late, "missed": missed, "period": percentiles}
+    timing = {"clock": "hardware", "late": late, "missed": missed, "period": percentiles, "drift": -0.002}
     one = on_the_board.judged("samples", timing, sample_time, 1500)
     assert one.level is level and bool(one.to_do) == (level is not Level.OK)
     assert f"of 1500 samples {late} were late and {missed} missed." in one.said
+    assert "0.200% faster" in one.said
     assert (" (The course samples at 500 Hz.)" in one.said) == (sample_time < 0.002 and level is Level.WARN)
 
 

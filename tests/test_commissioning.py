@@ -222,6 +222,25 @@ def test_a_computer_that_is_too_busy_for_the_delay_says_so():
             driven.loop_delay(bench, 1.6)
 
 
+@pytest.mark.parametrize("busy_for", [1, 3])
+def test_a_sweep_in_which_too_many_samples_came_late_comes_again_and_at_last_ends_the_commissioning(busy_for):
+    laboratory, told = Paused(1, 1, -1), []
+    laboratory.every = 20
+
+    def say(text: str) -> None:
+        told.append(text)
+        laboratory.every = 20 if len(told) < busy_for else 0
+
+    with laboratory.connect(TOLD, TOLD.setup()) as bench:
+        bench.safety = replace(bench.safety, guard=None)
+        if busy_for < 3:
+            assert 2 < driven.link(bench, say) / HZ < 6
+        else:
+            with pytest.raises(BenchError, match=r"came late.*in 3 sweeps"):
+                driven.link(bench, say)
+    assert len(told) == busy_for and "close other programs" in told[0]
+
+
 @pytest.fixture
 def typed(monkeypatch):
     """What the person types, line by line."""

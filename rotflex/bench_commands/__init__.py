@@ -103,8 +103,11 @@ def run_experiment(
     duration: Annotated[float | None, typer.Option(help="Seconds; as the course has it unless given.")] = None,
     force: _Force = False,
 ) -> None:
-    """Run an experiment, and keep what was recorded, also of a run that ended before its time."""
-    from rotflex import hil
+    """Run an experiment, and keep what was recorded, also of a run that ended before its time.
+
+    It fails, with the recording kept, where too many samples came late.
+    """
+    from rotflex import hil, unanswered
 
     _check_recording(out, force)
     chosen = _experiment(experiment, gain, model, {} if duration is None else {"duration": duration})
@@ -115,10 +118,13 @@ def run_experiment(
             _keep(opened, out)
             raise
         _save(recording, opened, out)
+    if unanswered.too_many(recording.metadata, len(recording)):
+        raise typer.Exit(1)
 
 
 def _save(recording: Recording, bench: Bench, out: Path) -> None:
-    """Save a run, or say where it is where that fails."""
+    """Save a run, or say where it is where that fails; and say how many samples came late."""
+    from rotflex import unanswered
     from rotflex.errors import RecordingError
     from rotflex.hil import waiting
 
@@ -127,6 +133,8 @@ def _save(recording: Recording, bench: Bench, out: Path) -> None:
     except RecordingError as error:
         raise RecordingError(f"{error} {waiting.put_by(recording, bench.safety.folder)}") from error
     typer.echo(f"{len(recording)} samples are in {out}.")
+    if words := unanswered.in_words(recording.metadata, len(recording)):
+        typer.echo(words, err=True)
 
 
 def _keep(bench: Bench, out: Path) -> None:
@@ -360,6 +368,8 @@ def fit(
         initial = replace(initial, J_l=J_l, K_s=initial.K_s * J_l / arm.J_l)  # beginning at the same frequency
     own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
     fits.require_motion(every, recordings)
+    for words in fits.late(every, recordings):
+        typer.echo(words, err=True)
     found = greybox.fit(every, servo, arm, names, initial, per_recording=own)
     called = fits.names(recordings)
     typer.echo(found.table(called))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rotflex import unanswered
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
 
@@ -18,6 +20,21 @@ def require_motion(every: list[Recording], paths: list[Path]) -> None:
             channel(recording, "theta"), channel(recording, "alpha")
         except IdentificationError as error:
             raise IdentificationError(f"{path}: {error} Leave it out.") from None
+
+
+def late(every: list[Recording], paths: list[Path]) -> Iterator[str]:
+    """What is to be said of recordings in which samples came late or never.
+
+    Raises
+    ------
+    IdentificationError
+        If too many did.
+    """
+    for path, recording in zip(paths, every, strict=True):
+        if words := unanswered.in_words(recording.metadata, len(recording)):
+            if unanswered.too_many(recording.metadata, len(recording)):
+                raise IdentificationError(f"{path}: {words} Record it again, or leave it out.")
+            yield f"{path}: {words}"
 
 
 def require_different(paths: list[Path]) -> None:

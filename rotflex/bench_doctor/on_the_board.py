@@ -22,9 +22,9 @@ from rotflex.hil.board import Board, Channels, Clock
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.loop import listen
 from rotflex.specifications import SAMPLE_TIME
+from rotflex.unanswered import FEW, HELPS
 
 _PERIOD_OFF = 0.02  # of the period: what its median may be off by
-_FEW = 0.01  # of the samples: more that are late or missed are a fault
 _RELOADED = 0.02  # s, from one reload of the watchdog to the next
 _ALONE = 2 * WATCHDOG_TIMEOUT  # s: for so long it is reloaded, and for so long left alone
 _LOOKED_AT = 2.0  # V on the loopback's output, which an expired watchdog has to take away
@@ -32,9 +32,6 @@ _ZERO = 0.1  # V
 _NOTHING_STOPS = (
     "Nothing would stop the motor of a program that is killed: use the bench with a hand on the emergency stop only, "
     "and ask the board's maker."
-)
-_WHAT_HOLDS_UP = (
-    "Close other programs, run on mains power, plug the board in without a hub, and give it a clock of its own."
 )
 
 
@@ -83,15 +80,16 @@ def judged(what: str, timing: Mapping[str, Any], sample_time: float, number: int
     said = (
         f"The period is {period['p50'] * 1e3:.3f} ms (p50), {period['p99'] * 1e3:.3f} ms (p99), "
         f"{period['max'] * 1e3:.3f} ms at most, by a {timing['clock']} clock; of {number} samples "
-        f"{timing['late']} were late and {timing['missed']} missed."
+        f"{timing['late']} were late and {timing['missed']} missed. The board's clock is {abs(timing['drift']):.3%} "
+        f"{'slower' if timing['drift'] > 0 else 'faster'} than the computer's."
     )
     lost = (timing["late"] + timing["missed"]) / number
-    if lost <= _FEW and abs(period["p50"] / sample_time - 1) <= _PERIOD_OFF:
-        return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP) if lost else Finding(what, Level.OK, said)
+    if lost <= FEW and abs(period["p50"] / sample_time - 1) <= _PERIOD_OFF:
+        return Finding(what, Level.WARN, said, HELPS) if lost else Finding(what, Level.OK, said)
     if sample_time < SAMPLE_TIME:
         said += f" (The course samples at {1 / SAMPLE_TIME:.0f} Hz.)"
-        return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
-    return Finding(what, Level.FAIL, said, _WHAT_HOLDS_UP)
+        return Finding(what, Level.WARN, said, HELPS)
+    return Finding(what, Level.FAIL, said, HELPS)
 
 
 # --- the watchdog -----------------------------------------------------------------------------------------------------
@@ -145,7 +143,7 @@ def _expired_early(what: str, left: float) -> Finding:
     said = f"It expired though it was reloaded after {left:.2f} s; its time-out is {WATCHDOG_TIMEOUT:g} s."
     if left >= WATCHDOG_TIMEOUT:
         said += " This computer had paused meanwhile."
-        return Finding(what, Level.WARN, said, _WHAT_HOLDS_UP)
+        return Finding(what, Level.WARN, said, HELPS)
     return Finding(what, Level.FAIL, said, "Ask the board's maker: no run would get far.")
 
 

@@ -88,7 +88,7 @@ def _driving(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: di
         plus, minus = driven.breakaway(bench)
         measured["breakaway_V"] = [plus, minus]
         dialogue.say(f"The servo breaks away at {plus:.2f} V and at −{minus:.2f} V.")
-        omega = driven.link(bench)
+        omega = driven.link(bench, dialogue.say)
         stiffness = bench.joint.J_l * omega**2
         measured["natural_frequency_Hz"], measured["stiffness"] = omega / HZ, stiffness
         dialogue.say(
@@ -107,7 +107,7 @@ def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measu
         raise BenchError("The commissioning was broken off before the first closed loop. Nothing was recorded.")
     provisional = replace(told, record=record(told.identity(), measured, provisional=True))
     with connect(provisional, provisional.setup()) as bench:
-        recording, natural = driven.short_sweep(bench)
+        recording, natural = driven.short_sweep(bench, dialogue.say)
     expected = measured["natural_frequency_Hz"]
     dialogue.say(f"In closed loop the link swings at {natural:.2f} Hz.")
     if abs(natural / expected - 1) > _APART:

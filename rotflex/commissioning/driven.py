@@ -12,7 +12,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
-from rotflex import experiments
+from rotflex import experiments, unanswered
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.board import Vector
@@ -31,6 +31,7 @@ _DAMPING = 0.6  # 1/s, B_l/J_l; it says little of where the best frequency is
 _LEFT = 0.25  # of the arm's motion, that may be left over; 0.02 to 0.12 is usual
 _STEP, _STEPS, _STEP_FOR = 1.5, 8, 0.06  # V; how many, by turns either way; s, each
 _FINELY = 20  # parts of a sample
+_SWEEPS = 3  # tries of a sweep, until few enough of its samples come late
 _TRIES = 10  # of a step, until all its samples come in time
 
 
@@ -149,16 +150,35 @@ def loop_delay(bench: Bench, stiffness: float) -> float:
     return float(least_squares(left, guess, x_scale=[10, 1e-3, guess[2]], bounds=bounds).x[1])
 
 
-def link(bench: Bench) -> float:
+def _sweep(bench: Bench, say: Callable[[str], object], **settings: Any) -> Recording:
+    """A sweep in which few enough samples came late.
+
+    Raises
+    ------
+    BenchError
+        If too many did each time.
+    """
+    for _each in range(_SWEEPS):
+        recording = experiments.sweep(bench, **settings, progress=False)
+        words = unanswered.in_words(recording.metadata, len(recording))
+        if not unanswered.too_many(recording.metadata, len(recording)):
+            if words:
+                say(words)
+            return recording
+        say(f"{words} The sweep comes again, at most {_SWEEPS} times in all.")
+    raise BenchError(f"{words} It was so in {_SWEEPS} sweeps. Nothing was recorded: begin again.")
+
+
+def link(bench: Bench, say: Callable[[str], object]) -> float:
     """The link's natural frequency with the servo clamped, rad/s, from a sweep of the voltage: no loop is closed yet.
 
     Raises
     ------
     BenchError
         If the arm bends the other way than its inertia bends it, so that a sign of an encoder is wrong; or if it does
-        not move as an arm on the springs of such a joint.
+        not move as an arm on the springs of such a joint; or if too many samples came late.
     """
-    recording = experiments.sweep(bench, **_SWEEP, drive="voltage", progress=False)
+    recording = _sweep(bench, say, **_SWEEP, drive="voltage")
     theta, alpha, dt = recording["theta"], recording["alpha"], recording.sample_time
     sought: dict[str, Any] = {
         "damping": _DAMPING,
@@ -180,8 +200,8 @@ def link(bench: Bench) -> float:
     )
 
 
-def short_sweep(bench: Bench) -> tuple[Recording, float]:
+def short_sweep(bench: Bench, say: Callable[[str], object]) -> tuple[Recording, float]:
     """A short sweep in closed loop, the guard on: the recording, and the link's natural frequency in it, Hz."""
-    recording = experiments.sweep(bench, duration=8.0, progress=False)
+    recording = _sweep(bench, say, duration=8.0)
     response = frequency_response(recording)
     return recording, resonance(response).value / HZ

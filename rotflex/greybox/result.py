@@ -182,7 +182,8 @@ class FitResult:
         for name, found in self.estimates.items():
             low, high = self.intervals[name]
             unit, digits = _UNITS[name.partition("[")[0]], _digits(low, high)
-            value = "fixed" if name in self.fixed else f"{found.value:.{digits}g}"
+            value = f"{found.value:.{digits}g}" if found.value else "none found"
+            value = "fixed" if name in self.fixed else value
             lines.append(f"{called[name]:{width}}{value:>12}   {low:.{digits}g} … {high:.{digits}g} {unit}")
         lines.append(f"What is left (RMS, deg): {in_degrees(self.residual_rms)}.")
         lines += [*self.doubts(recordings), *self.fixed.values(), *self._hardly_apart([*called.values()])]

@@ -31,6 +31,7 @@ CONFIDENCE = 0.95
 _TOLERANCE = 1e-3  # of the sum of squares: a step that gains less is the last
 _MOST_STEPS = 40  # usual are 5 to 8
 _SMALLEST_INFLATION = 2.0  # of the standard errors for white residuals
+_NONE = 1e-6  # of the unit: a friction or a delay that is less was pushed against its bound, which is zero
 _LARGEST_CONDITION = 1e10  # of the information, scaled: beyond, something is not told
 _TAKES_PART = 0.1  # of an unknown in a direction that is not told
 
@@ -90,7 +91,7 @@ def search(problem: Problem, progress: bool) -> Found:
             f"The fit has not settled in {_MOST_STEPS} steps. Fit fewer parameters, or give an initial plant "
             "that is nearer to the bench."
         )
-    return Found(np.asarray(found.x), np.asarray(found.fun), np.asarray(found.jac))
+    return Found(np.where(np.abs(found.x) < _NONE, 0.0, found.x), np.asarray(found.fun), np.asarray(found.jac))
 
 
 def untold(problem: Problem, found: Found) -> list[str]:

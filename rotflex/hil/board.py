@@ -161,7 +161,7 @@ class Board(Protocol):
         """Wait for samples of all kinds, put them into the buffers, and return how many came."""
 
     def task_get_buffer_overflows(self, task: int) -> int:
-        """How often the buffer overflowed since the task was started; the maker does not say how many samples that lost."""
+        """How often the buffer overflowed since the start; the maker does not say how many samples each time lost."""
 
     def task_flush(self, task: int) -> None:
         """Wait until all that a writer was given is out. A reader's samples stay: they are dropped by reading them."""

@@ -178,6 +178,17 @@ def test_a_friction_and_a_delay_that_are_not_there_are_given_up_in_words():
     assert found.parameters.B_l == pytest.approx(parameters.B_l, rel=0.1)
 
 
+def test_a_delay_that_is_asked_for_and_not_there_is_none_found():
+    early = replace(SPEC, timing=replace(SPEC.timing, delay=0.0, jitter=0.0, late=0.0))
+    recording = run_of(early, 1.0)
+    volts = np.append(recording["vm"][1:], 0.0)  # as if each voltage had come a sample before it was written
+    ahead = Recording.of(recording.time, theta=recording["theta"], alpha=recording["alpha"], vm=volts)
+    found = fit(ahead, srv02(), SPEC.joint, ("K_s", "delay"), initial=early.parameters, progress=False)
+    assert found.delay == found.estimates["delay"].value == 0.0
+    (line,) = [line for line in str(found).splitlines() if line.startswith("delay")]
+    assert "none found" in line
+
+
 def test_a_link_that_rubs_keeps_its_friction():
     spec = student_bench(4, draw=1)
     found = fit(run_of(spec, 1.0, duration=4.0), srv02(), spec.joint, progress=False)
