@@ -244,7 +244,7 @@ class Bench:
         self.late = []
         came, lost = ([self._counts.tolist()], 0) if self._pace is None else self._all_here(board, self._pace)
         self._sample += lost
-        measured = self._taken(*came[0], 1 + lost)
+        measured = self._taken(*came[0], samples=1 + lost)
         for counts in came[1:]:
             self.late.append(measured)
             measured = self._taken(*counts)

@@ -179,11 +179,11 @@ def test_a_friction_and_a_delay_that_are_not_there_are_given_up_in_words():
 
 
 def test_a_delay_that_is_asked_for_and_not_there_is_none_found():
-    early = replace(SPEC, timing=replace(SPEC.timing, delay=0.0, jitter=0.0, late=0.0))
-    recording = run_of(early, 1.0)
-    volts = np.append(recording["vm"][1:], 0.0)  # as if each voltage had come a sample before it was written
-    ahead = Recording.of(recording.time, theta=recording["theta"], alpha=recording["alpha"], vm=volts)
-    found = fit(ahead, srv02(), SPEC.joint, ("K_s", "delay"), initial=early.parameters, progress=False)
+    prompt = replace(SPEC, timing=replace(SPEC.timing, delay=0.0, jitter=0.0, late=0.0))
+    recording = run_of(prompt, 1.0)
+    volts = np.append(0.0, recording["vm"][:-1])  # noted a sample late, so that what moves seems to come early
+    early = Recording.of(recording.time, theta=recording["theta"], alpha=recording["alpha"], vm=volts)
+    found = fit(early, srv02(), SPEC.joint, ("K_s", "delay"), initial=prompt.parameters, progress=False)
     assert found.delay == found.estimates["delay"].value == 0.0
     (line,) = [line for line in str(found).splitlines() if line.startswith("delay")]
     assert "none found" in line
