@@ -244,10 +244,10 @@ class Bench:
         self.late = []
         came, lost = ([self._counts.tolist()], 0) if self._pace is None else self._all_here(board, self._pace)
         self._sample += lost
-        measured = self._taken(*came[0], samples=1 + lost)
+        measured = self._taken(came[0], 1 + lost)
         for counts in came[1:]:
             self.late.append(measured)
-            measured = self._taken(*counts)
+            measured = self._taken(counts)
         self._show_alive(board)
         return measured
 
@@ -268,8 +268,9 @@ class Bench:
             self._show_alive(board)
             self._fetch(board, self._counts, 1)
 
-    def _taken(self, servo: int, link: int, samples: int = 1) -> Measurement:
+    def _taken(self, counts: list[int], samples: int = 1) -> Measurement:
         """The next sample from its counts, within the limits; ``samples`` after the one before."""
+        servo, link = counts
         measured = Measurement(self._sample * self._sample_time, servo * self._K_theta, link * self._K_alpha)
         self._sample += 1
         self.latest = measured
