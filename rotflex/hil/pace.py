@@ -24,7 +24,7 @@ from rotflex.unanswered import HELD, LOST, MOST_NOTED
 DRIFT = 5e-3  #: of the time that passes: by so much a board's clock may be slow; a fast one is seen at once
 TOO_SLOW = 5  #: answers of which most take longer than a period: it is no pause, they take too long
 _NEARLY = 0.1  # periods: a sample that is due so soon is taken for one that waits
-_BLOCKED = 0.5  # periods that a fetch takes, from which on its sample had not been waiting
+_BLOCKED = 0.5, 1.5  # periods that a fetch takes if its sample was not waiting; longer, the computer was held up
 _TWICE = 2  # fetches in a row that block; a single one may only have been held up by the computer
 _FRESH = 2.0  # periods after the start in which a first sample is no old one
 _SWITCH = 0.0005  # s, a quarter of a sample: threads take turns so often, so that others do not hold up the loop
@@ -86,7 +86,9 @@ class Pace:
     def fetched(self, sample: int) -> tuple[int, int]:
         """How many samples wait behind this one, which was believed to wait; and how many never came before it."""
         asked, self._arrival = self._arrival, self._now()
-        self._blocked = self._blocked + 1 if self._arrival - asked > _BLOCKED * self._period else 0
+        least, most = _BLOCKED
+        blocked = least < (self._arrival - asked) / self._period < most
+        self._blocked = self._blocked + 1 if blocked else 0
         behind = self._behind(sample)
         return (0, behind) if self._blocked == _TWICE else (behind, 0)
 

@@ -22,7 +22,7 @@ from rotflex.units import DEG
 pytestmark = pytest.mark.slow
 COUNT = 360 / 4096 * DEG
 GAIN = [13.04, -17.26, 1.32, -0.046]
-SPEC = student_bench(5)
+SPEC = student_bench(5, draw=2)  # with the friction that a fit models
 FRICTION = 0.6, 1.0, 1.4  # of the drawn one
 
 

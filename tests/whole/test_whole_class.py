@@ -197,4 +197,4 @@ def test_feedback_does_not_give_away_the_values_of_the_bench(marks_folder):
     page = (marks_folder / "consistent" / "feedback.html").read_text(encoding="utf-8").split("</style>")[1]
     assert "omega_n" in page
     for value in (bench.K_s, bench.omega_n, bench.omega_n / 6.2832):
-        assert f"{value:.4g}" not in page
+        assert f"{value:#.4g}" not in page
