@@ -1,7 +1,7 @@
 """The tolerances by which answers are marked, and why each is what it is. Relative, unless the name says otherwise.
 
-Those of the natural frequency and the stiffness were found on 3000 benches of draw 3: all the honest ways to read them pass, and
-a friend's numbers seldom do (``tests/solutions/test_copied_numbers.py`` holds both on fewer).
+Those of the natural frequency and the stiffness were found on 3000 benches of draw 3: all the honest ways to read them
+pass, and a friend's numbers seldom do (``tests/solutions/test_copied_numbers.py`` holds both on fewer).
 """
 
 from rotflex.units import DEG, REV
