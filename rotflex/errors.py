@@ -98,7 +98,7 @@ class HILError(BenchError):
 
 
 class WatchdogExpired(HILError):
-    """The program did not show in time that it was alive, so that the board's watchdog has set the motor to 0 V."""
+    """The program did not show in time that it was alive, so that the board's watchdog has expired."""
 
 
 class NotRecorded(BenchError):

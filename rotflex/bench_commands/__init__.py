@@ -16,6 +16,8 @@ from rotflex.errors import ConfigurationError, IdentificationError
 
 if TYPE_CHECKING:
     from rotflex.hil.bench import Bench
+    from rotflex.hil.bench_file import BenchFile
+    from rotflex.hil.real import Setup
     from rotflex.recording import Recording
 
 app = typer.Typer(
@@ -45,9 +47,13 @@ def setup(
     out: Annotated[
         Path | None, typer.Option(help="The file that is written: the one that was given, or bench.toml, unless given.")
     ] = None,
+    watchdog: Annotated[
+        bool,
+        typer.Option("--watchdog", help="Test the watchdog alone, a minute, and add the result to bench.toml."),
+    ] = False,
 ) -> None:
     """Find out, guided step by step, how a bench is wired, and write it down with its commissioning."""
-    from rotflex import commissioning, hil
+    from rotflex import commissioning
     from rotflex.hil import bench_file
 
     if board.partition(":")[0] in ("virtual", "replay"):
@@ -58,6 +64,9 @@ def setup(
         raise ConfigurationError(
             f"There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}."
         )
+    if watchdog:
+        _test_watchdog(board, out)
+        return
     if board.endswith(".toml"):
         told, out = bench_file.load(board), out or Path(board)
     else:
@@ -65,15 +74,36 @@ def setup(
         if out.exists():
             raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
     _check_out(out)
-    done = commissioning.commission(
-        told, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal()
-    )
+    done = commissioning.commission(told, _connect, commissioning.Terminal())
     bench_file.save(out, done)
     typer.echo(f"The bench is commissioned. Open it as {out}.")
     typer.echo(
         f"Its name is {bench_file.load(out).name!r} (name = … in the file): where its recordings count for marks, the "
         "course's settings have to name it so."
     )
+
+
+def _connect(told: BenchFile, chosen: Setup) -> Bench:
+    """What each step of a commissioning opens."""
+    from rotflex import hil
+
+    return hil.open(told.address, setup=chosen)
+
+
+def _test_watchdog(board: str, out: Path | None) -> None:
+    """What ``rotflex bench setup --watchdog`` does, by the bench's address or its file."""
+    from rotflex import commissioning
+    from rotflex.hil import bench_file
+
+    path = Path(board) if board.endswith(".toml") else out or Path("bench.toml")
+    told = bench_file.load(path)
+    if not board.endswith(".toml") and told.address != board:
+        raise ConfigurationError(f"{path} is of the bench at {told.address}: name the bench.toml of {board} as --out.")
+    done = commissioning.add_watchdog_test(told, _connect, commissioning.Terminal())
+    bench_file.save(path, done)
+    typer.echo(f"The result is in {path}.")
+    if not done.record["watchdog"]["passed"]:
+        raise typer.Exit(1)
 
 
 @app.command()

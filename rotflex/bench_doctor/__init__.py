@@ -101,7 +101,9 @@ def _on_the_board(bench: Bench, told: BenchFile, seconds: float) -> Iterator[Fin
         except RotflexError as error:
             yield Finding(what, Level.FAIL, str(error), _CABLES)
             return
-        yield Finding(what, Level.OK, "It opens, and the motor is at 0 V.")
+        yield Finding(what, Level.OK, "It opens, and takes 0 V for the motor.")
+        for refusal in bench.refused.values():
+            yield Finding(what, Level.WARN, refusal)
         asked = {
             "encoders": partial(on_the_board.encoders, bench, told),
             "loopback": partial(on_the_board.loopback, bench, told),
@@ -120,7 +122,8 @@ def _on_the_board(bench: Bench, told: BenchFile, seconds: float) -> Iterator[Fin
 def _commissioned(why_not: str, told: BenchFile | None) -> Finding:
     what = "commissioned"
     if why_not:
-        return Finding(what, Level.WARN, why_not, "rotflex bench setup")
+        mended = "rotflex bench setup --watchdog bench.toml" if "--watchdog" in why_not else "rotflex bench setup"
+        return Finding(what, Level.WARN, why_not, mended)
     if told is not None:
         return Finding(what, Level.OK, f"On {told.record.get('date')}, as it is wired now.")
     return Finding(what, Level.OK, "This bench is asked for none.")

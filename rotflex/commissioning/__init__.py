@@ -11,18 +11,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rotflex.commissioning import by_hand, driven
+from rotflex.commissioning import by_hand, driven, watchdog
 from rotflex.commissioning.dialogue import Dialogue, Terminal
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
-from rotflex.hil.bench_file import BenchFile
+from rotflex.hil.bench_file import BenchFile, serial_number
 from rotflex.hil.commissioned import record
 from rotflex.hil.real import CAREFUL, Setup
 from rotflex.units import HZ
 
-__all__ = ["NOTEBOOK", "Dialogue", "Terminal", "commission"]
+__all__ = ["NOTEBOOK", "Dialogue", "Terminal", "add_watchdog_test", "commission"]
 
 NOTEBOOK = Path(__file__).with_name("commissioning.ipynb")  #: the same steps, in JupyterLab
+_VOLTAGE = 2.0  # V, at most, once the watchdog has stopped the motor
 _APART = 0.1  # by which two ways to the natural frequency may differ
 
 Connect = Callable[[BenchFile, Setup], Bench]
@@ -49,12 +50,41 @@ def commission(told: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFi
     """
     measured: dict[str, Any] = {}
     told = _at_rest(told, connect, dialogue, measured)
-    dialogue.say("Now the motor drives, slowly and by up to 30 degrees. Keep a hand on the emergency stop.")
-    if not dialogue.agree("Is the arm free to turn half a turn either way, and the amplifier on?"):
-        raise BenchError("The commissioning was broken off before the motor drove. Nothing was recorded.")
+    _require_free(dialogue)
     told = _driving(told, connect, dialogue, measured)
     _in_closed_loop(told, connect, dialogue, measured)
-    return replace(told, record=record(told.identity(), measured))
+    return replace(told, record=record(told.identity(), measured, watchdog=told.record.get("watchdog")))
+
+
+def add_watchdog_test(told: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFile:
+    """Test the watchdog alone, with the motor, and add the result to the record of a commissioning.
+
+    Raises
+    ------
+    BenchError
+        If the bench was not commissioned, or the servo did not turn. Nothing was recorded then.
+    """
+    if not told.record:
+        raise BenchError("This bench has no record yet. Run rotflex bench setup: it tests the watchdog, too.")
+    _require_free(dialogue)
+    return replace(told, record={**told.record, "watchdog": _watchdog(told, connect, dialogue)})
+
+
+def _require_free(dialogue: Dialogue) -> None:
+    dialogue.say("Now the motor drives, slowly and by up to 30 degrees. Keep a hand on the emergency stop.")
+    if not dialogue.agree("Is the arm free to turn half a turn either way, and the amplifier on?"):
+        raise BenchError("It was broken off before the motor drove. Nothing was recorded.")
+
+
+def _watchdog(told: BenchFile, connect: Connect, dialogue: Dialogue) -> dict[str, Any]:
+    """The watchdog's test, and what the board refused, told."""
+    dialogue.say("The watchdog: 1 V for a moment, and then the program is silent. The board must stop the motor.")
+    with _unguarded(told, connect) as bench:
+        tested = watchdog.test(bench, told)
+    for refusal in bench.refused.values():
+        dialogue.say(f"The board refused something that not all boards have. {refusal}")
+    dialogue.say(tested["found"])
+    return tested
 
 
 def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> BenchFile:
@@ -62,6 +92,8 @@ def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: di
     dialogue.say("Opening the board; the motor stays at 0 V.")
     with connect(told, told.setup()) as bench:
         dialogue.say(f"The board answers at {told.address}.")
+        if serial := serial_number(bench.board):
+            measured["serial_number"] = serial
         measured["loopback"] = by_hand.loopback(bench, told)
         dialogue.say(f"Loopback: {measured['loopback']}.")
         signs = by_hand.directions(bench, told, dialogue)
@@ -84,7 +116,15 @@ def _driving(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: di
     with _unguarded(told, connect) as bench:
         told = told.with_signs(motor_sign=driven.motor_sign(bench))
     dialogue.say(f"Motor: {told.wiring['motor_sign']:+d}.")
-    with _unguarded(told, connect) as bench:
+    if "@" not in told.address:  # a simulator harms nobody
+        tested = _watchdog(told, connect, dialogue)
+        if not tested["passed"]:
+            raise BenchError(
+                f"{tested['found']} Nothing was recorded. Until it passes, no loop is closed on this bench, and the "
+                "motor gets at most 1 V. Look at what the board refused, and ask its maker how its watchdog sets 0 V."
+            )
+        told = replace(told, record={"watchdog": tested})
+    with _unguarded(told, connect, _VOLTAGE) as bench:
         plus, minus = driven.breakaway(bench)
         measured["breakaway_V"] = [plus, minus]
         dialogue.say(f"The servo breaks away at {plus:.2f} V and at −{minus:.2f} V.")
@@ -105,7 +145,8 @@ def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measu
     """The first closed loop, under a provisional record."""
     if not dialogue.agree("Last comes a sweep in closed loop, 8 s, some 4 degrees either way. Begin?"):
         raise BenchError("The commissioning was broken off before the first closed loop. Nothing was recorded.")
-    provisional = replace(told, record=record(told.identity(), measured, provisional=True))
+    kept = record(told.identity(), measured, provisional=True, watchdog=told.record.get("watchdog"))
+    provisional = replace(told, record=kept)
     with connect(provisional, provisional.setup()) as bench:
         recording, natural = driven.short_sweep(bench, dialogue.say)
     expected = measured["natural_frequency_Hz"]
@@ -120,6 +161,10 @@ def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measu
         measured["late"], measured["missed"] = timing["late"], timing["missed"]
 
 
-def _unguarded(told: BenchFile, connect: Connect) -> Bench:
-    """A bench on which little can happen, and which takes motion the wrong way for what it is to find out."""
-    return connect(told, replace(told.setup(), limits=CAREFUL, guarded=False))
+def _unguarded(told: BenchFile, connect: Connect, voltage: float = CAREFUL.voltage) -> Bench:
+    """A bench on which little can happen, and which takes motion the wrong way for what it is to find out.
+
+    The limits stand here, for only here the motor gets more than an uncommissioned bench allows. No loop is closed.
+    """
+    limits = replace(CAREFUL, voltage=voltage, why="The commissioning allows no more.")
+    return connect(told, replace(told.setup(), limits=limits, commissioned=lambda: "", guarded=False))

@@ -5,8 +5,8 @@
         measured = bench.read()        # waits for the next sample
         bench.write(1.5)               # volts at the motor
 
-However a ``with`` block ends, the motor is at 0 V afterwards. A watchdog on the board does the same should the program
-stop without a word. The hardware's own emergency stop comes first all the same.
+However a ``with`` block ends, the motor is at 0 V afterwards. Should the program stop without a word, the board's
+watchdog sets 0 V, where it works; commissioning tests that. The hardware's own emergency stop comes first all the same.
 
 Where time does not wait for the program, a read gives the newest sample: those that waited behind a pause are in
 ``late``, for whoever wants them, and no voltage is written for them.
@@ -23,7 +23,8 @@ import numpy as np
 
 from rotflex.config import Joint, Servo, check_mounted
 from rotflex.errors import BenchError, HILError, LimitExceeded, WatchdogExpired
-from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts
+from rotflex.hil import optional
+from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts, DigitalState
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt, uninterrupted
 from rotflex.hil.pace import Pace
 from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
@@ -34,8 +35,8 @@ from rotflex.unanswered import TIMING
 
 _FOREVER = 2**32 - 1
 _EXPIRED = (
-    "The program did not show for {timeout:g} s that it was alive, so the board's watchdog set the motor to 0 V. Close "
-    "what else keeps this computer busy, and run it again."
+    "The program did not show for {timeout:g} s that it was alive, so the board's watchdog expired. Close what "
+    "else keeps this computer busy, and run it again."
 )
 _TOO_SLOW = (
     "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow for its "
@@ -58,7 +59,8 @@ class Bench:
     safety : for a bench that can come to harm
     clock : of the board, that paces the samples
     now : the computer's time, s
-    prepare : sets up the board, once its watchdog is stopped and the motor at 0 V: options, ranges, quadrature, filters
+    prepare : sets up the board, once its watchdog is stopped and 0 V written: options, ranges, quadrature, filters;
+        gives what was refused that it need not have
     virtual : whether `connect` makes a new plant, at rest
 
     Attributes
@@ -68,6 +70,7 @@ class Bench:
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
+    refused : what the board refused that it need not have, by verb, in words
     on_recorded : called with the recording of each experiment, once it is whole; None for nobody
     """
 
@@ -83,7 +86,7 @@ class Bench:
         safety: Safety | None = None,
         clock: int = Clock.HARDWARE_CLOCK_0,
         now: Callable[[], float] = time.perf_counter,
-        prepare: Callable[[Board], None] | None = None,
+        prepare: Callable[[Board], dict[str, str] | None] | None = None,
         virtual: bool = False,
     ) -> None:
         self.servo = check_mounted(servo)
@@ -97,6 +100,8 @@ class Bench:
         self._wiring = wiring or Wiring()
         self.on_sample: Callable[[Measurement, float], None] | None = None
         self.on_recorded: Callable[[Recording], object] | None = None
+        self.refused: dict[str, str] = {}
+        self._alone = False  # whether the watchdog is left to expire
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
@@ -106,7 +111,6 @@ class Bench:
         self._task: int | None = None
         self._sample = 0
         self._sample_time = 0.0
-        self._v_max = min(self.limits.voltage, servo.V_max)
         self._motor = np.array([self._wiring.motor], dtype=np.uint32)
         self._encoders = np.array([self._wiring.servo_encoder, self._wiring.link_encoder], dtype=np.uint32)
         self._counts = np.zeros(2, dtype=np.int32)
@@ -142,8 +146,9 @@ class Bench:
             self._board.watchdog_clear()
             self._board.watchdog_stop()
             self._set_motor(0.0)
+            self._let_lines_go(self._board)
             if self._prepare is not None:
-                self._prepare(self._board)
+                self.refused |= self._prepare(self._board) or {}
                 self._set_motor(0.0)  # with a range that was chosen now, the same number may be other volts
         except BaseException:
             self._close()
@@ -162,7 +167,14 @@ class Bench:
             board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
         except HILError:
             board.watchdog_clear()
-            board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
+            self.refused |= optional.ask(board, "watchdog_set_analog_expiration_state", self._motor, 1, np.zeros(1))
+
+    def _let_lines_go(self, board: Board) -> None:
+        """Have an expired watchdog let digital outputs go: on Q8-series boards it sets no analog one otherwise."""
+        lines = self._wiring.digital_outputs
+        if lines:
+            channels, states = np.arange(lines, dtype=np.uint32), np.full(lines, DigitalState.TRISTATE, dtype=np.int32)
+            self.refused |= optional.ask(board, "watchdog_set_digital_expiration_state", channels, lines, states)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
@@ -214,7 +226,7 @@ class Bench:
         self._supervision = Supervision(self.limits, self.safety.guard, sample_time)
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW
-        board.task_set_buffer_overflow_mode(self._task, mode)
+        self.refused |= optional.ask(board, "task_set_buffer_overflow_mode", self._task, int(mode))
         board.watchdog_start(WATCHDOG_TIMEOUT)
         board.task_start(self._task, self._clock, 1 / sample_time, _FOREVER)
         if not self.is_simulated:
@@ -251,12 +263,20 @@ class Bench:
         self._show_alive(board)
         return measured
 
+    def read_alone(self) -> Measurement:
+        """Read as :meth:`read` does, but do not reload the watchdog: how its test lets it expire."""
+        self._alone = True
+        try:
+            return self.read()
+        finally:
+            self._alone = False
+
     def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
         if self._task is None or board.task_read_encoder(self._task, samples, counts) != samples:
             raise HILError("The board gave no sample.")
 
     def _show_alive(self, board: Board) -> None:
-        if not board.watchdog_reload():
+        if not self._alone and not board.watchdog_reload():
             self.stop()
             raise WatchdogExpired(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
 
@@ -374,6 +394,10 @@ class Bench:
     def stop(self) -> None:
         """0 V, and no more samples."""
         self._halt(self.board)
+
+    @property
+    def _v_max(self) -> float:
+        return min(self.limits.voltage, self.servo.V_max)
 
     def _set_motor(self, voltage: float) -> None:
         self._volts[0] = self._wiring.motor_sign * voltage / self.servo.cable_gain

@@ -9,6 +9,7 @@ import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import numpy as np
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
 from rotflex.courseware import files
 from rotflex.errors import ConfigurationError
-from rotflex.hil import commissioned
+from rotflex.hil import commissioned, optional
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.kinds import BOARDS, SERIAL, BoardKind
 from rotflex.hil.parts import Limits, Wiring
@@ -90,6 +91,7 @@ class BenchFile:
         arm = joint(parts.pop("arm_position"))
         wired = Wiring(**{name: self.wiring[name] for name in ("motor", "servo_encoder", "link_encoder", *_SIGNS)})
         bound = dict(self.limits) | {name: self.limits[name] * DEG for name in ("theta", "alpha")}
+        serial: list[str] = []  # number of the board, once it was opened
         bound["voltage"] = min(bound["voltage"], self.board["output_range"] * self.parts["cable_gain"])
         return Setup(
             servo=check_mounted(srv02(**parts)),
@@ -97,8 +99,8 @@ class BenchFile:
             limits=Limits(**bound),
             wiring=wired,
             stiffness=commissioned.stiffness(self.record) or WORKBOOKS_STIFFNESS,
-            commissioned=lambda: commissioned.why_not(self.record, self.identity()),
-            prepare=self._prepare,
+            commissioned=lambda: commissioned.why_not(self.record, self.identity(), "".join(serial)),
+            prepare=partial(self._prepare, serial),
             clock=int(self.board["clock"]),
         )
 
@@ -111,21 +113,31 @@ class BenchFile:
         known = self.kind is not None and self.kind is not SERIAL
         return known or bool(self.board[key] != TABLES["board"][key].default)
 
-    def _prepare(self, board: Board) -> None:
-        """Set up a board that was just opened."""
+    def _prepare(self, serial: list[str], board: Board) -> dict[str, str]:
+        """Set up a board that was just opened; what it refused that it need not have."""
         told, wired = self.board, self.wiring
+        serial[:] = [serial_number(board)]
+        refused: dict[str, str] = {}
         if told["options"]:
-            board.set_card_specific_options(told["options"], len(told["options"]))
+            board.set_card_specific_options(told["options"], len(told["options"].encode()))
         encoders = np.array([wired["servo_encoder"], wired["link_encoder"]], dtype=np.uint32)
         if self._is_to_be_set("quadrature"):
-            board.set_encoder_quadrature_mode(encoders, 2, np.full(2, told["quadrature"], dtype=np.uint32))
+            modes = np.full(2, told["quadrature"], dtype=np.uint32)
+            refused |= optional.ask(board, "set_encoder_quadrature_mode", encoders, 2, modes)
         if self._is_to_be_set("output_range"):
             _set_range(board.set_analog_output_ranges, wired["motor"], told["output_range"])
         for channel in (self.potentiometer, None if self.loopback is None else self.loopback[1]):
             if channel is not None and self._is_to_be_set("input_range"):
                 _set_range(board.set_analog_input_ranges, channel, told["input_range"])
         if told["filter"]:
-            board.set_encoder_filter_frequency(encoders, 2, np.full(2, float(told["filter"])))
+            frequencies = np.full(2, float(told["filter"]))
+            refused |= optional.ask(board, "set_encoder_filter_frequency", encoders, 2, frequencies)
+        return refused
+
+
+def serial_number(board: Board) -> str:
+    """A board's serial number; empty where it does not tell it."""
+    return str(getattr(board, "serial_number", str)())
 
 
 def _set_range(verb: Callable[..., None], channel: int, reach: float) -> None:

@@ -22,6 +22,7 @@ BUFFERS: dict[str, np.dtype[Any]] = {
     "encoder": np.dtype(np.int32),
     "analog": np.dtype(np.float64),
     "digital": np.dtype(np.int8),
+    "state": np.dtype(np.int32),
 }
 
 Channels = NDArray[np.uint32]
@@ -60,6 +61,15 @@ class EncoderQuadratureMode(IntEnum):
     X1 = 1
     X2 = 2
     X4 = 4
+
+
+class DigitalState(IntEnum):
+    """What an expired watchdog does to a digital output. The numbers are those of the maker's C header."""
+
+    LOW = 0
+    HIGH = 1
+    TRISTATE = 2
+    NO_CHANGE = 3
 
 
 @runtime_checkable
@@ -177,6 +187,9 @@ class Board(Protocol):
     def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
         """Choose the analog outputs (V) that an expired watchdog sets."""
 
+    def watchdog_set_digital_expiration_state(self, channels: Channels, num_channels: int, states: Counts) -> None:
+        """Choose what an expired watchdog does to digital outputs, see :class:`DigitalState`."""
+
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog: without a reload for ``timeout`` (s) it expires."""
 
@@ -201,7 +214,7 @@ VERBS = tuple(name for name in vars(Board) if not name.startswith("_"))
 
 
 def check_buffer(buffer: NDArray[Any] | None, size: int, kind: str) -> None:
-    """Check that a buffer can hold ``size`` values of a kind ("encoder", "analog" or "digital").
+    """Check that a buffer can hold ``size`` values of a kind ("encoder", "analog", "digital" or "state").
 
     Raises
     ------

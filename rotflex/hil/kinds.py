@@ -23,6 +23,7 @@ class BoardKind:
     name : as the maker's package calls it
     title : as people call it
     encoders, analog_inputs, analog_outputs : how many channels there are
+    digital_outputs : as many as are configured for the watchdog; 0 where it is not known to need them
     input_ranges, output_ranges : V, symmetric about zero, that can be chosen
     """
 
@@ -33,18 +34,19 @@ class BoardKind:
     analog_outputs: int | None
     input_ranges: tuple[float, ...] | None = None
     output_ranges: tuple[float, ...] | None = None
+    digital_outputs: int = 0
 
 
 # Channels of Quanser's own boards: code that the maker's QUARC generated for them, and the mahi-daq library. Ranges at
 # the Q8-USB's inputs: its page in the maker's HIL documentation. Which ranges the others have was not found, nor those
-# of any output of these.
+# of any output of these. Digital outputs of the Q8-USB: the same page; the maker says that Q8-series boards need them.
 # National Instruments' boards: NI's specification of the 6259; for the 6251, and for the outputs' ranges, the comedi
 # drivers of its PCIe form. How many encoders Quanser's driver reads there was not found.
 BOARDS = {
     kind.name: kind
     for kind in (
         BoardKind("q2_usb", "Quanser Q2-USB", encoders=2, analog_inputs=2, analog_outputs=2),
-        BoardKind("q8_usb", "Quanser Q8-USB", 8, 8, 8, input_ranges=_RANGES_5_10),
+        BoardKind("q8_usb", "Quanser Q8-USB", 8, 8, 8, input_ranges=_RANGES_5_10, digital_outputs=8),
         BoardKind("qpid", "Quanser QPID", 8, 8, 8),
         BoardKind("qpid_e", "Quanser QPIDe", 8, 8, 8),
         BoardKind("ni_usb_6251", "NI USB-6251", None, 16, 2, _RANGES_NI, _RANGES_5_10),

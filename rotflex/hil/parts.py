@@ -65,6 +65,8 @@ class Wiring:
     it is as on the virtual bench, where the link's encoder counts the other way. How a real bench is wired is found
     there, never assumed.
 
+    digital_outputs : how many digital outputs the board has that an expired watchdog must let go
+
     Raises
     ------
     ConfigurationError
@@ -77,6 +79,7 @@ class Wiring:
     link_sign: int = -1
     motor_sign: int = 1
     servo_sign: int = 1
+    digital_outputs: int = 0
 
     def __post_init__(self) -> None:
         for name in ("motor_sign", "servo_sign", "link_sign"):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import os
 from collections.abc import Callable
 from typing import Any, cast
 
@@ -19,7 +20,8 @@ _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
 _WHERE = (
     "It is in no package registry: it comes with the Quanser SDK, from the board's maker. Install the Quanser SDK, and "
     "then, with pip install, into the Python that runs this, the wheel files in its folder python, which is in the "
-    "folder that the variable QSDK_DIR names (%QSDK_DIR%python). A bench without a Quanser board needs none of it."
+    f"folder that the variable QSDK_DIR names ({'%QSDK_DIR%python' if os.name == 'nt' else '$QSDK_DIR/python'}). "
+    "A bench without a Quanser board needs none of it."
 )
 
 
@@ -29,11 +31,11 @@ class QuanserBoard:
     Parameters
     ----------
     card : an open ``quanser.hardware.HIL``
-    failure : the class of the maker's errors
+    hardware : the maker's package
     """
 
-    def __init__(self, card: Any, failure: type[Exception]) -> None:
-        self._card = card
+    def __init__(self, card: Any, hardware: Any) -> None:
+        self._card, self._hardware, failure = card, hardware, hardware.HILError
         for verb in VERBS:
             if verb not in ("close", "watchdog_clear"):
                 setattr(self, verb, _translated(verb, getattr(card, verb), failure))
@@ -51,6 +53,14 @@ class QuanserBoard:
         except HILError:
             if cast(Board, self).watchdog_is_expired():
                 raise
+
+    def serial_number(self) -> str:
+        """The board's serial number; empty where it does not say."""
+        try:
+            named = self._hardware.StringProperty.SERIAL_NUMBER
+            return str(self._card.get_string_property(named, 64)).strip("\0 ")
+        except Exception:  # whatever fails: it is no fault, and no run depends on it
+            return ""
 
     def close(self) -> None:
         """Close the board; a second call does nothing."""
@@ -75,7 +85,7 @@ def connect(board: str, identifier: str) -> Board:
     """
     hardware = package()
     opened = _translated("open", hardware.HIL, hardware.HILError)
-    return cast(Board, QuanserBoard(opened(board, identifier), hardware.HILError))
+    return cast(Board, QuanserBoard(opened(board, identifier), hardware))
 
 
 def package() -> Any:
@@ -100,7 +110,7 @@ def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -
         try:
             return call(*arguments)
         except failure as error:
-            raise HILError(f"The board failed at {verb}: {_words(error)} (error {error}).") from error
+            raise HILError(f"The board failed at {verb}{_words(error)} (error {error}).") from error
         except _UNFIT as error:
             raise HILError(f"The board was told something unfit at {verb}: {error}") from error
 
@@ -108,5 +118,9 @@ def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -
 
 
 def _words(error: Any) -> str:
-    """What an error of the maker's says."""
-    return str(error.get_error_message()).strip().rstrip(".")
+    """What an error of the maker's says, after a colon; nothing where it has no words, for then asking raises."""
+    try:
+        text = str(error.get_error_message()).strip().rstrip(".")
+    except Exception:
+        return ""
+    return f": {text}" if text else ""

@@ -17,6 +17,7 @@ from rotflex.hil import waiting
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
+from rotflex.hil.kinds import BOARDS
 from rotflex.hil.parts import Limits, Safety, Wiring
 from rotflex.units import DEG
 
@@ -26,8 +27,8 @@ LIMITS = Limits(rate=25.0, duration=120.0)
 #: N·m/rad; for the guard, until it is measured.
 WORKBOOKS_STIFFNESS = Allowance().stiffness
 
-#: What a bench may do before it is commissioned: with any sign wrong, and whatever program drives it.
-CAREFUL = Limits(voltage=2.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration=60.0)
+#: What a bench may do before it is commissioned, and its watchdog tested: with any sign wrong, whatever drives it.
+CAREFUL = Limits(voltage=1.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration=60.0)
 
 
 def not_commissioned() -> str:
@@ -56,7 +57,7 @@ class Setup:
     limits, wiring : see :mod:`rotflex.hil.parts`
     stiffness : of its joint, N·m/rad, within 15 %, for the runaway guard; the workbook's unless it was measured
     commissioned : text that is not empty is why no loop is closed
-    prepare : sets up a board that was opened: options, ranges, quadrature, filters
+    prepare : sets up a board that was opened: options, ranges, quadrature, filters; gives what was refused
     clock : of the board, that paces the samples; a negative one is the computer's
     simulated : whether time waits for the program, as it does in the maker's simulator
     guarded : whether the runaway guard watches; not while a commissioning finds out what it would guard by
@@ -68,7 +69,7 @@ class Setup:
     wiring: Wiring = field(default_factory=Wiring)
     stiffness: float = WORKBOOKS_STIFFNESS
     commissioned: Callable[[], str] = not_commissioned
-    prepare: Callable[[Board], None] | None = None
+    prepare: Callable[[Board], dict[str, str] | None] | None = None
     clock: int = Clock.HARDWARE_CLOCK_0
     simulated: bool = False
     guarded: bool = True
@@ -88,9 +89,14 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         waiting.tell()
         return connect()
 
-    why_not = setup.commissioned()
+    def prepared(board: Board) -> dict[str, str]:
+        """Set up the board. Only now it is known whether it is the one that was commissioned."""
+        refused = {} if setup.prepare is None else setup.prepare(board) or {}
+        made.limits = _limits(setup)
+        return refused
+
     guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness))
-    return Bench(
+    made = Bench(
         connect=connected,
         servo=setup.servo,
         joint=setup.joint,
@@ -100,7 +106,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             "encoder": setup.servo.encoder,
             "clock": "simulated" if setup.simulated else "wall",
         },
-        limits=careful(setup.limits, why_not) if why_not else setup.limits,
+        limits=_limits(setup),
         wiring=setup.wiring,
         safety=Safety(
             guard=guard if setup.guarded else None,
@@ -108,8 +114,14 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             folder=waiting.place(),
         ),
         clock=setup.clock,
-        prepare=setup.prepare,
+        prepare=prepared,
     )
+    return made
+
+
+def _limits(setup: Setup) -> Limits:
+    why_not = setup.commissioned()
+    return careful(setup.limits, why_not) if why_not else setup.limits
 
 
 def quanser_bench(uri: str, rest: str, setup: Setup | None) -> Bench:
@@ -128,5 +140,7 @@ def quanser_bench(uri: str, rest: str, setup: Setup | None) -> Bench:
         )
 
     chosen = setup or Setup()
+    if board in BOARDS:
+        chosen = replace(chosen, wiring=replace(chosen.wiring, digital_outputs=BOARDS[board].digital_outputs))
     connect = partial(adapter.connect, board, identifier)
     return bench(uri, connect, replace(chosen, simulated=chosen.simulated or "@" in identifier))

@@ -23,6 +23,7 @@ from rotflex.hil.held import Held, is_held
 from rotflex.recording import Recording
 
 ENDED = "ended"  #: why a recording is not whole, in its metadata
+_WITHOUT_A_WORD = "The program ended without a word. The board's watchdog, where it works, then sets 0 V."
 _LOCK = ".lock"  # of an empty file beside the samples
 _OVER = ".over"  # of an empty file beside one that could not be deleted, of a run that ended as it should
 
@@ -110,7 +111,7 @@ def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
 def _left_behind(path: Path) -> Recording | None:
     described = dict(json.loads(_words(path).read_text(encoding="utf-8")))
     signals = np.load(path, mmap_mode="r")
-    described.setdefault(ENDED, "The program ended without a word; the board's watchdog set the motor to 0 V.")
+    described.setdefault(ENDED, _WITHOUT_A_WORD)
     return _recording(np.array(signals), described)
 
 

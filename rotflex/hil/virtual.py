@@ -326,6 +326,11 @@ class VirtualBoard:
         """Choose the analog outputs (V) that an expired watchdog sets."""
         self._watchdog.states = self._voltages(channels, num_channels, voltages)
 
+    def watchdog_set_digital_expiration_state(self, channels: Channels, num_channels: int, states: Counts) -> None:
+        """Nothing hangs on the digital lines: they stay as they are."""
+        self._channels(channels, num_channels, _DIGITAL_LINES, "digital")
+        check_buffer(states, num_channels, "state")
+
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog."""
         self._attend()

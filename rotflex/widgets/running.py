@@ -154,7 +154,7 @@ def outcome(run: Running) -> tuple[str, str]:
     if isinstance(error, WatchdogExpired) or (
         isinstance(error, HILError) and "watchdog" in str(error)
     ):  # a maker's words
-        return "ended", "The computer was too busy to control the bench, so its watchdog set the motor to 0 V."
+        return "ended", "The computer was too busy to control the bench: its watchdog ended the run. 0 V was written."
     if isinstance(error, RotflexError):
         busy = f"The computer was too busy: {run.late} samples came late, which may have led to this. "
         return "ended", f"{busy if run.late and isinstance(error, LimitExceeded) else ''}{error}"

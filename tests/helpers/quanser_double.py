@@ -35,6 +35,8 @@ class GenericError(Exception):
         self.error_code, self._words = error_code, words
 
     def get_error_message(self) -> str:
+        if not self._words:
+            raise GenericError(-1, "nothing")
         return self._words
 
 
@@ -65,6 +67,20 @@ class EncoderQuadratureMode(IntEnum):
     X4 = 4
 
 
+class DigitalState(IntEnum):
+    LOW = 0
+    HIGH = 1
+    TRISTATE = 2
+    NO_CHANGE = 3
+
+
+class StringProperty(IntEnum):
+    MANUFACTURER = 0
+    PRODUCT_NAME = 1
+    MODEL_NAME = 2
+    SERIAL_NUMBER = 3
+
+
 @dataclass(frozen=True)
 class Variant:
     """What a board may do between the expiry of its watchdog and the next write.
@@ -75,6 +91,11 @@ class Variant:
     locks : what it locks: outputs, or inputs as well
     stops : whether it can be stopped while it is expired
     complains : whether clearing it fails though it is cleared; code that the maker's QUARC writes allows for that
+    tristate : whether an expired watchdog sets analog outputs only where all digital ones are to go tristate
+    zero : whether it sets 0 V though nothing was configured
+    refuses : verbs that it does not have
+    words : whether its errors have words
+    serial : its serial number; None where it cannot tell it
     """
 
     again: float = 0
@@ -83,6 +104,11 @@ class Variant:
     locks: str = "outputs"
     stops: bool = True
     complains: bool = False
+    tristate: bool = False
+    zero: bool = False
+    refuses: frozenset[str] = frozenset()
+    words: bool = True
+    serial: str | None = "1001"
 
 
 VARIANTS = {
@@ -99,12 +125,26 @@ VARIANTS = {
     "it locks inputs, too, and cannot be stopped": Variant(locks="all", stops=False, restores=True, runs_on=True),
 }
 
+#: What a board need not have.
+OPTIONAL = frozenset(
+    {
+        "watchdog_set_analog_expiration_state",
+        "watchdog_set_digital_expiration_state",
+        "task_set_buffer_overflow_mode",
+        "set_encoder_quadrature_mode",
+        "set_encoder_filter_frequency",
+    }
+)
+#: Digital outputs, where a watchdog looks at them.
+LINES = 8
+
 _TYPES: dict[str, tuple[Any, str]] = {
     "channels": (np.uint32, "I"),
     "modes": (np.uint32, "I"),
     "counts": (np.int32, "i"),
     "voltages": (np.float64, "d"),
     "levels": (np.int8, "b"),
+    "states": (np.int32, "i"),
 }
 
 
@@ -141,6 +181,8 @@ class HIL:
         self._modes: dict[int, int] = {}
         self._capacity: dict[int, int] = {}
         self._running: set[int] = set()
+        self._at_expiry: dict[int, float] = {}
+        self._tristate: set[int] = set()
         if card_type is not None:
             self.open(card_type, card_identifier)
 
@@ -154,12 +196,14 @@ class HIL:
             raise Undocumented("a card is opened that is open")
         if not isinstance(card_type, str) or not isinstance(card_identifier, str):
             raise TypeError("card type and identifier are text")
-        if card_type not in ("q2_usb", "qpid_e"):
+        if card_type not in ("q2_usb", "q8_usb", "qpid_e"):
             raise HILError(-1075, f"The specified board type {card_type} is not supported.")
         if card_identifier != "0" and "@tcpip://" not in card_identifier:
             raise HILError(-1073, "The specified board was not found.")
         self.simulated = "@" in card_identifier
         self._inner = type(self).make()
+        self._at_expiry = {0: 0.0, 1: 0.0} if self.variant.zero else {}
+        self._arm()
         self.opened.append(self)
 
     def close(self) -> None:
@@ -174,9 +218,16 @@ class HIL:
         if not isinstance(options, str):
             raise TypeError("options are text")
         _count(size)
-        if size != len(options):
+        if size != len(options.encode()):
             raise Undocumented("the size of the options is not theirs")
         self._do("set_card_specific_options", options, size)
+
+    def get_string_property(self, property_code: int, buffer_size: int) -> str:
+        self._card()
+        _count(buffer_size)
+        if property_code != StringProperty.SERIAL_NUMBER or self.variant.serial is None:
+            raise HILError(-1091, "The property is not supported.")
+        return self.variant.serial
 
     # --- immediate -----------------------------------------------------------------------------------------------
 
@@ -359,6 +410,23 @@ class HIL:
         self._channels(channels, num_channels)
         _buffer("voltages", voltages, num_channels)
         self._do("watchdog_set_analog_expiration_state", channels, num_channels, voltages, writes=True)
+        self._at_expiry |= dict(zip(list(channels)[:num_channels], list(voltages)[:num_channels], strict=True))
+        self._arm()
+
+    def watchdog_set_digital_expiration_state(self, channels: Any, num_channels: int, states: Any) -> None:
+        self._channels(channels, num_channels)
+        _buffer("states", states, num_channels)
+        if self._watching:
+            raise Undocumented("expiration states are set while a watchdog runs")
+        self._do("watchdog_set_digital_expiration_state", channels, num_channels, states, writes=True)
+        chosen = zip(list(channels)[:num_channels], list(states)[:num_channels], strict=True)
+        self._tristate |= {channel for channel, state in chosen if state == DigitalState.TRISTATE}
+        self._arm()
+
+    def _arm(self) -> None:
+        """What an expiry will do to the analog outputs."""
+        configured = not self.variant.tristate or self._tristate == set(range(LINES))
+        self._card()._watchdog.states = dict(self._at_expiry) if configured else {}
 
     def watchdog_start(self, timeout: float) -> None:
         if not isinstance(timeout, float):
@@ -423,6 +491,8 @@ class HIL:
 
     def _do(self, verb: str, *arguments: Any, reads: bool = False, writes: bool = False) -> Any:
         inner = self._card()
+        if verb in self.variant.refuses:
+            raise HILError(-1040, "The card does not support this." if self.variant.words else "")
         if writes and self._again > 1 and self._watching:  # it expires again before something is written
             self._again -= 1
             inner.terminals.set(inner._watchdog.states)
@@ -442,7 +512,7 @@ def package(
     opened: list[HIL] = []
     card = type("HIL", (HIL,), {"make": staticmethod(make), "variant": variant or Variant(), "opened": opened})
     hardware, common, root = ModuleType("quanser.hardware"), ModuleType("quanser.common"), ModuleType("quanser")
-    for one in (HILError, Clock, BufferOverflowMode, EncoderQuadratureMode):
+    for one in (HILError, Clock, EncoderQuadratureMode, DigitalState, StringProperty):
         setattr(hardware, one.__name__, one)
     hardware.HIL, common.GenericError = card, GenericError  # type: ignore[attr-defined]
     root.hardware, root.common = hardware, common  # type: ignore[attr-defined]

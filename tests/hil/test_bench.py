@@ -199,7 +199,7 @@ def test_a_board_that_fails_once_in_a_run_is_at_0_V(verb):
     assert_left_alone(board)
 
 
-@pytest.mark.parametrize("verb", ["watchdog_set_analog_expiration_state", "watchdog_clear", "write_analog"])
+@pytest.mark.parametrize("verb", ["watchdog_clear", "write_analog"])
 def test_a_board_that_fails_on_opening_is_closed_again(verb):
     board = FaultyBoard({verb: 0})
     bench = bench_of(board)

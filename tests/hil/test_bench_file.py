@@ -247,6 +247,9 @@ def test_a_board_that_is_not_known_is_told_what_is_not_as_usual():
     said: list[tuple[str, float]] = []
 
     class Told:
+        def serial_number(self) -> str:
+            return ""
+
         def __getattr__(self, verb: str) -> Any:
             return lambda channels, number, *values: said.append((verb, float(values[-1][0])))
 

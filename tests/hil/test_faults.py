@@ -288,7 +288,7 @@ def assert_kept(recording: Recording | None, fault: Fault) -> None:
         assert recording[name][:same].tolist() == undisturbed_run()[name][:same].tolist()
 
 
-BEGINNING = ("set_encoder_counts", "task_create_encoder_reader", "task_set_buffer_overflow_mode", "watchdog_start")
+BEGINNING = ("set_encoder_counts", "task_create_encoder_reader", "watchdog_start")
 
 
 @pytest.mark.parametrize("verb", [*BEGINNING, "task_start", "watchdog_clear", "watchdog_stop"])

@@ -119,7 +119,7 @@ def test_a_program_of_ones_own_does_no_harm_on_a_bench_that_was_not_commissioned
         try:
             for _sample in range(1000):
                 measured = bench.read()
-                bench.write(controller(5 * DEG, measured.theta, measured.alpha))
+                bench.write(controller(2.5 * DEG, measured.theta, measured.alpha))
         except LimitExceeded as error:
             stopped = str(error)
     assert laboratory.moved < 45 * DEG
@@ -133,11 +133,11 @@ def test_more_than_an_uncommissioned_bench_allows_is_refused_and_not_cut_in_sile
     with hil.open(SIMULATOR) as bench:
         bench.start(0.002)
         bench.read()
-        with pytest.raises(LimitExceeded, match=r"asked for -2\.5 V, and the limit is ±2 V.*has not been commissioned"):
+        with pytest.raises(LimitExceeded, match=r"asked for -2\.5 V, and the limit is ±1 V.*has not been commissioned"):
             bench.write(-2.5)
         assert output(cards[0]) == 0.0
         with pytest.raises(LimitExceeded, match=r"its limit is ±40 deg\. This bench has not been commissioned"):
-            run(bench, OpenLoop(), np.full(2000, 1.9), progress=False)
+            run(bench, OpenLoop(), np.full(2000, 0.95), progress=False)
     assert output(cards[0]) == 0.0
 
 

@@ -108,7 +108,7 @@ def test_it_is_told_once_when_a_real_bench_is_opened_next(program, boards, capsy
 
 def test_a_run_that_is_broken_off_waits_as_well(boards, capsys):
     with pytest.raises(LimitExceeded), hil.open(SIMULATOR, setup=Setup(limits=Limits(theta=0.01))) as bench:
-        run(bench, OpenLoop(), np.full(500, 2.0), progress=False)
+        run(bench, OpenLoop(), np.full(500, 0.9), progress=False)
     assert "LimitExceeded" in unfinished()
     with hil.open(SIMULATOR):
         assert "rotflex bench unfinished" in capsys.readouterr().out

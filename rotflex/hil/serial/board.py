@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rotflex.errors import HILError
 from rotflex.hil.arguments import KnownChannels, check_modes, finite, same_for_all
-from rotflex.hil.board import Channels, Clock, Counts, Levels, Vector, check_buffer
+from rotflex.hil.board import Channels, Clock, Counts, DigitalState, Levels, Vector, check_buffer
 from rotflex.hil.serial import protocol
 from rotflex.hil.serial.line import Line
 from rotflex.hil.serial.motor import Motor
@@ -292,6 +292,12 @@ class SerialBoard:
         outputs = self._chosen(channels, num_channels, _ANALOG_OUTPUTS, "analog output")
         if any(finite(outputs, voltages)):
             raise HILError("The board's watchdog sets the motor to 0 V, and cannot be told to set another voltage.")
+
+    def watchdog_set_digital_expiration_state(self, channels: Channels, num_channels: int, states: Counts) -> None:
+        """Its watchdog leaves digital lines as they are: any other state is refused."""
+        self._chosen(channels, num_channels, _DIGITAL_LINES, "digital")
+        check_buffer(states, num_channels, "state")
+        same_for_all(states, num_channels, DigitalState.NO_CHANGE, "The board's watchdog leaves its digital lines.")
 
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog. (The board's own, which acts after 50 ms of silence, is always on.)"""

@@ -87,6 +87,7 @@ CALLS: dict[str, Callable[[Board], object]] = {
     "task_stop": lambda b: b.task_stop(1),
     "task_delete": lambda b: b.task_delete(1),
     "watchdog_set_analog_expiration_state": lambda b: b.watchdog_set_analog_expiration_state(MOTOR, 1, volts(0)),
+    "watchdog_set_digital_expiration_state": lambda b: b.watchdog_set_digital_expiration_state(MOTOR, 1, counts(3)),
     "watchdog_start": lambda b: b.watchdog_start(1.0),
     "watchdog_reload": lambda b: b.watchdog_reload(),
     "watchdog_is_expired": lambda b: b.watchdog_is_expired(),

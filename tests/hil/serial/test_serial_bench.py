@@ -127,7 +127,7 @@ def test_no_loop_is_closed_before_the_bench_is_commissioned(uno):
             experiments.tracking(bench, K, duration=1.0, progress=False)
         bench.start(0.002)
         bench.read()
-        with pytest.raises(LimitExceeded, match=r"3\.0 V.*±2 V.*commissioned"):
+        with pytest.raises(LimitExceeded, match=r"3\.0 V.*±1 V.*commissioned"):
             bench.write(3.0)
     assert uno.voltage == 0.0
 
