@@ -150,11 +150,11 @@ class Ended(VirtualBoard):
     """A real bench's board, on which something happens at its 100th sample."""
 
     error: BaseException = KeyboardInterrupt()
-    read = 0
+    reads = 0
 
     def task_read_encoder(self, *arguments):
-        self.read += 1
-        if self.read == 100:
+        self.reads += 1
+        if self.reads == 100:
             raise self.error
         return super().task_read_encoder(*arguments)
 

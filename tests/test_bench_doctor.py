@@ -218,6 +218,22 @@ def test_one_thing_that_fails_does_not_keep_the_others_from_being_looked_at(inst
     assert found["watchdog's time"][0].level is Level.OK
 
 
+def test_samples_that_end_in_the_middle_leave_no_recording_behind(installed, settings):
+    class Failing(Watched):
+        reads = 0
+
+        def task_read_encoder(self, *arguments):
+            self.reads += 1
+            if self.reads == 100:
+                raise HILError("the board refused")
+            return super().task_read_encoder(*arguments)
+
+    installed(lambda: Failing(PARAMETERS))
+    found = asked(SIMULATOR, code=1)
+    assert any("the board refused" in one.said for looked in found.values() for one in looked)
+    assert not list(settings.rglob("*.npy"))
+
+
 def watchdog(kind, **verbs):
     """A kind of board with other verbs of the watchdog."""
     return type(f"Other{kind.__name__}", (kind,), verbs)

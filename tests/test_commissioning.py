@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import math
 import sys
 from dataclasses import replace
@@ -16,7 +17,7 @@ from fault_board import Stopwatch
 
 from rotflex import experiments, hil
 from rotflex.commissioning import Terminal, commission, dialogue, driven
-from rotflex.config import joint
+from rotflex.config import joint, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import bench_file, real
 from rotflex.hil.bench import Bench
@@ -145,12 +146,19 @@ def test_breakaway_is_the_friction_of_each_way():
         assert 0 <= volts - torque / friction.torque_per_volt < 0.06
 
 
-def test_limits_are_about_the_zero_that_was_chosen_however_far_it_was_turned_by_hand():
-    laboratory = miswired.Laboratory(1, -1, 1)
-    commission(TOLD, connected(laboratory), miswired.Person(laboratory))
-    by_hand = laboratory.made[0]
-    assert by_hand.plant.state.theta == pytest.approx(370 * DEG)
-    assert [by_hand._sensors.counts(channel) for channel in (0, 1)] == [0, 0]
+def test_limits_are_about_the_zero_that_was_chosen_however_far_it_was_turned_by_hand(monkeypatch, tmp_path):
+    """The first board is the one that was turned by hand, and is opened again and again."""
+    laboratory = Paused(1, -1, 1)
+    board = laboratory()
+    monkeypatch.setattr(board, "close", lambda: None)
+    monkeypatch.setattr(Paused, "__call__", lambda self: board)
+    commission(TOLD, laboratory.connect, miswired.Person(laboratory))
+    assert board.plant.state.theta == pytest.approx(370 * DEG, abs=30 * DEG)
+    assert laboratory.moved < 410 * DEG
+    (kept,) = (tmp_path / "marks").iterdir()
+    told = json.loads(kept.read_text())
+    assert told["zero"] * -srv02().K_enc == pytest.approx(370 * DEG, abs=0.1 * DEG)
+    assert told["counts"] == board._sensors.counts(0)
 
 
 def test_whoever_says_no_has_no_motor_driven_and_nothing_recorded():
@@ -241,6 +249,26 @@ def test_a_sweep_in_which_too_many_samples_came_late_comes_again_and_at_last_end
     assert len(told) == busy_for and "close other programs" in told[0]
 
 
+def test_ctrl_c_says_what_is_kept_and_leaves_no_recording_behind(tmp_path):
+    """In the sweep without a loop: the mark was set before."""
+
+    def connect(told: BenchFile, setup: real.Setup) -> Bench:
+        bench = laboratory.connect(told, setup)
+
+        def press(measured: Any, _voltage: float) -> None:
+            if measured.time > 1.0 and bench.latest.alpha:
+                raise KeyboardInterrupt
+
+        bench.on_sample = press
+        return bench
+
+    laboratory = Paused(1, 1, -1)
+    with pytest.raises(BenchError, match="The mark is kept"):
+        commission(TOLD, connect, miswired.Person(laboratory))
+    assert laboratory.board.terminals.commanded == [0.0, 0.0] and not laboratory.board.is_valid()
+    assert [path.parent.name for path in tmp_path.rglob("*.*")] == ["marks"]
+
+
 @pytest.fixture
 def typed(monkeypatch):
     """What the person types, line by line."""
@@ -272,6 +300,6 @@ def test_a_turn_by_hand_has_its_time_from_enter_on(typed, capsys, monkeypatch):
 def test_whoever_closes_the_terminal_ends_it_with_the_motor_at_0_V(typed):
     laboratory = miswired.Laboratory(1, 1, -1)
     typed()
-    with pytest.raises(EOFError):
+    with pytest.raises(BenchError, match="Nothing of it is kept"):
         commission(TOLD, connected(laboratory), Terminal())
     assert laboratory.board.terminals.commanded == [0.0, 0.0] and not laboratory.board.is_valid()

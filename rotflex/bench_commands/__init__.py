@@ -1,4 +1,4 @@
-"""The commands of a bench: ``rotflex bench setup | notebook | run | watch | unfinished | fit``.
+"""The commands of a bench: ``rotflex bench setup | zero | notebook | run | watch | unfinished | fit``.
 
 Modules load when a command needs them.
 """
@@ -107,6 +107,20 @@ def _test_watchdog(board: str, out: Path | None) -> None:
 
 
 @app.command()
+def zero(bench: Annotated[str, typer.Argument(help="Its address, as bench.toml.")] = "bench.toml") -> None:
+    """Take where the arm stands for its mark, where theta is 0: after power-off, or after it was turned by hand."""
+    from rotflex import hil
+
+    with hil.open(bench) as opened:
+        _ask_for_mark(opened, "Turn the arm to its mark, the amplifier off and no cable twisted.")
+
+
+def _ask_for_mark(bench: Bench, why: str) -> None:
+    if why and typer.confirm(f"{why}\nDoes the arm stand at its mark?"):
+        bench.set_zero()
+
+
+@app.command()
 def notebook(
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("commissioning.ipynb"),
 ) -> None:
@@ -142,6 +156,7 @@ def run_experiment(
     _check_recording(out, force)
     chosen = _experiment(experiment, gain, model, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
+        _ask_for_mark(opened, opened.mark_unknown)
         try:
             recording = chosen(opened)
         except BaseException:

@@ -29,12 +29,6 @@ def counts(bench: Bench, told: BenchFile) -> tuple[int, int]:
     return servo, link
 
 
-def zero(bench: Bench, told: BenchFile) -> None:
-    """Count from where servo and link stand now: limits are about this place, however often it was turned by hand."""
-    encoders = _channels(told.wiring["servo_encoder"], told.wiring["link_encoder"])
-    bench.board.set_encoder_counts(encoders, 2, np.zeros(2, dtype=np.int32))
-
-
 def loopback(bench: Bench, told: BenchFile) -> str:
     """Whether what is written to the joined output comes in at the input; what was seen, in words.
 

@@ -106,17 +106,21 @@ def _step(bench: Bench, voltage: float) -> Vector:
     BenchError
         If none did.
     """
-    for _each in range(_TRIES):
+    for attempt in range(_TRIES):
+        way = -1 if attempt % 2 else 1  # to and fro, so that the arm stays near its mark
         taken: list[tuple[float, float]] = []
 
         def seen(measured: Measurement, taken: list[tuple[float, float]] = taken) -> bool:
             taken.append((measured.theta, measured.alpha))
             return measured.time >= _STEP_FOR
 
-        _drive(bench, lambda _time: voltage, seen, 2 * _STEP_FOR)
+        def held(_time: float, volts: float = way * voltage) -> float:
+            return volts
+
+        _drive(bench, held, seen, 2 * _STEP_FOR)
         timing = bench.timing.get("timing", {"late": 0, "missed": 0})
         if not timing["late"] and not timing["missed"]:
-            return np.array(taken).T
+            return np.array(taken).T * way
     raise BenchError(
         f"Samples came late in {_TRIES} steps of {_STEP_FOR * 1e3:g} ms, one after the other, so that the delay "
         "cannot be told: close other programs, and begin again."

@@ -14,8 +14,10 @@ Where time does not wait for the program, a read gives the newest sample: those 
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from types import TracebackType
 from typing import Any, NoReturn, Self
 
@@ -25,7 +27,7 @@ from rotflex.config import Joint, Servo, check_mounted
 from rotflex.errors import BenchError, HILError, LimitExceeded, WatchdogExpired
 from rotflex.hil import optional
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts, DigitalState
-from rotflex.hil.halt import WATCHDOG_TIMEOUT, halt, uninterrupted
+from rotflex.hil.halt import WATCHDOG_TIMEOUT, Ending, halt, uninterrupted
 from rotflex.hil.pace import Pace
 from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
@@ -42,6 +44,13 @@ _TOO_SLOW = (
     "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow for its "
     "sample time."
 )
+_NO_MARK = (
+    "It is not known how far the arm is from its mark: the servo's counter does not read what it read when this bench "
+    "was closed last, as after power-off, or after somebody turned the arm. With the amplifier off, turn the arm back "
+    "to its mark, where theta was set to zero in the commissioning, and look that no cable is twisted."
+)
+_THEN = "Then call set_zero() of the open bench; or in a terminal: rotflex bench zero bench.toml."
+_REST, _REST_TRIES = 0.1, 20  # s without a count, after which the servo is at rest, and how often that is awaited
 
 __all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
 
@@ -67,6 +76,7 @@ class Bench:
     ----------
     late : the samples that waited before the one that was read last, where time does not wait
     kept : what the last run recorded that did not end as it should, with the reason in its metadata
+    running : held by whoever runs something, until what it recorded is kept
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
@@ -105,6 +115,9 @@ class Bench:
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
+        self.running = threading.RLock()
+        self._ending = Ending(self._is_sampling_here, self._close_after_run)
+        self._sampled_by = 0  # a thread
         self._pace: Pace | None = None
         self._supervision: Supervision | None = None  # of a run
         self._board: Board | None = None
@@ -114,6 +127,7 @@ class Bench:
         self._motor = np.array([self._wiring.motor], dtype=np.uint32)
         self._encoders = np.array([self._wiring.servo_encoder, self._wiring.link_encoder], dtype=np.uint32)
         self._counts = np.zeros(2, dtype=np.int32)
+        self._begun = (0, 0)  # counts from which angles are counted
         self._volts = np.zeros(1)
         self._K_theta = self._wiring.servo_sign * servo.K_enc
         self._K_alpha = self._wiring.link_sign * servo.K_enc
@@ -142,6 +156,8 @@ class Bench:
             raise BenchError("The bench is open already.")
         self._board, self._task = self._connect(), None
         try:
+            if not self.is_simulated:
+                self._ending.listen()
             self._prepare_watchdog(self._board)
             self._board.watchdog_clear()
             self._board.watchdog_stop()
@@ -150,6 +166,8 @@ class Bench:
             if self._prepare is not None:
                 self.refused |= self._prepare(self._board) or {}
                 self._set_motor(0.0)  # with a range that was chosen now, the same number may be other volts
+            if self.safety.mark is not None:
+                self.safety.mark.find(self._read_counts(self._board)[0])
         except BaseException:
             self._close()
             raise
@@ -183,14 +201,70 @@ class Bench:
 
     def _close(self) -> None:
         """0 V, then let go of the board; each is tried whatever happens to the other."""
-        with uninterrupted():
-            board, self._board = self._board, None
-            if board is None or not board.is_valid():
-                return
-            try:
-                self._halt(board)
-            finally:
-                board.close()
+        try:
+            with uninterrupted():
+                board, self._board = self._board, None
+                if board is None or not board.is_valid():
+                    return
+                try:
+                    self._halt(board)
+                    self._keep_mark(board)
+                finally:
+                    board.close()
+        finally:
+            self._ending.be_deaf()
+
+    def _close_after_run(self) -> None:
+        """Close, once a run of another thread has ended."""
+        self.running.acquire(timeout=1.0)
+        self._close()
+
+    def _is_sampling_here(self) -> bool:
+        return self._task is not None and self._sampled_by == threading.get_ident()
+
+    # --- where theta is zero --------------------------------------------------------------------------------------
+
+    def _read_counts(self, board: Board) -> tuple[int, int]:
+        counts = np.zeros(2, dtype=np.int32)
+        board.read_encoder(self._encoders, 2, counts)
+        servo, link = counts.tolist()
+        return servo, link
+
+    def set_zero(self) -> None:
+        """Take where the arm stands now as its mark, about which the servo's angle is limited."""
+        self.stop()
+        if self.safety.mark is not None:
+            self.safety.mark.set(self._read_counts(self.board)[0])
+
+    @property
+    def mark_unknown(self) -> str:
+        """Why the arm must be put at its mark before the motor drives; empty text if it need not be."""
+        return _NO_MARK if self.safety.mark is not None and self.safety.mark.zero is None else ""
+
+    def require_mark(self) -> None:
+        """That it is known how far the arm is from its mark.
+
+        Raises
+        ------
+        BenchError
+            If it is not; the motor is at 0 V then.
+        """
+        if self.mark_unknown:
+            self.stop()
+            raise BenchError(f"{self.mark_unknown} {_THEN}")
+
+    def _keep_mark(self, board: Board) -> None:
+        """Keep what the servo's counter reads, once the servo has come to rest. What fails here is asked next time."""
+        mark = self.safety.mark
+        with suppress(HILError, OSError):
+            if mark is not None and mark.zero is not None:
+                counts = self._read_counts(board)[0]
+                for _each in range(_REST_TRIES):
+                    time.sleep(_REST)
+                    before, counts = counts, self._read_counts(board)[0]
+                    if counts == before:
+                        break
+                mark.keep(counts)
 
     def _halt(self, board: Board) -> None:
         with uninterrupted():
@@ -205,7 +279,7 @@ class Bench:
         Parameters
         ----------
         sample_time : s
-        zero : False goes on counting from where the encoders were zeroed last
+        zero : False goes on counting from where it was begun last
 
         Raises
         ------
@@ -220,10 +294,13 @@ class Bench:
             )
         self.stop()
         if zero:
-            board.set_encoder_counts(self._encoders, 2, np.zeros(2, dtype=np.int32))
+            self._begun = self._read_counts(board)
         self._sample, self._sample_time = 0, sample_time
         self._pace, self.late = None, []
-        self._supervision = Supervision(self.limits, self.safety.guard, sample_time)
+        mark = self.safety.mark
+        begun = 0.0 if mark is None or mark.zero is None else (self._begun[0] - mark.zero) * self._K_theta
+        self._supervision = Supervision(self.limits, self.safety.guard, sample_time, begun)
+        self._sampled_by = threading.get_ident()
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW
         self.refused |= optional.ask(board, "task_set_buffer_overflow_mode", self._task, int(mode))
@@ -291,7 +368,8 @@ class Bench:
     def _taken(self, counts: list[int], samples: int = 1) -> Measurement:
         """The next sample from its counts, within the limits; ``samples`` after the one before."""
         servo, link = counts
-        measured = Measurement(self._sample * self._sample_time, servo * self._K_theta, link * self._K_alpha)
+        theta, alpha = (servo - self._begun[0]) * self._K_theta, (link - self._begun[1]) * self._K_alpha
+        measured = Measurement(self._sample * self._sample_time, theta, alpha)
         self._sample += 1
         self.latest = measured
         why = "" if self._supervision is None else self._supervision.see(measured, samples)
@@ -333,6 +411,9 @@ class Bench:
         if applied and self._task is None:  # no watchdog runs, and nothing would stop the motor
             self.stop()
             raise BenchError("The bench is not sampling, so the motor stays at 0 V; call start() first.")
+        self._ending.require_none()
+        if applied:
+            self.require_mark()
         if self.on_sample is not None:
             self.on_sample(self.latest, applied)
         try:

@@ -102,6 +102,7 @@ class BenchFile:
             commissioned=lambda: commissioned.why_not(self.record, self.identity(), "".join(serial)),
             prepare=partial(self._prepare, serial),
             clock=int(self.board["clock"]),
+            marked=bool(self.record),
         )
 
     def with_signs(self, **signs: int) -> BenchFile:

@@ -21,6 +21,8 @@ from rotflex.errors import HILError
 from rotflex.hil.board import Board, Channels
 
 WATCHDOG_TIMEOUT = 0.2  #: s; an arm at 30 rad/s turns a whole turn meanwhile, and no more
+#: What ends a program from outside: a stopped kernel, a closed terminal. Windows knows no SIGHUP.
+_ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _AGAIN = 3  # times; a watchdog that expires again in between does so within its time-out, which is far longer
 
 
@@ -82,28 +84,88 @@ def halt(board: Board, motor: Channels, task: int | None) -> None:
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ctrl-C waits until the end of this, for it comes most easily just when a bench is let go.
+    """Ctrl-C waits until the end of this, for it comes most easily just when a bench is let go; so do other signals.
 
-    Pressed twice, it does not wait. Only the main thread hears it, and only there it has to.
+    What comes twice does not wait. Only the main thread hears it, and only there it has to.
     """
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    pressed: list[Any] = []
+    heard = {number: signal.getsignal(number) for number in (*_ENDING, signal.SIGINT)}
+    before: dict[int, Any] = {number: handler for number, handler in heard.items() if callable(handler)}
+    came: dict[int, Any] = {}
 
-    def later(*event: Any) -> None:
-        if pressed:
-            before(*event)
-        pressed.append(event)
+    def later(number: int, frame: Any) -> None:
+        if number in came:
+            before[number](number, frame)
+        came[number] = frame
 
-    signal.signal(signal.SIGINT, later)
+    for number in before:
+        signal.signal(number, later)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-        if pressed:
-            before(*pressed[0])
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in [number for number in before if number in came][:1]:  # the end of the program before Ctrl-C
+            before[number](number, came[number])
+
+
+class ProgramEnded(SystemExit):
+    """The system, or a person, ends the program by a signal."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(128 + number)
+        self._name = signal.Signals(number).name
+
+    def __str__(self) -> str:
+        return f"{self._name} ended the program."
+
+
+class Ending:
+    """Signals that end the program while a bench is open: 0 V first, and then what they mean.
+
+    Parameters
+    ----------
+    is_sampling : whether the main thread is in the middle of a run, which then ends by :class:`ProgramEnded`
+    close : lets go of the bench at 0 V, and ends with :meth:`be_deaf`
+    """
+
+    def __init__(self, is_sampling: Callable[[], bool], close: Callable[[], None]) -> None:
+        self._is_sampling, self._close = is_sampling, close
+        self._before: dict[int, Any] = {}
+        self._came = 0
+
+    def listen(self) -> None:
+        """From now on. Only the main thread may; a signal that is ignored, as under nohup, stays so."""
+        if threading.current_thread() is threading.main_thread():
+            for number in _ENDING:
+                before = signal.getsignal(number)
+                if before not in (signal.SIG_IGN, None):
+                    self._before[number] = before
+                    signal.signal(number, self._hear)
+
+    def be_deaf(self) -> None:
+        """Until now. What came meanwhile has its meaning: it ends the program, unless somebody sees to it."""
+        if threading.current_thread() is threading.main_thread():
+            before, self._before = self._before, {}
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            came, self._came = self._came, 0
+            if came:
+                signal.raise_signal(came)
+
+    def require_none(self) -> None:
+        """End a run of another thread."""
+        if self._came:
+            raise ProgramEnded(self._came)
+
+    def _hear(self, number: int, _frame: Any) -> None:
+        if not self._came:
+            self._came = number
+            if self._is_sampling():
+                raise ProgramEnded(number)
+            self._close()
 
 
 def _at_zero(clear: Callable[[], bool], write: Callable[[], bool]) -> bool:

@@ -17,7 +17,7 @@ from rotflex import __version__
 from rotflex.errors import BenchError, RotflexError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import Controller, OpenLoop
-from rotflex.hil.halt import reason
+from rotflex.hil.halt import reason, uninterrupted
 from rotflex.hil.pace import undisturbed
 from rotflex.hil.parts import Measurement
 from rotflex.hil.unfinished import Unfinished
@@ -58,11 +58,13 @@ def run(
     ------
     BenchError
         If the reference is not a list of finite numbers, if the bench is a replay of another run, if it is a real one
-        that was not commissioned, or for what the bench raises; the motor is at 0 V.
+        that was not commissioned, or of which nobody knows where its arm stands, or for what the bench raises; the
+        motor is at 0 V.
     """
     targets = np.asarray(reference, dtype=float)
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
         raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
+    bench.require_mark()
     if type(controller) is not OpenLoop:  # a class made of it may look at the angles
         bench.require_commissioned()
     asked = str((metadata or {}).get("experiment", type(controller).__name__))
@@ -118,7 +120,7 @@ def _sampled(
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
     coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
-    with undisturbed(not bench.is_simulated):
+    with bench.running, undisturbed(not bench.is_simulated):
         try:
             bench.start(described["sample_time"])
         except BaseException:
@@ -129,7 +131,8 @@ def _sampled(
             bench.stop()
             return recorded.finished()
         except BaseException as error:  # also of the stop in the end, where the run is whole
-            _break_off(bench, error, recorded)
+            with uninterrupted():
+                _break_off(bench, error, recorded)
             raise
 
 

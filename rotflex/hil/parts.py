@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rotflex.errors import ConfigurationError
 from rotflex.hil.guard import Guard
+from rotflex.hil.mark import Mark
 from rotflex.units import DEG
 
 
@@ -28,7 +29,7 @@ class Limits:
     Attributes
     ----------
     voltage : at the motor, V; a larger command is cut to it
-    theta : servo angle either way, rad: half a turn, for the cables' sake
+    theta : servo angle either way, rad: half a turn, for the cables' sake, from the bench's mark
     alpha : deflection either way, rad
     rate : of the servo, rad/s, over 10 ms; none unless given
     duration : of a run, s; none unless given
@@ -42,14 +43,22 @@ class Limits:
     duration: float = math.inf
     why: str = ""
 
-    def passed(self, measured: Measurement) -> str:
-        """Which angle is past its limit, in words; empty text if none is."""
+    def passed(self, measured: Measurement, begun: float = 0.0) -> str:
+        """Which angle is past its limit, in words; empty text if none is.
+
+        Parameters
+        ----------
+        measured : since the run began
+        begun : where the servo stood then, rad from the bench's mark
+        """
         for name, value, limit in (
-            ("servo angle", measured.theta, self.theta),
+            ("servo angle", begun + measured.theta, self.theta),
             ("deflection", measured.alpha, self.alpha),
         ):
             if abs(value) > limit:
                 advice = self.why or "Use a smaller amplitude or check the gain."
+                if begun and name == "servo angle":
+                    advice = f"The run began at {begun / DEG:.1f} deg: turn the arm back to its mark. {advice}"
                 return (
                     f"The {name} reached {value / DEG:.1f} deg at t = {measured.time:.3f} s; its limit is "
                     f"±{limit / DEG:.0f} deg. {advice}"
@@ -96,8 +105,10 @@ class Safety:
     guard : watches every run for motion that cannot be
     commissioned : asked before each closed loop; text that is not empty is why there is none yet on this bench
     folder : where samples are kept while they come, so that they outlive the program
+    mark : from which the servo's angle is limited; without one it is from where each run begins
     """
 
     guard: Guard | None = None
     commissioned: Callable[[], str] | None = None
     folder: Path | None = None
+    mark: Mark | None = None

@@ -6,11 +6,13 @@ closed: which way a bench is wired is found there, never assumed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 from rotflex.config import Joint, Servo, joint, srv02
+from rotflex.courseware import course_place
 from rotflex.errors import BenchError
 from rotflex.hil import quanser as adapter
 from rotflex.hil import waiting
@@ -18,6 +20,7 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
 from rotflex.hil.kinds import BOARDS
+from rotflex.hil.mark import Mark
 from rotflex.hil.parts import Limits, Safety, Wiring
 from rotflex.units import DEG
 
@@ -61,6 +64,7 @@ class Setup:
     clock : of the board, that paces the samples; a negative one is the computer's
     simulated : whether time waits for the program, as it does in the maker's simulator
     guarded : whether the runaway guard watches; not while a commissioning finds out what it would guard by
+    marked : whether the place at which theta is zero was marked, as it is by a commissioning
     """
 
     servo: Servo = field(default_factory=srv02)
@@ -73,6 +77,7 @@ class Setup:
     clock: int = Clock.HARDWARE_CLOCK_0
     simulated: bool = False
     guarded: bool = True
+    marked: bool = False
 
 
 def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
@@ -112,6 +117,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             guard=guard if setup.guarded else None,
             commissioned=setup.commissioned,
             folder=waiting.place(),
+            mark=None if setup.simulated else _mark(uri, setup),  # in a simulator no cable twists
         ),
         clock=setup.clock,
         prepare=prepared,
@@ -122,6 +128,12 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
 def _limits(setup: Setup) -> Limits:
     why_not = setup.commissioned()
     return careful(setup.limits, why_not) if why_not else setup.limits
+
+
+def _mark(uri: str, setup: Setup) -> Mark:
+    """The mark of the board's servo, beside the user's settings."""
+    name = re.sub(r"\W+", "-", f"{uri}-{setup.wiring.servo_encoder}")
+    return Mark(course_place.settings() / "marks" / f"{name}.json", setup.marked and not setup.commissioned())
 
 
 def quanser_bench(uri: str, rest: str, setup: Setup | None) -> Bench:

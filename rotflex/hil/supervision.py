@@ -22,10 +22,11 @@ class Supervision:
     limits : see :class:`~rotflex.hil.parts.Limits`
     guard : the runaway guard, for a bench that can come to harm
     sample_time : s
+    begun : where the servo stands as it begins, rad from the bench's mark
     """
 
-    def __init__(self, limits: Limits, guard: Guard | None, sample_time: float) -> None:
-        self._limits, self._guard, self._sample_time = limits, guard, sample_time
+    def __init__(self, limits: Limits, guard: Guard | None, sample_time: float, begun: float = 0.0) -> None:
+        self._limits, self._guard, self._sample_time, self._begun = limits, guard, sample_time, begun
         self._driven = False
         self._before: Measurement | None = None
         self._rate = 0.0  # rad/s, smoothed
@@ -45,8 +46,8 @@ class Supervision:
         if not self._driven:
             return ""
         limits = self._limits
-        if abs(measured.theta) > limits.theta or abs(measured.alpha) > limits.alpha:
-            return limits.passed(measured)
+        if abs(self._begun + measured.theta) > limits.theta or abs(measured.alpha) > limits.alpha:
+            return limits.passed(measured, self._begun)
         if impossible:
             return at(impossible, measured.time)
         if measured.time > limits.duration:

@@ -1,22 +1,26 @@
 """A board in a process of its own, on a socket: whoever drives it can be killed, and it goes on.
 
     python board_process.py serve FOLDER     a virtual board; its address is written to FOLDER/address
-    python board_process.py drive FOLDER     drives it until somebody ends that
+    python board_process.py drive FOLDER     drives it until somebody ends that, in simulated time
+    python board_process.py main FOLDER      the same in time that does not wait
+    python board_process.py thread FOLDER    and in a thread of its own
 
 Its time passes when samples are waited for, or when a test says so, so that nothing depends on how busy a computer is.
 """
 
 import json
-import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Callable
+from functools import partial
 from multiprocessing.connection import Client, Connection, Listener
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from rotflex.hil.halt import uninterrupted
 
 KEY = b"a board of a test's own"
 VOLTS = 1.0  #: the motor is never at 0 V while it is driven
@@ -63,19 +67,6 @@ def serve(folder: Path) -> None:
             threading.Thread(target=attend, args=(listener.accept(),), daemon=True).start()
 
 
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Ctrl-C comes after what is done inside, not in the middle of it."""
-    came: list[int] = []
-    usual = signal.signal(signal.SIGINT, lambda number, _frame: came.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, usual)
-        if came:
-            signal.raise_signal(signal.SIGINT)
-
-
 class RemoteBoard:
     """The board of another process; ``voltage`` and ``let_time_pass`` are a test's.
 
@@ -100,7 +91,7 @@ class RemoteBoard:
         return call
 
 
-def drive(folder: Path) -> None:
+def drive(folder: Path, clock: str = "simulated", in_thread: bool = False) -> None:
     """Drive the motor to and fro, and say so once it moves."""
     from rotflex.config import joint, srv02
     from rotflex.hil.bench import Bench, Safety
@@ -115,13 +106,18 @@ def drive(folder: Path) -> None:
         lambda: RemoteBoard(folder),  # type: ignore[arg-type,return-value]
         srv02(),
         joint(1),
-        {"uri": "remote", "clock": "simulated"},
+        {"uri": "remote", "clock": clock},
         safety=Safety(folder=folder / "unfinished"),
     )
     with bench:
         bench.on_sample = on_sample
-        run(bench, OpenLoop(), VOLTS * (-1.0) ** (np.arange(SAMPLES) // 50), progress=False)
+        running = partial(run, bench, OpenLoop(), VOLTS * (-1.0) ** (np.arange(SAMPLES) // 50), progress=False)
+        if in_thread:
+            threading.Thread(target=running, daemon=True).start()
+            time.sleep(60)
+        running()
 
 
 if __name__ == "__main__":
-    {"serve": serve, "drive": drive}[sys.argv[1]](Path(sys.argv[2]))
+    ways = {"main": partial(drive, clock="wall"), "thread": partial(drive, clock="wall", in_thread=True)}
+    ({"serve": serve, "drive": drive} | ways)[sys.argv[1]](Path(sys.argv[2]))

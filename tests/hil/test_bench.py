@@ -101,7 +101,7 @@ def test_what_is_said_to_the_board_in_a_run_and_nothing_else():
             bench.write(1.0)
         bench.stop()
     halt = ["watchdog_clear", "write_analog", "watchdog_stop"]
-    start = ["set_encoder_counts", "task_create_encoder_reader", "task_set_buffer_overflow_mode"]
+    start = ["read_encoder", "task_create_encoder_reader", "task_set_buffer_overflow_mode"]
     start += ["watchdog_start", "task_start"]
     sample = ["task_read_encoder", "watchdog_reload", "write_analog"]
     end = [*halt, "task_stop", "task_delete"]
@@ -530,7 +530,8 @@ def test_what_a_run_tells_the_board_with_its_values(identity, mode):
     with bench_of(board, identity) as bench:
         bench.start(0.005)
         task = bench._task
-        assert board.values("set_encoder_counts") == [[[0, 1], 2, [0, 0]]]
+        assert board.values("read_encoder") == [[[0, 1], 2, [0, 0]]]
+        assert not board.values("set_encoder_counts")
         assert board.values("task_create_encoder_reader") == [[200, [0, 1], 2]]  # one second of samples
         assert board.values("task_set_buffer_overflow_mode") == [[task, mode]]
         assert board.values("watchdog_start") == [[0.2]]

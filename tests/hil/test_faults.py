@@ -10,6 +10,7 @@ import functools
 import itertools
 import math
 import re
+import signal
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -131,12 +132,15 @@ def paused(pause: float, until: int | None = None) -> Callable[[FaultBoard], Any
     return make
 
 
-def watched_by(error: BaseException) -> Callable[[Bench], None]:
-    """Somebody who watches the run, and raises."""
+def watched_by(error: BaseException | Callable[[], None]) -> Callable[[Bench], None]:
+    """Somebody who watches the run, and raises or does something."""
 
     def on_sample(measured: Any, _voltage: float) -> None:
         if measured.time >= FAULT_AT * SAMPLE_TIME:
+            if not isinstance(error, BaseException):
+                return error()
             raise error
+        return None
 
     return lambda bench: setattr(bench, "on_sample", on_sample)
 
@@ -173,6 +177,15 @@ FAULTS: dict[str, Fault] = {
     "Ctrl-C again while the motor is stopped": Fault(
         KeyboardInterrupt, "ValueError", spoiled(watchdog_clear=failing(FAULT_AT, KeyboardInterrupt())), FIRST
     ),
+    **{
+        f"{name} ends the program": Fault(
+            SystemExit,
+            f"{name} ended",
+            prepare=watched_by(lambda name=name: signal.raise_signal(getattr(signal, name))),
+        )
+        for name in ("SIGTERM", "SIGHUP")
+        if hasattr(signal, name)
+    },
     "reading fails": Fault(HILError, "the board refused", board=spoiled(task_read_encoder=failing(FAULT_AT))),
     "writing fails once": Fault(HILError, "the board refused", board=spoiled(write_analog=failing(FAULT_AT))),
     "writing fails for good": Fault(
@@ -241,7 +254,18 @@ FAULTS: dict[str, Fault] = {
 }
 
 
+@pytest.fixture
+def survives():
+    """Signals that end a program do not end this one."""
+    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = [signal.signal(number, lambda *_event: None) for number in known]
+    yield
+    for number, handler in zip(known, before, strict=True):
+        signal.signal(number, handler)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("survives")
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS)
 def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, tmp_path):
     board = FaultBoard()
@@ -288,7 +312,7 @@ def assert_kept(recording: Recording | None, fault: Fault) -> None:
         assert recording[name][:same].tolist() == undisturbed_run()[name][:same].tolist()
 
 
-BEGINNING = ("set_encoder_counts", "task_create_encoder_reader", "watchdog_start")
+BEGINNING = ("read_encoder", "task_create_encoder_reader", "watchdog_start")
 
 
 @pytest.mark.parametrize("verb", [*BEGINNING, "task_start", "watchdog_clear", "watchdog_stop"])

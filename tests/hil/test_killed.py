@@ -15,8 +15,11 @@ import numpy as np
 import pytest
 from board_process import RemoteBoard
 from checkout import ROOT
+from fault_board import FaultBoard, bench_of
 from jupyter_client.manager import KernelManager
 
+from rotflex.hil.controllers import OpenLoop
+from rotflex.hil.loop import run
 from rotflex.hil.unfinished import unfinished
 
 HELPER = board_process.__file__
@@ -64,6 +67,51 @@ def test_a_program_that_is_killed_leaves_0_V_by_the_watchdog_and_what_it_recorde
     assert_at_0_V_and_recorded(board, tmp_path, "The program ended without a word")
 
 
+ENDING = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+on_posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a program without a word")
+
+
+def assert_ended_by(name: str, board: RemoteBoard, folder: Path) -> None:
+    """0 V without time for the watchdog, and the reason with what was recorded."""
+    assert board.voltage() == 0.0 and not board.is_valid()  # the program closed it
+    ((_file, recording),) = unfinished(folder / "unfinished").items()
+    assert name in recording.metadata["ended"]
+    assert len(recording) > 400 and np.abs(recording["theta"]).max() > 0.05
+
+
+@on_posix
+@pytest.mark.parametrize("where", ["main", "thread"])
+@pytest.mark.parametrize("name", ENDING)
+def test_a_program_that_is_told_to_end_sets_0_V_itself_and_ends_by_the_signal(board, tmp_path, name, where):
+    program = subprocess.Popen([sys.executable, HELPER, where, str(tmp_path)], env=ENVIRONMENT)
+    try:
+        until((tmp_path / "moves").exists, lambda: program.poll() is None)
+        program.send_signal(getattr(signal, name))
+        assert program.wait(_PATIENCE) == -getattr(signal, name)
+    finally:
+        program.kill()
+        program.wait()
+    assert_ended_by(name, board, tmp_path)
+
+
+@on_posix
+def test_the_handler_of_before_is_there_again_and_hears_of_it_and_nohup_holds():
+    heard: list[int] = []
+    usual = signal.signal(signal.SIGTERM, handler := lambda number, _frame: heard.append(number))
+    ignored = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    board = FaultBoard()
+    try:
+        with bench_of(board) as bench:
+            bench.on_sample = lambda measured, _voltage: signal.raise_signal(signal.SIGHUP)
+            assert len(run(bench, OpenLoop(), np.full(50, 1.0), progress=False)) == 50
+            signal.raise_signal(signal.SIGTERM)  # between two runs: at once
+            assert (heard, board.inner.is_valid()) == ([signal.SIGTERM], False)
+            assert signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, usual)
+        signal.signal(signal.SIGHUP, ignored)
+
+
 @pytest.fixture
 def kernel(tmp_path) -> Iterator[KernelManager]:
     manager = KernelManager()
@@ -74,11 +122,11 @@ def kernel(tmp_path) -> Iterator[KernelManager]:
         manager.shutdown_kernel(now=True)
 
 
-def run_cell(kernel: KernelManager, folder: Path) -> None:
+def run_cell(kernel: KernelManager, folder: Path, clock: str = "simulated") -> None:
     client = kernel.blocking_client()
     client.start_channels()
     client.wait_for_ready(timeout=_PATIENCE)
-    client.execute(f"import pathlib, board_process; board_process.drive(pathlib.Path({str(folder)!r}))")
+    client.execute(f"import pathlib, board_process; board_process.drive(pathlib.Path({str(folder)!r}), {clock!r})")
     until((folder / "moves").exists, kernel.is_alive)
     client.stop_channels()
 
@@ -104,3 +152,12 @@ def test_a_kernel_that_is_interrupted_sets_0_V_itself(board, kernel, tmp_path):
         )
     )
     assert_at_0_V_and_recorded(board, tmp_path, "KeyboardInterrupt")
+
+
+@on_posix
+@pytest.mark.slow
+def test_a_kernel_that_is_stopped_sets_0_V_itself_and_ends(board, kernel, tmp_path):
+    run_cell(kernel, tmp_path, "wall")
+    kernel.signal_kernel(signal.SIGTERM)
+    until(lambda: not kernel.is_alive())
+    assert_ended_by("SIGTERM", board, tmp_path)
