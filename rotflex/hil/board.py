@@ -23,6 +23,7 @@ BUFFERS: dict[str, np.dtype[Any]] = {
     "analog": np.dtype(np.float64),
     "digital": np.dtype(np.int8),
     "state": np.dtype(np.int32),
+    "mode": CHANNEL,
 }
 
 Channels = NDArray[np.uint32]
@@ -214,7 +215,7 @@ VERBS = tuple(name for name in vars(Board) if not name.startswith("_"))
 
 
 def check_buffer(buffer: NDArray[Any] | None, size: int, kind: str) -> None:
-    """Check that a buffer can hold ``size`` values of a kind ("encoder", "analog", "digital" or "state").
+    """Check that a buffer can hold ``size`` values of a kind ("encoder", "analog", "digital", "state" or "mode").
 
     Raises
     ------

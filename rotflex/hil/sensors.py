@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from rotflex.config import Servo
 from rotflex.errors import HILError
@@ -31,7 +31,8 @@ class Sensors:
         self._servo, self._plant = servo, plant
         self._offsets = [0] * ENCODERS
         self._per_count = [servo.K_enc] * ENCODERS  # rad
-        self._ranges = [(-math.inf, math.inf)] * ANALOG_INPUTS  # nothing cuts what comes, until told to
+        #: V, by input; nothing cuts what comes, until told to
+        self.ranges = dict.fromkeys(range(ANALOG_INPUTS), (-math.inf, math.inf))
 
     def counts(self, channel: int) -> int:
         """What an encoder's counter reads. The link's counts the other way."""
@@ -41,7 +42,7 @@ class Sensors:
 
     def volts(self, channel: int) -> float:
         """What an analog input reads, V."""
-        lowest, highest = self._ranges[channel]
+        lowest, highest = self.ranges[channel]
         return min(max(self._signal(channel), lowest), highest)
 
     def _signal(self, channel: int) -> float:
@@ -52,12 +53,12 @@ class Sensors:
         # In the gap the wiper touches nothing.
         return wrapped / self._servo.K_pot if abs(wrapped) <= _TRACK / 2 else 0.0
 
-    def set_counts(self, channels: Sequence[int], counts: Sequence[int]) -> None:
+    def set_counts(self, counts: Mapping[int, int]) -> None:
         """Set what counters read now."""
-        for channel, count in zip(channels, counts, strict=False):
+        for channel, count in counts.items():
             self._offsets[channel] += count - self.counts(channel)
 
-    def set_modes(self, channels: Sequence[int], modes: Sequence[int]) -> None:
+    def set_modes(self, modes: Mapping[int, int]) -> None:
         """Count all four edges, as the data sheet's counts per turn do, or fewer. What the counters read stays.
 
         Raises
@@ -65,27 +66,9 @@ class Sensors:
         HILError
             If a mode is none of two lines in quadrature.
         """
-        for channel, mode in zip(channels, modes, strict=False):
+        for channel, mode in modes.items():
             if mode not in _EDGES:
                 raise HILError(f"Encoder {channel} counts one, two or four edges; it was given the mode {mode}.")
             before = self.counts(channel)
             self._per_count[channel] = self._servo.K_enc * EncoderQuadratureMode.X4 / mode
-            self.set_counts([channel], [before])
-
-    def set_ranges(self, ranges: Mapping[int, tuple[float, float]]) -> None:
-        """Cut what comes to ranges (V)."""
-        for channel, one in ranges.items():
-            self._ranges[channel] = one
-
-
-def check_filter(channels: Sequence[int], frequencies: Sequence[float]) -> None:
-    """Check that frequencies (Hz) of encoders' filters can be. There is no noise here to be filtered.
-
-    Raises
-    ------
-    HILError
-        If one is not positive and finite.
-    """
-    for channel, frequency in zip(channels, frequencies, strict=False):
-        if not 0 < frequency < math.inf:
-            raise HILError(f"Encoder {channel} cannot have a filter of {frequency} Hz.")
+            self.set_counts({channel: before})

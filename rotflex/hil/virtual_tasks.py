@@ -2,44 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from rotflex.errors import HILError
-from rotflex.hil.board import Counts, Levels, Vector
-from rotflex.hil.clock import Sampling
+from rotflex.hil.board import BufferOverflowMode
+from rotflex.hil.own_board import OwnTask, Values
 
-Values = tuple[Sequence[float], Sequence[float], Sequence[float]]  #: analog, encoders, digital; counts are numbers, too
+#: Modes in which time waits for the program.
+_TIME_WAITS = (BufferOverflowMode.WAIT_ON_OVERFLOW, BufferOverflowMode.SYNCHRONIZED)
 
 
 @dataclass
-class Task:
-    """Sampling of some channels.
+class Task(OwnTask):
+    """Samples that are taken at a fixed rate, and kept in a buffer until they are fetched.
 
     Samples are known by how many then remained to be fetched, which no two share.
+
+    Attributes
+    ----------
+    period : s
+    due : when the next sample to be fetched is, or was, taken, s
     """
 
-    analog: Sequence[int]
-    encoders: Sequence[int]
-    digital: Sequence[int]
-    sampling: Sampling
+    period: float = math.nan
+    due: float = math.nan
+    #: Samples that were thrown away before the ones in front of them were fetched: what then remains, and how many.
+    _gaps: deque[tuple[int, int]] = field(default_factory=deque)
     _kept: dict[int, Values] = field(default_factory=dict)
     _next: int = 0
 
     def start(self, now: float, frequency: float, samples: int) -> None:
         """Take the first sample now."""
-        self.sampling.start(now, frequency, samples)
+        self.period, self.due = 1.0 / frequency, now
+        self.started, self.remaining, self.lost, self._next = True, samples, 0, samples
+        self._gaps.clear()
         self._kept.clear()
-        self._next = samples
+
+    def stop(self) -> None:
+        """Take no more samples."""
+        self.started, self.remaining = False, 0
 
     def due_until(self, instant: float) -> Iterator[tuple[float, int]]:
         """When samples that were not seen yet are due until an instant, and which."""
-        sampling = self.sampling
-        if not sampling.started or sampling.time_waits:
+        if self.overflow in _TIME_WAITS:
             return
-        self._next = min(self._next, sampling.remaining)
+        self._next = min(self._next, self.remaining)
         while self._next > 0:
-            due = sampling.due + (sampling.remaining - self._next) * sampling.period
+            due = self.due + (self.remaining - self._next) * self.period
             if due >= instant:
                 return
             yield due, self._next
@@ -48,25 +60,45 @@ class Task:
     def keep(self, sample: int, values: Values) -> None:
         """Put a sample aside until it is fetched."""
         self._kept[sample] = values
-        while len(self._kept) > self.sampling.capacity:
-            # Those that are lost are never asked for: see Sampling.
-            last = min(self._kept) if self.sampling.keeps_oldest else max(self._kept)
-            del self._kept[last]
+        while len(self._kept) > self.capacity:
+            # Those that are lost are never asked for: the oldest where new ones write over them, else the newest.
+            overwritten = self.overflow is BufferOverflowMode.OVERWRITE_ON_OVERFLOW
+            del self._kept[max(self._kept) if overwritten else min(self._kept)]
 
     def kept(self) -> Values | None:
         """The sample that is fetched next, if it was put aside."""
-        return self._kept.pop(self.sampling.remaining, None)
+        return self._kept.pop(self.remaining, None)
 
+    def fetch(self) -> None:
+        """Go on to the next sample that was not thrown away."""
+        self._skip(1)
+        while self._gaps and self._gaps[0][0] == self.remaining:
+            self._skip(self._gaps.popleft()[1])
 
-def put(values: Values, buffers: tuple[Vector | None, Counts | None, Levels | None], at: int) -> None:
-    """Put one sample of each channel into the buffers, as sample number ``at``."""
-    for found, buffer in zip(values, buffers, strict=True):
-        if found and buffer is not None:
-            for place, value in enumerate(found, at * len(found)):
-                buffer[place] = value
+    def handle_overflow(self, now: float) -> None:
+        """Deal with samples for which the buffer was full.
 
+        Raises
+        ------
+        HILError
+            If there are any and ``overflow`` forbids it.
+        """
+        if self.overflow in _TIME_WAITS:
+            return
+        taken = math.floor((now - self.due) / self.period + 1e-9) + 1
+        taken = min(max(taken, 0), self.remaining)
+        lost = taken - sum(number for _remaining, number in self._gaps) - self.capacity
+        if lost <= 0:
+            return
+        if self.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
+            self.lost = lost
+            raise HILError(f"The task lost {lost} samples: they were not fetched before its buffer was full.")
+        self.lost += lost
+        if self.overflow is BufferOverflowMode.OVERWRITE_ON_OVERFLOW:
+            self._skip(lost)
+        else:
+            self._gaps.append((self.remaining - taken + lost, lost))
 
-def refuse_other(count: int) -> None:
-    """Raise HILError where channels of another kind are asked for."""
-    if count:
-        raise HILError("The virtual board has no other channels.")
+    def _skip(self, samples: int) -> None:
+        self.due += samples * self.period
+        self.remaining -= samples

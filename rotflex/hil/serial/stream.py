@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from rotflex.errors import HILError
 from rotflex.hil.serial import protocol
@@ -21,18 +22,16 @@ class Stream:
     Parameters
     ----------
     line : the line to the board
+    tasks : by their handles
 
     Attributes
     ----------
-    tasks : by their handles
     lost : how many samples did not come, since the board was opened
     """
 
-    def __init__(self, line: Line) -> None:
-        self.tasks: dict[int, Task] = {}
+    def __init__(self, line: Line, tasks: Mapping[int, Task]) -> None:
         self.lost = 0
-        self._line = line
-        self._next_task = 1
+        self._line, self._tasks = line, tasks
         self._period = 0  # ms; 0 while nothing is sampled
         self._expected = 0  # number of the next sample
         line.on_sample = self._on_sample
@@ -42,13 +41,6 @@ class Stream:
         """Whether the board has been asked for samples."""
         return self._period > 0
 
-    def add(self, task: Task) -> int:
-        """A new task's handle."""
-        handle = self._next_task
-        self._next_task += 1
-        self.tasks[handle] = task
-        return handle
-
     def start(self, task: Task, frequency: float, samples: int) -> None:
         """Begin a task; the first sample is taken now, or with those of the other tasks.
 
@@ -57,7 +49,7 @@ class Stream:
         HILError
             If the board cannot sample at that rate (Hz), or does so at another.
         """
-        period = milliseconds(frequency, samples)
+        period = milliseconds(frequency)
         task.end()
         if not self._wanted():
             self._line.ask(Type.START, protocol.PERIOD.pack(period))
@@ -112,16 +104,16 @@ class Stream:
         missing = (sample.number - self._expected) % _NUMBERS
         self._expected = (sample.number + 1) % _NUMBERS
         self.lost += missing
-        for task in self.tasks.values():
+        for task in self._tasks.values():
             if task.started:
                 task.give(missing, sample.inputs)
 
     def _wanted(self) -> bool:
         """Whether any task wants samples."""
-        return any(task.started for task in self.tasks.values())
+        return any(task.started for task in self._tasks.values())
 
 
-def milliseconds(frequency: float, samples: int) -> int:
+def milliseconds(frequency: float) -> int:
     """The time between samples, in ms.
 
     Raises
@@ -129,8 +121,6 @@ def milliseconds(frequency: float, samples: int) -> int:
     HILError
         If it is none that the board can keep.
     """
-    if not 0 < frequency < math.inf or samples < 1:
-        raise HILError(f"A task cannot take {samples} samples at {frequency} Hz.")
     period = 1000 / frequency
     if not math.isclose(period, round(period), rel_tol=1e-6) or not 1 <= round(period) <= SLOWEST:
         raise HILError(
