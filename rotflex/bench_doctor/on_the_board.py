@@ -37,7 +37,7 @@ _NOTHING_STOPS = (
 
 def encoders(bench: Bench, told: BenchFile) -> Iterator[Finding]:
     """Whether both counters can be read."""
-    servo, link = by_hand.counts(bench, told)
+    servo, link = bench.counts()
     said = "Servo (encoder {servo_encoder}) at {servo} counts, link (encoder {link_encoder}) at {link}.".format(
         servo=servo, link=link, **told.wiring
     )
@@ -98,11 +98,10 @@ def judged(what: str, timing: Mapping[str, Any], sample_time: float, number: int
 def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
     """Whether the watchdog starts, runs on while it is reloaded, expires when it is left alone, and can be cleared."""
     what, board = "watchdog's time", bench.board
-    outputs = _outputs(told)
+    outputs = by_hand.outputs(told)
     board.watchdog_set_analog_expiration_state(outputs, len(outputs), np.zeros(len(outputs)))
     try:
-        if told.loopback is not None:
-            board.write_analog(outputs[1:], 1, np.array([_LOOKED_AT]))
+        by_hand.write_loopback(bench, told, _LOOKED_AT)
         board.watchdog_start(WATCHDOG_TIMEOUT)
         paused = _kept_alive(bench, told)
         if not math.isnan(paused):
@@ -121,12 +120,6 @@ def watchdog(bench: Bench, told: BenchFile) -> Iterator[Finding]:
         finally:
             board.write_analog(outputs, len(outputs), np.zeros(len(outputs)))
     yield Finding(what, Level.OK, "Cleared and stopped, it lets the board be used again, and takes 0 V for the motor.")
-
-
-def _outputs(told: BenchFile) -> Channels:
-    """The motor's, and that of a loopback, where there is one."""
-    more = [] if told.loopback is None else [told.loopback[0]]
-    return np.array([told.wiring["motor"], *more], dtype=np.uint32)
 
 
 def _kept_alive(bench: Bench, told: BenchFile) -> float:
@@ -161,18 +154,17 @@ def _locked(what: str, board: Board, motor: Channels) -> Finding:
 
 def _outputs_after(what: str, bench: Bench, told: BenchFile) -> Iterator[Finding]:
     """Whether a voltage was taken away, where a cable shows it."""
-    read = np.zeros(1)
     if told.loopback is None:
         if bench.safety.commissioned is not None:  # a virtual bench has no cable
             yield _not_tested_here(told)
         return
     try:
-        bench.board.read_analog(np.array([told.loopback[1]], dtype=np.uint32), 1, read)
+        left = by_hand.read_volts(bench, told.loopback[1])
     except HILError:  # it keeps its inputs to itself until it is cleared, too
         yield _not_tested_here(told)
         return
-    said = f"Of {_LOOKED_AT:g} V on the loopback's output it left {read[0]:.2f} V."
-    if abs(read[0]) <= _ZERO:
+    said = f"Of {_LOOKED_AT:g} V on the loopback's output it left {left:.2f} V."
+    if abs(left) <= _ZERO:
         yield Finding(what, Level.OK, said)
     else:
         yield Finding(what, Level.FAIL, said, _NOTHING_STOPS)

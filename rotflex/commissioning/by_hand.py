@@ -21,12 +21,22 @@ _OFF_BY = 0.1  # V
 _JUMP = 2.0  # V, of the potentiometer from one reading to the next; 70 deg
 
 
-def counts(bench: Bench, told: BenchFile) -> tuple[int, int]:
-    """What the counters of servo and link read now."""
-    buffer = np.zeros(2, dtype=np.int32)
-    bench.board.read_encoder(_channels(told.wiring["servo_encoder"], told.wiring["link_encoder"]), 2, buffer)
-    servo, link = buffer.tolist()
-    return servo, link
+def read_volts(bench: Bench, channel: int) -> float:
+    """What an analog input reads, V."""
+    volts = np.zeros(1)
+    bench.board.read_analog(np.array([channel], dtype=np.uint32), 1, volts)
+    return float(volts[0])
+
+
+def write_loopback(bench: Bench, told: BenchFile, volts: float) -> None:
+    """Set the output that a cable may join to an input, V, where it is named."""
+    if told.loopback is not None:
+        bench.board.write_analog(np.array(told.loopback[:1], dtype=np.uint32), 1, np.array([volts]))
+
+
+def outputs(told: BenchFile) -> Channels:
+    """The motor's output, and that of a loopback, where there is one."""
+    return np.array([told.wiring["motor"], *(told.loopback or ())[:1]], dtype=np.uint32)
 
 
 def loopback(bench: Bench, told: BenchFile) -> str:
@@ -39,19 +49,17 @@ def loopback(bench: Bench, told: BenchFile) -> str:
     """
     if told.loopback is None:
         return "not tried: bench.toml names no loopback_output and loopback_input"
-    output, source = (_channels(one) for one in told.loopback)
-    read = np.zeros(1)
     try:
         for volts in _LOOPED:
-            bench.board.write_analog(output, 1, np.array([volts]))
-            bench.board.read_analog(source, 1, read)
-            if abs(read[0] - volts) > _OFF_BY:
+            write_loopback(bench, told, volts)
+            read = read_volts(bench, told.loopback[1])
+            if abs(read - volts) > _OFF_BY:
                 raise BenchError(
-                    f"{volts:g} V on analog output {told.loopback[0]} came in as {read[0]:.2f} V at analog input "
+                    f"{volts:g} V on analog output {told.loopback[0]} came in as {read:.2f} V at analog input "
                     f"{told.loopback[1]}: look at the cable between them, and at the board's ranges."
                 )
     finally:
-        bench.board.write_analog(output, 1, np.zeros(1))
+        write_loopback(bench, told, 0.0)
     return f"what is written comes in, within {_OFF_BY:g} V"
 
 
@@ -63,22 +71,22 @@ def directions(bench: Bench, told: BenchFile, dialogue: Dialogue) -> dict[str, i
     BenchError
         If the wrong encoder counts, or none.
     """
-    first = counts(bench, told)
+    first = bench.counts()
     dialogue.wait("Turn the servo with the arm on it COUNTER-CLOCKWISE, seen from above, by about 20 degrees.")
-    servo = _moved(bench, told, first)
+    servo = _moved(bench, first)
     _require(servo, 0, "the servo", told)
-    second = counts(bench, told)
+    second = bench.counts()
     dialogue.wait(
         "Hold the servo, and bend the arm COUNTER-CLOCKWISE against its springs by about 5 degrees. Keep it there."
     )
-    link = _moved(bench, told, second)
+    link = _moved(bench, second)
     _require(link, 1, "the arm", told)
     dialogue.wait("Let the arm go.")
     return {"servo_sign": int(np.sign(servo[0])), "link_sign": int(np.sign(link[1]))}
 
 
-def _moved(bench: Bench, told: BenchFile, before: tuple[int, int]) -> tuple[int, int]:
-    servo, link = counts(bench, told)
+def _moved(bench: Bench, before: tuple[int, int]) -> tuple[int, int]:
+    servo, link = bench.counts()
     return servo - before[0], link - before[1]
 
 
@@ -117,12 +125,14 @@ def full_turn(bench: Bench, told: BenchFile, dialogue: Dialogue) -> Turn:
     BenchError
         If no encoder that exists has so many.
     """
-    begin = counts(bench, told)[0]
+    begin = bench.counts()[0]
     readings = []
     text = "Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise."
     for _each in dialogue.turning(text):
-        readings.append((counts(bench, told)[0], _potentiometer(bench, told)))
-    turned = abs(counts(bench, told)[0] - begin)
+        readings.append(
+            (bench.counts()[0], 0.0 if told.potentiometer is None else read_volts(bench, told.potentiometer))
+        )
+    turned = abs(bench.counts()[0] - begin)
     nearest = min(ENCODERS, key=lambda name: abs(math.log(max(turned, 1) / ENCODERS[name])))
     if abs(turned / ENCODERS[nearest] - 1) > 0.1:
         raise BenchError(
@@ -131,14 +141,6 @@ def full_turn(bench: Bench, told: BenchFile, dialogue: Dialogue) -> Turn:
             "look whether the board counts all four edges."
         )
     return Turn(turned, nearest, _gap(readings))
-
-
-def _potentiometer(bench: Bench, told: BenchFile) -> float:
-    if told.potentiometer is None:
-        return 0.0
-    volts = np.zeros(1)
-    bench.board.read_analog(_channels(told.potentiometer), 1, volts)
-    return float(volts[0])
 
 
 def _gap(readings: list[tuple[int, float]]) -> float | None:
@@ -156,7 +158,3 @@ def from_zero(turn: Turn, zero: int, sign: int) -> float | None:
     if turn.gap is None:
         return None
     return float(sign * (turn.gap - zero) * 360 / ENCODERS[turn.encoder] % 360)
-
-
-def _channels(*numbers: int) -> Channels:
-    return np.array(numbers, dtype=np.uint32)

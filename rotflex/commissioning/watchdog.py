@@ -45,18 +45,18 @@ def test(bench: Bench, told: BenchFile) -> dict[str, Any]:
     left = 0.0  # V, at the loopback's input
     expired = ran_away = locked = False
     try:
-        if told.loopback is not None:
-            outputs = np.array([told.wiring["motor"], told.loopback[0]], dtype=np.uint32)
-            with suppress(HILError):  # what it refuses, the bench has noted already
-                bench.board.watchdog_set_analog_expiration_state(outputs, 2, np.zeros(2))
+        with suppress(HILError):  # what it refuses, the bench has noted already
+            outputs = by_hand.outputs(told)
+            bench.board.watchdog_set_analog_expiration_state(outputs, len(outputs), np.zeros(len(outputs)))
         bench.start(SAMPLE_TIME)
-        first = by_hand.counts(bench, told)[0]
+        first = bench.counts()[0]
         seen.append(bench.read())
-        _loop(bench, told, CAREFUL.voltage)
+        by_hand.write_loopback(bench, told, CAREFUL.voltage)
         bench.write(CAREFUL.voltage)
+        bench.is_left_alone = True
         try:
             while seen[-1].time < _END:
-                measured = bench.read_alone()
+                measured = bench.read()
                 seen += [*bench.late, measured]
         except LimitExceeded:
             ran_away = True
@@ -67,14 +67,15 @@ def test(bench: Bench, told: BenchFile) -> dict[str, Any]:
             expired = bench.board.watchdog_is_expired()
             if locked:
                 bench.board.watchdog_clear()
-                moved = (by_hand.counts(bench, told)[0] - first) * told.wiring["servo_sign"] * bench.servo.K_enc
+                moved = (bench.counts()[0] - first) * told.wiring["servo_sign"] * bench.servo.K_enc
                 seen.append(Measurement(_END, seen[0].theta + moved, 0.0))
-            left = _left(bench, told)
+            with suppress(HILError):  # it may keep its inputs to itself
+                left = 0.0 if told.loopback is None else by_hand.read_volts(bench, told.loopback[1])
     finally:
         try:
             bench.stop()
         finally:
-            _loop(bench, told, 0.0)
+            by_hand.write_loopback(bench, told, 0.0)
     found = _trouble(seen, locked, ran_away, expired, left)
     said = found or f"At {CAREFUL.voltage:g} V, left alone, the servo stopped."
     return {"passed": not found, "date": today(), "found": said, "refused": list(bench.refused)}
@@ -104,18 +105,3 @@ def _trouble(seen: list[Measurement], locked: bool, ran_away: bool, expired: boo
     if abs(left) > _ZERO:
         return f"The watchdog left {left:.2f} V on the loopback's output."
     return ""
-
-
-def _loop(bench: Bench, told: BenchFile, volts: float) -> None:
-    """Set the loopback's output, where there is one."""
-    if told.loopback is not None:
-        bench.board.write_analog(np.array([told.loopback[0]], dtype=np.uint32), 1, np.array([volts]))
-
-
-def _left(bench: Bench, told: BenchFile) -> float:
-    """What is at the loopback's input, V; 0 where there is none, or where the board keeps it to itself."""
-    read = np.zeros(1)
-    if told.loopback is not None:
-        with suppress(HILError):
-            bench.board.read_analog(np.array([told.loopback[1]], dtype=np.uint32), 1, read)
-    return float(read[0])

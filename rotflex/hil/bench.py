@@ -25,7 +25,6 @@ import numpy as np
 
 from rotflex.config import Joint, Servo, check_mounted
 from rotflex.errors import BenchError, HILError, LimitExceeded, WatchdogExpired
-from rotflex.hil import optional
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts, DigitalState
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, Ending, halt, uninterrupted
 from rotflex.hil.pace import Pace
@@ -50,6 +49,15 @@ _NO_MARK = (
     "to its mark, where theta was set to zero in the commissioning, and look that no cable is twisted."
 )
 _THEN = "Then call set_zero() of the open bench; or in a terminal: rotflex bench zero bench.toml."
+_TESTED = "rotflex bench setup tests with the motor whether the watchdog sets 0 V all the same."
+#: What the user does about a board that refuses a verb which it need not have.
+_TO_DO = {
+    "watchdog_set_analog_expiration_state": _TESTED,
+    "watchdog_set_digital_expiration_state": _TESTED,
+    "task_set_buffer_overflow_mode": "Runs go on, but a program that pauses for a second ends its run with an error.",
+    "set_encoder_quadrature_mode": "rotflex bench setup counts a full turn, and so finds whether all edges count.",
+    "set_encoder_filter_frequency": "The board keeps its own filter: set filter = 0 in bench.toml.",
+}
 _REST, _REST_TRIES = 0.1, 20  # s without a count, after which the servo is at rest, and how often that is awaited
 
 __all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
@@ -68,8 +76,7 @@ class Bench:
     safety : for a bench that can come to harm
     clock : of the board, that paces the samples
     now : the computer's time, s
-    prepare : sets up the board, once its watchdog is stopped and 0 V written: options, ranges, quadrature, filters;
-        gives what was refused that it need not have
+    prepare : sets up the board, once its watchdog is stopped and 0 V written: options, ranges, quadrature, filters
     virtual : whether `connect` makes a new plant, at rest
 
     Attributes
@@ -80,6 +87,7 @@ class Bench:
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
+    is_left_alone : whether reads leave the watchdog to expire, as its test does; not so any more from the next start on
     refused : what the board refused that it need not have, by verb, in words
     on_recorded : called with the recording of each experiment, once it is whole; None for nobody
     """
@@ -96,7 +104,7 @@ class Bench:
         safety: Safety | None = None,
         clock: int = Clock.HARDWARE_CLOCK_0,
         now: Callable[[], float] = time.perf_counter,
-        prepare: Callable[[Board], dict[str, str] | None] | None = None,
+        prepare: Callable[[Bench], None] | None = None,
         virtual: bool = False,
     ) -> None:
         self.servo = check_mounted(servo)
@@ -111,7 +119,7 @@ class Bench:
         self.on_sample: Callable[[Measurement, float], None] | None = None
         self.on_recorded: Callable[[Recording], object] | None = None
         self.refused: dict[str, str] = {}
-        self._alone = False  # whether the watchdog is left to expire
+        self.is_left_alone = False
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
@@ -162,12 +170,12 @@ class Bench:
             self._board.watchdog_clear()
             self._board.watchdog_stop()
             self._set_motor(0.0)
-            self._let_lines_go(self._board)
+            self._let_lines_go()
             if self._prepare is not None:
-                self.refused |= self._prepare(self._board) or {}
+                self._prepare(self)
                 self._set_motor(0.0)  # with a range that was chosen now, the same number may be other volts
             if self.safety.mark is not None:
-                self.safety.mark.find(self._read_counts(self._board)[0])
+                self.safety.mark.find(self.counts()[0])
         except BaseException:
             self._close()
             raise
@@ -185,14 +193,21 @@ class Bench:
             board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
         except HILError:
             board.watchdog_clear()
-            self.refused |= optional.ask(board, "watchdog_set_analog_expiration_state", self._motor, 1, np.zeros(1))
+            self.ask("watchdog_set_analog_expiration_state", self._motor, 1, np.zeros(1))
 
-    def _let_lines_go(self, board: Board) -> None:
+    def _let_lines_go(self) -> None:
         """Have an expired watchdog let digital outputs go: on Q8-series boards it sets no analog one otherwise."""
         lines = self._wiring.digital_outputs
         if lines:
             channels, states = np.arange(lines, dtype=np.uint32), np.full(lines, DigitalState.TRISTATE, dtype=np.int32)
-            self.refused |= optional.ask(board, "watchdog_set_digital_expiration_state", channels, lines, states)
+            self.ask("watchdog_set_digital_expiration_state", channels, lines, states)
+
+    def ask(self, verb: str, *arguments: Any) -> None:
+        """Ask the board for what it need not have; a refusal is kept in words, with what to do, and ends nothing."""
+        try:
+            getattr(self.board, verb)(*arguments)
+        except HILError as error:
+            self.refused[verb] = f"{error} {_TO_DO[verb]}"
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
@@ -224,9 +239,10 @@ class Bench:
 
     # --- where theta is zero --------------------------------------------------------------------------------------
 
-    def _read_counts(self, board: Board) -> tuple[int, int]:
+    def counts(self, board: Board | None = None) -> tuple[int, int]:
+        """What the counters of servo and link read now; ``board`` is one that the bench is letting go of."""
         counts = np.zeros(2, dtype=np.int32)
-        board.read_encoder(self._encoders, 2, counts)
+        (board or self.board).read_encoder(self._encoders, 2, counts)
         servo, link = counts.tolist()
         return servo, link
 
@@ -234,7 +250,7 @@ class Bench:
         """Take where the arm stands now as its mark, about which the servo's angle is limited."""
         self.stop()
         if self.safety.mark is not None:
-            self.safety.mark.set(self._read_counts(self.board)[0])
+            self.safety.mark.set(self.counts()[0])
 
     @property
     def mark_unknown(self) -> str:
@@ -258,13 +274,11 @@ class Bench:
         mark = self.safety.mark
         with suppress(HILError, OSError):
             if mark is not None and mark.zero is not None:
-                counts = self._read_counts(board)[0]
-                for _each in range(_REST_TRIES):
+                counts = [self.counts(board)[0]]
+                while len(counts) <= _REST_TRIES and counts[-1:] != counts[-2:-1]:
                     time.sleep(_REST)
-                    before, counts = counts, self._read_counts(board)[0]
-                    if counts == before:
-                        break
-                mark.keep(counts)
+                    counts.append(self.counts(board)[0])
+                mark.keep(counts[-1])
 
     def _halt(self, board: Board) -> None:
         with uninterrupted():
@@ -294,16 +308,16 @@ class Bench:
             )
         self.stop()
         if zero:
-            self._begun = self._read_counts(board)
+            self._begun = self.counts()
         self._sample, self._sample_time = 0, sample_time
-        self._pace, self.late = None, []
+        self._pace, self.late, self.is_left_alone = None, [], False
         mark = self.safety.mark
         begun = 0.0 if mark is None or mark.zero is None else (self._begun[0] - mark.zero) * self._K_theta
         self._supervision = Supervision(self.limits, self.safety.guard, sample_time, begun)
         self._sampled_by = threading.get_ident()
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW
-        self.refused |= optional.ask(board, "task_set_buffer_overflow_mode", self._task, int(mode))
+        self.ask("task_set_buffer_overflow_mode", self._task, int(mode))
         board.watchdog_start(WATCHDOG_TIMEOUT)
         board.task_start(self._task, self._clock, 1 / sample_time, _FOREVER)
         if not self.is_simulated:
@@ -340,20 +354,12 @@ class Bench:
         self._show_alive(board)
         return measured
 
-    def read_alone(self) -> Measurement:
-        """Read as :meth:`read` does, but do not reload the watchdog: how its test lets it expire."""
-        self._alone = True
-        try:
-            return self.read()
-        finally:
-            self._alone = False
-
     def _fetch(self, board: Board, counts: Counts, samples: int) -> None:
         if self._task is None or board.task_read_encoder(self._task, samples, counts) != samples:
             raise HILError("The board gave no sample.")
 
     def _show_alive(self, board: Board) -> None:
-        if not self._alone and not board.watchdog_reload():
+        if not self.is_left_alone and not board.watchdog_reload():
             self.stop()
             raise WatchdogExpired(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
 

@@ -18,7 +18,8 @@ import numpy as np
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
 from rotflex.courseware import files
 from rotflex.errors import ConfigurationError
-from rotflex.hil import commissioned, optional
+from rotflex.hil import commissioned
+from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.kinds import BOARDS, SERIAL, BoardKind
 from rotflex.hil.parts import Limits, Wiring
@@ -114,26 +115,22 @@ class BenchFile:
         known = self.kind is not None and self.kind is not SERIAL
         return known or bool(self.board[key] != TABLES["board"][key].default)
 
-    def _prepare(self, serial: list[str], board: Board) -> dict[str, str]:
-        """Set up a board that was just opened; what it refused that it need not have."""
-        told, wired = self.board, self.wiring
+    def _prepare(self, serial: list[str], bench: Bench) -> None:
+        """Set up the board of a bench that was just opened."""
+        board, told, wired = bench.board, self.board, self.wiring
         serial[:] = [serial_number(board)]
-        refused: dict[str, str] = {}
         if told["options"]:
             board.set_card_specific_options(told["options"], len(told["options"].encode()))
         encoders = np.array([wired["servo_encoder"], wired["link_encoder"]], dtype=np.uint32)
         if self._is_to_be_set("quadrature"):
-            modes = np.full(2, told["quadrature"], dtype=np.uint32)
-            refused |= optional.ask(board, "set_encoder_quadrature_mode", encoders, 2, modes)
+            bench.ask("set_encoder_quadrature_mode", encoders, 2, np.full(2, told["quadrature"], dtype=np.uint32))
         if self._is_to_be_set("output_range"):
             _set_range(board.set_analog_output_ranges, wired["motor"], told["output_range"])
         for channel in (self.potentiometer, None if self.loopback is None else self.loopback[1]):
             if channel is not None and self._is_to_be_set("input_range"):
                 _set_range(board.set_analog_input_ranges, channel, told["input_range"])
         if told["filter"]:
-            frequencies = np.full(2, float(told["filter"]))
-            refused |= optional.ask(board, "set_encoder_filter_frequency", encoders, 2, frequencies)
-        return refused
+            bench.ask("set_encoder_filter_frequency", encoders, 2, np.full(2, float(told["filter"])))
 
 
 def serial_number(board: Board) -> str:

@@ -60,7 +60,7 @@ class Setup:
     limits, wiring : see :mod:`rotflex.hil.parts`
     stiffness : of its joint, N·m/rad, within 15 %, for the runaway guard; the workbook's unless it was measured
     commissioned : text that is not empty is why no loop is closed
-    prepare : sets up a board that was opened: options, ranges, quadrature, filters; gives what was refused
+    prepare : sets up the board of a bench that was opened: options, ranges, quadrature, filters
     clock : of the board, that paces the samples; a negative one is the computer's
     simulated : whether time waits for the program, as it does in the maker's simulator
     guarded : whether the runaway guard watches; not while a commissioning finds out what it would guard by
@@ -73,7 +73,7 @@ class Setup:
     wiring: Wiring = field(default_factory=Wiring)
     stiffness: float = WORKBOOKS_STIFFNESS
     commissioned: Callable[[], str] = not_commissioned
-    prepare: Callable[[Board], dict[str, str] | None] | None = None
+    prepare: Callable[[Bench], None] | None = None
     clock: int = Clock.HARDWARE_CLOCK_0
     simulated: bool = False
     guarded: bool = True
@@ -94,14 +94,14 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         waiting.tell()
         return connect()
 
-    def prepared(board: Board) -> dict[str, str]:
+    def prepared(opened: Bench) -> None:
         """Set up the board. Only now it is known whether it is the one that was commissioned."""
-        refused = {} if setup.prepare is None else setup.prepare(board) or {}
-        made.limits = _limits(setup)
-        return refused
+        if setup.prepare is not None:
+            setup.prepare(opened)
+        opened.limits = _limits(setup)
 
     guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness))
-    made = Bench(
+    return Bench(
         connect=connected,
         servo=setup.servo,
         joint=setup.joint,
@@ -122,7 +122,6 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         clock=setup.clock,
         prepare=prepared,
     )
-    return made
 
 
 def _limits(setup: Setup) -> Limits:
