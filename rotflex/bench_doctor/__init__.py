@@ -16,7 +16,7 @@ from functools import partial
 
 from rotflex import __version__, hil
 from rotflex.bench_doctor import on_the_board
-from rotflex.bench_doctor.findings import Finding, Level, step
+from rotflex.bench_doctor.findings import Finding, Level
 from rotflex.courseware.messages import plural
 from rotflex.errors import RotflexError
 from rotflex.hil import bench_file, quanser, waiting
@@ -114,7 +114,10 @@ def _on_the_board(bench: Bench, told: BenchFile, seconds: float) -> Iterator[Fin
             "watchdog": partial(on_the_board.watchdog, bench, told),
         }
         for name, look in asked.items():
-            yield from step(name, look, _CABLES)
+            try:
+                yield from look()
+            except RotflexError as error:
+                yield Finding(name, Level.FAIL, str(error), _CABLES)
         try:
             opened.close()
         except RotflexError as error:

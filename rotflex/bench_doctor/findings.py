@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-
-from rotflex.errors import RotflexError
 
 
 class Level(StrEnum):
@@ -33,18 +30,3 @@ class Finding:
     level: Level
     said: str
     to_do: str = ""
-
-
-def step(what: str, look: Callable[[], Iterator[Finding]], to_do: str) -> Iterator[Finding]:
-    """What a look gives; an error on the way is a finding, too.
-
-    Parameters
-    ----------
-    what : is looked at
-    look : looks
-    to_do : where it raises an error
-    """
-    try:
-        yield from look()
-    except RotflexError as error:
-        yield Finding(what, Level.FAIL, str(error), to_do)

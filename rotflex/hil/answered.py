@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.recording import Recording
-from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, Stretch, mask, stretches
+from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, mask, stretches
 
 MOST = 0.05  #: of a run; on a computer that was kept busy on purpose 0.006 of a minute's samples came late
+_SAME = 5e-3  # of the recorded voltage (RMS); gains as a report prints them, with four digits, make a thirtieth of it
+_SAME_VOLTS = 1e-3  # V, where hardly any voltage was recorded
 _ROUNDING = 2  # samples: where a pause begins and ends within a period
 
 Vector = NDArray[np.float64]
@@ -68,12 +70,19 @@ def apart(recording: Recording, volts: Vector) -> Vector:
     difference: Vector = np.abs(volts - recorded)
     if why_not(recording):
         return difference
-    for first, count in _within(stretches(recording.metadata, HELD), volts.size):
+    for first, count in stretches(recording.metadata, HELD):
+        if first >= volts.size:
+            break
         part = slice(first, first + count)
         before = recorded[first - 1] if first else 0.0
         difference[part] = np.minimum(np.abs(recorded[part] - before), np.abs(recorded[part] - volts[first]))
     return difference
 
 
-def _within(found: list[Stretch], samples: int) -> list[Stretch]:
-    return [one for one in found if one[0] < samples]
+def is_same(recorded: Vector, apart: Vector) -> bool:
+    """Whether voltages that are so far from those recorded (both (samples,), V) are the same controller's."""
+    return _rms(apart) <= max(_SAME * _rms(recorded), _SAME_VOLTS)
+
+
+def _rms(values: Vector) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -274,11 +274,11 @@ class Bench:
         mark = self.safety.mark
         with suppress(HILError, OSError):
             if mark is not None and mark.zero is not None:
-                counts = [self.counts(board)[0]]
-                while len(counts) <= _REST_TRIES and counts[-1:] != counts[-2:-1]:
+                read = [self.counts(board)[0]]
+                while read[-1:] != read[-2:-1] and len(read) <= _REST_TRIES:
                     time.sleep(_REST)
-                    counts.append(self.counts(board)[0])
-                mark.keep(counts[-1])
+                    read.append(self.counts(board)[0])
+                mark.keep(read[-1])
 
     def _halt(self, board: Board) -> None:
         with uninterrupted():

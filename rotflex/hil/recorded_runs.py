@@ -12,17 +12,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rotflex.errors import NotRecorded
 from rotflex.hil import answered
+from rotflex.hil.board import Vector
 from rotflex.hil.controllers import Controller
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Channel, Recording
 from rotflex.unanswered import cut
 
-SAME = 5e-3  #: of the recorded voltage (RMS): what a run with the same controller may differ by
-SAME_VOLTS = 1e-3  #: V, where hardly any voltage was recorded
 TOLD = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
 VOLTAGE_LIMIT = "voltage_limit"  #: in that, V: to which the bench cut voltages
 SETTINGS = ("drive", "signal", "feedback", "f_start", "f_stop", "K")  #: of an experiment, in its recording's metadata
@@ -32,8 +30,6 @@ _BESIDE = (
     "before it counts."
 )
 _NOTHING = Recording.of([0.0, 0.002], theta=[0.0, 0.0], alpha=[0.0, 0.0], vm=[0.0, 0.0])
-
-Vector = NDArray[np.float64]
 
 
 class RecordedRuns(RecordedPlant):
@@ -163,9 +159,8 @@ def fits(recording: Recording, controller: Controller, reference: Vector, sample
         return False
     if abs(recording.sample_time - sample_time) > 1e-6 * sample_time:
         return False
-    recorded = recording["vm"][: reference.size]
     apart = answered.apart(recording, voltages(recording, controller, reference, v_max))
-    return _rms(apart) <= max(SAME * _rms(recorded), SAME_VOLTS)
+    return answered.is_same(recording["vm"][: reference.size], apart)
 
 
 def voltages(recording: Recording, controller: Controller, reference: Vector, v_max: float) -> Vector:
@@ -186,7 +181,3 @@ def _is_of_call(recording: Recording, settings: Mapping[str, Any], reference: Ve
         and all(recording.metadata.get(name) == value for name, value in settings.items())
         and bool(np.allclose(command, reference, atol=1e-6))
     )
-
-
-def _rms(values: Vector) -> float:
-    return float(np.sqrt(np.mean(values**2)))

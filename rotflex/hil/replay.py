@@ -11,19 +11,15 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rotflex.errors import BenchError, RecordingError
 from rotflex.hil import answered
+from rotflex.hil.board import Vector
 from rotflex.plant import State
 from rotflex.recording import Recording
 from rotflex.unanswered import TIMING, cut
 
-_SAME = 5e-3  # of the recorded voltage (RMS); gains as a report prints them, with four digits, make a thirtieth of it
-_SAME_VOLTS = 1e-3  # V, where hardly any voltage was recorded
 _SAME_PERIOD = 1e-6  # of the sample time
-
-Vector = NDArray[np.float64]
 
 
 class RecordedPlant:
@@ -131,7 +127,7 @@ class RecordedPlant:
         """
         recorded = self.recording["vm"][: volts.size]
         apart = answered.apart(self.recording, volts)
-        if _rms(apart) <= max(_SAME * _rms(recorded), _SAME_VOLTS):
+        if answered.is_same(recorded, apart):
             return recorded
         worst = int(np.argmax(apart))
         raise self._refused(
@@ -156,7 +152,3 @@ class RecordedPlant:
                 duration=self.duration,
             )
         )
-
-
-def _rms(values: Vector) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -83,7 +83,9 @@ class Unfinished:
             self._held.release()
 
     def _describe(self, path: Path) -> None:
-        files.write(_words(path), lambda scratch: scratch.write_text(json.dumps(self._described), encoding="utf-8"))
+        files.write(
+            beside(path, ".json"), lambda scratch: scratch.write_text(json.dumps(self._described), encoding="utf-8")
+        )
 
 
 def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
@@ -109,7 +111,7 @@ def unfinished(folder: str | os.PathLike[str]) -> dict[Path, Recording]:
 
 
 def _left_behind(path: Path) -> Recording | None:
-    described = dict(json.loads(_words(path).read_text(encoding="utf-8")))
+    described = dict(json.loads(beside(path, ".json").read_text(encoding="utf-8")))
     signals = np.load(path, mmap_mode="r")
     described.setdefault(ENDED, _WITHOUT_A_WORD)
     return _recording(np.array(signals), described)
@@ -166,7 +168,3 @@ def _discard(path: Path) -> None:
             beside(path, _OVER).touch()
         else:
             beside(path, _OVER).unlink(missing_ok=True)
-
-
-def _words(path: Path) -> Path:
-    return beside(path, ".json")

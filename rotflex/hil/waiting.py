@@ -43,25 +43,12 @@ class Waiting:
         """When the run began, or was broken off, in the computer's own time zone."""
         return datetime.datetime.fromtimestamp(beside(self.path, ".json").stat().st_mtime).astimezone()
 
-    @property
-    def bench(self) -> str:
-        """The address of its bench."""
-        known = self.recording.metadata.get("bench")
-        return str(known.get("uri", "?")) if isinstance(known, dict) else "?"
-
-    @property
-    def experiment(self) -> str:
-        """What was run."""
-        return str(self.recording.metadata.get("experiment", "run"))
-
-    @property
-    def reason(self) -> str:
-        """Why it ended."""
-        return str(self.recording.metadata[ENDED])
-
     def __str__(self) -> str:
+        about = self.recording.metadata
+        known, experiment = about.get("bench"), about.get("experiment", "run")
+        bench = known.get("uri", "?") if isinstance(known, dict) else "?"
         seconds = len(self.recording) * self.recording.sample_time
-        return f"{self.begun:%Y-%m-%d %H:%M}  {self.experiment}, {seconds:.1f} s, {self.bench}\n    {self.reason}"
+        return f"{self.begun:%Y-%m-%d %H:%M}  {experiment}, {seconds:.1f} s, {bench}\n    {about[ENDED]}"
 
 
 def place() -> Path:

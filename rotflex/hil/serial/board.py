@@ -23,8 +23,7 @@ from rotflex.hil.serial.line import Line
 from rotflex.hil.serial.motor import Motor
 from rotflex.hil.serial.port import Port
 from rotflex.hil.serial.protocol import Flag, Inputs, Type
-from rotflex.hil.serial.stream import Stream
-from rotflex.hil.serial.tasks import Task, values
+from rotflex.hil.serial.stream import Stream, Task, values
 
 _CHANNELS = {"encoder": 2, ANALOG_INPUT: 2, ANALOG_OUTPUT: 1, "digital": 4}
 

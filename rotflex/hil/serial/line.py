@@ -5,27 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rotflex.errors import HILError
+from rotflex.hil.serial import protocol
 from rotflex.hil.serial.port import Port
-from rotflex.hil.serial.protocol import (
-    VERSION,
-    Booted,
-    Cause,
-    Flag,
-    Foreign,
-    Receiver,
-    Reply,
-    Sample,
-    Status,
-    Type,
-    message,
-    request,
-)
+from rotflex.hil.serial.protocol import Booted, Cause, Flag, Foreign, Receiver, Reply, Sample, Status, Type
 
 ALIVE_AFTER = 0.02  #: s without a frame, less than half of the board's 50 ms, until it is told that the program lives
 _PATIENCE = 0.25  # s for an answer, which comes within milliseconds, before the request is sent again
 _ATTEMPTS = 3  # times a request is sent; each can be obeyed twice
 _STARTING = 5.0  # s that a board takes to start when its port is opened, at most; a boot loader takes two
-_POSTED = (Type.OUTPUT, Type.RELOAD, Type.ALIVE)
 
 
 class Line:
@@ -84,7 +71,7 @@ class Line:
         if self._gone is not None:
             raise self._gone
         self._sequence = (self._sequence + 1) % 256
-        self.port.write(request(kind, self._sequence, payload))
+        self.port.write(protocol.request(kind, self._sequence, payload))
         self._sent = self.port.now()
         return self._sequence
 
@@ -137,7 +124,7 @@ class Line:
         return None
 
     def _take(self, body: bytes) -> None:
-        heard = message(body)
+        heard = protocol.message(body)
         if isinstance(heard, Sample):
             self.flags, self.accepted = heard.flags, heard.accepted
             if self.on_sample is not None:
@@ -151,7 +138,7 @@ class Line:
             self._lose(heard.cause)
         elif isinstance(heard, Foreign):
             raise HILError(
-                f"The board speaks version {heard.version} of the protocol, this program version {VERSION}. "
+                f"The board speaks version {heard.version} of the protocol, this program version {protocol.VERSION}. "
                 "Flash the firmware that belongs to this version of rotflex (docs/serial_bench.md)."
             )
 
