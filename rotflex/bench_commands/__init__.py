@@ -16,8 +16,6 @@ from rotflex.errors import ConfigurationError, IdentificationError
 
 if TYPE_CHECKING:
     from rotflex.hil.bench import Bench
-    from rotflex.hil.bench_file import BenchFile
-    from rotflex.hil.real import Setup
     from rotflex.recording import Recording
 
 app = typer.Typer(
@@ -53,7 +51,7 @@ def setup(
     ] = False,
 ) -> None:
     """Find out, guided step by step, how a bench is wired, and write it down with its commissioning."""
-    from rotflex import commissioning
+    from rotflex import commissioning, hil
     from rotflex.hil import bench_file
 
     if board.partition(":")[0] in ("virtual", "replay"):
@@ -64,46 +62,31 @@ def setup(
         raise ConfigurationError(
             f"There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}."
         )
-    if watchdog:
-        _test_watchdog(board, out)
-        return
     if board.endswith(".toml"):
         told, out = bench_file.load(board), out or Path(board)
+    elif watchdog:
+        out = out or Path("bench.toml")
+        told = bench_file.load(out)
+        if told.address != board:
+            raise ConfigurationError(
+                f"{out} is of the bench at {told.address}: name the bench.toml of {board} as --out."
+            )
     else:
         told, out = bench_file.BenchFile(board), out or Path("bench.toml")
         if out.exists():
             raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
     _check_out(out)
-    done = commissioning.commission(told, _connect, commissioning.Terminal())
+    work = commissioning.add_watchdog_test if watchdog else commissioning.commission
+    done = work(told, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal())
     bench_file.save(out, done)
+    if watchdog:
+        typer.echo(f"The result is in {out}.")
+        raise typer.Exit(0 if done.record["watchdog"]["passed"] else 1)
     typer.echo(f"The bench is commissioned. Open it as {out}.")
     typer.echo(
         f"Its name is {bench_file.load(out).name!r} (name = … in the file): where its recordings count for marks, the "
         "course's settings have to name it so."
     )
-
-
-def _connect(told: BenchFile, chosen: Setup) -> Bench:
-    """What each step of a commissioning opens."""
-    from rotflex import hil
-
-    return hil.open(told.address, setup=chosen)
-
-
-def _test_watchdog(board: str, out: Path | None) -> None:
-    """What ``rotflex bench setup --watchdog`` does, by the bench's address or its file."""
-    from rotflex import commissioning
-    from rotflex.hil import bench_file
-
-    path = Path(board) if board.endswith(".toml") else out or Path("bench.toml")
-    told = bench_file.load(path)
-    if not board.endswith(".toml") and told.address != board:
-        raise ConfigurationError(f"{path} is of the bench at {told.address}: name the bench.toml of {board} as --out.")
-    done = commissioning.add_watchdog_test(told, _connect, commissioning.Terminal())
-    bench_file.save(path, done)
-    typer.echo(f"The result is in {path}.")
-    if not done.record["watchdog"]["passed"]:
-        raise typer.Exit(1)
 
 
 @app.command()
@@ -412,7 +395,6 @@ def fit(
             raise ConfigurationError(f"--J_l {J_l:g}: give a positive inertia in kg·m², and leave J_l out of --free.")
         initial = replace(initial, J_l=J_l, K_s=initial.K_s * J_l / arm.J_l)  # beginning at the same frequency
     own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
-    fits.require_motion(every, recordings)
     for words in fits.late(every, recordings):
         typer.echo(words, err=True)
     found = greybox.fit(every, servo, arm, names, initial, per_recording=own)

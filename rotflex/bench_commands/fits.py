@@ -11,8 +11,14 @@ from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
 
 
-def require_motion(every: list[Recording], paths: list[Path]) -> None:
-    """That something moves in each recording, or the message says in which it does not."""
+def late(every: list[Recording], paths: list[Path]) -> Iterator[str]:
+    """What is to be said of recordings in which samples came late or never.
+
+    Raises
+    ------
+    IdentificationError
+        If too many did, or nothing moves in a recording.
+    """
     from rotflex.channels import channel
 
     for path, recording in zip(paths, every, strict=True):
@@ -20,17 +26,6 @@ def require_motion(every: list[Recording], paths: list[Path]) -> None:
             channel(recording, "theta"), channel(recording, "alpha")
         except IdentificationError as error:
             raise IdentificationError(f"{path}: {error} Leave it out.") from None
-
-
-def late(every: list[Recording], paths: list[Path]) -> Iterator[str]:
-    """What is to be said of recordings in which samples came late or never.
-
-    Raises
-    ------
-    IdentificationError
-        If too many did.
-    """
-    for path, recording in zip(paths, every, strict=True):
         if words := unanswered.in_words(recording.metadata, len(recording)):
             if unanswered.too_many(recording.metadata, len(recording)):
                 raise IdentificationError(f"{path}: {words} Record it again, or leave it out.")

@@ -108,23 +108,25 @@ def _step(bench: Bench, voltage: float) -> Vector:
     """
     for attempt in range(_TRIES):
         way = -1 if attempt % 2 else 1  # to and fro, so that the arm stays near its mark
-        taken: list[tuple[float, float]] = []
-
-        def seen(measured: Measurement, taken: list[tuple[float, float]] = taken) -> bool:
-            taken.append((measured.theta, measured.alpha))
-            return measured.time >= _STEP_FOR
-
-        def held(_time: float, volts: float = way * voltage) -> float:
-            return volts
-
-        _drive(bench, held, seen, 2 * _STEP_FOR)
-        timing = bench.timing.get("timing", {"late": 0, "missed": 0})
-        if not timing["late"] and not timing["missed"]:
+        taken = _taken(bench, way * voltage)
+        if not unanswered.in_words(bench.timing, len(taken)):
             return np.array(taken).T * way
     raise BenchError(
         f"Samples came late in {_TRIES} steps of {_STEP_FOR * 1e3:g} ms, one after the other, so that the delay "
         "cannot be told: close other programs, and begin again."
     )
+
+
+def _taken(bench: Bench, voltage: float) -> list[tuple[float, float]]:
+    """theta and alpha of each sample of a step, rad."""
+    taken: list[tuple[float, float]] = []
+
+    def seen(measured: Measurement) -> bool:
+        taken.append((measured.theta, measured.alpha))
+        return measured.time >= _STEP_FOR
+
+    _drive(bench, lambda _time: voltage, seen, 2 * _STEP_FOR)
+    return taken
 
 
 def loop_delay(bench: Bench, stiffness: float) -> float:

@@ -90,12 +90,8 @@ def open(
         _take(uri, given, why="a recording is in the plant's place, and says what it is of.")
         return _replay(uri, rest)
     if scheme in ("quanser", "serial"):
-        _take(
-            uri,
-            given,
-            "setup",
-            why="a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…).",
-        )
+        why = "a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."
+        _take(uri, given, "setup", why=why)
         return quanser_bench(uri, rest, setup) if scheme == "quanser" else _serial(uri, rest, setup)
     if scheme != "virtual":
         raise BenchError(
@@ -175,11 +171,8 @@ def _own(
 
 def _replay(uri: str, rest: str) -> Bench:
     path, mark, query = rest.partition("?")
-    clock = one_of(
-        "clock",
-        _options(uri, mark + query, ("clock",), "replay:file.mat?clock=wall").get("clock", "simulated"),
-        _CLOCKS,
-    )
+    options = _options(uri, mark + query, ("clock",), "replay:file.mat?clock=wall")
+    clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     recording = Recording.load(path)
     known = recording.metadata.get("bench")
     about: dict[str, Any] = known if isinstance(known, dict) else {}

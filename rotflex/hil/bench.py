@@ -18,7 +18,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, NoReturn, Self
 
 import numpy as np
@@ -209,9 +208,7 @@ class Bench:
         except HILError as error:
             self.refused[verb] = f"{error} {_TO_DO[verb]}"
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._close()
 
     def _close(self) -> None:

@@ -105,17 +105,13 @@ class RecordedPlant:
         """
         held = self.recording.sample_time
         if abs(sample_time - held) > _SAME_PERIOD * held:
-            raise self._refused(
-                asked,
-                f"it is sampled every {held * 1e3:g} ms, and this every {sample_time * 1e3:g} ms",
-            )
+            why = f"it is sampled every {held * 1e3:g} ms, and this every {sample_time * 1e3:g} ms"
+            raise self._refused(asked, why)
         if "vm" not in self.recording:
             raise self._refused(asked, "without vm, nothing tells whether it is this run")
         if samples > len(self.recording):
-            raise self._refused(
-                asked,
-                f"it is of {self.duration:g} s, and {(samples - 1) * sample_time:g} s are asked for: see duration=",
-            )
+            why = f"it is of {self.duration:g} s, and {(samples - 1) * sample_time:g} s are asked for: see duration="
+            raise self._refused(asked, why)
 
     def require_same(self, volts: Vector, asked: str) -> Vector:
         """The recorded voltage, if ``volts`` are it.

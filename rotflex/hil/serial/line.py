@@ -26,13 +26,11 @@ class Line:
     ----------
     on_sample : called with each sample that comes
     flags : how the board was when it was heard last
-    accepted : sequence number of the output that it had obeyed last then
     """
 
     def __init__(self, port: Port) -> None:
         self.port = port
         self.flags = Flag(0)
-        self.accepted = -1
         self.on_sample: Callable[[Sample], None] | None = None
         self._receiver = Receiver()
         self._sequence = 0
@@ -57,7 +55,7 @@ class Line:
         """
         end = self.port.now() + _STARTING
         while self.port.now() < end:
-            reply = self._attempt(Type.HELLO, b"", _PATIENCE)
+            reply = self._attempt(Type.HELLO, b"")
             if reply is not None:
                 self._in_session = True
                 return _checked(reply)
@@ -84,7 +82,7 @@ class Line:
             If none comes, or the board refuses.
         """
         for _attempt in range(self._attempts):
-            reply = self._attempt(kind, payload, _PATIENCE)
+            reply = self._attempt(kind, payload)
             if reply is not None:
                 self._attempts = _ATTEMPTS
                 return _checked(reply)
@@ -112,10 +110,10 @@ class Line:
         for body in self._receiver.take(self.port.read(until)):
             self._take(body)
 
-    def _attempt(self, kind: Type, payload: bytes, patience: float) -> Reply | None:
+    def _attempt(self, kind: Type, payload: bytes) -> Reply | None:
         sequence = self.post(kind, payload)
         self._reply = None
-        end = self.port.now() + patience
+        end = self.port.now() + _PATIENCE
         while self.port.now() < end:
             self.listen(end)
             reply: Reply | None = self._reply
@@ -126,12 +124,11 @@ class Line:
     def _take(self, body: bytes) -> None:
         heard = protocol.message(body)
         if isinstance(heard, Sample):
-            self.flags, self.accepted = heard.flags, heard.accepted
+            self.flags = heard.flags
             if self.on_sample is not None:
                 self.on_sample(heard)
         elif isinstance(heard, Reply):
-            self.flags, self.accepted = heard.flags, heard.accepted
-            self._reply = heard
+            self.flags, self._reply = heard.flags, heard
             if heard.status is Status.NO_SESSION and self._in_session:
                 self._lose(Cause(0))
         elif isinstance(heard, Booted) and self._in_session:
