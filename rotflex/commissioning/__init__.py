@@ -167,7 +167,7 @@ def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measu
     """The first closed loop, under a provisional record."""
     if not dialogue.agree("Last comes a sweep in closed loop, 8 s, some 4 degrees either way. Begin?"):
         raise BenchError("The commissioning was broken off before the first closed loop. Nothing was recorded.")
-    kept = record(told.identity(), measured, watchdog=told.record.get("watchdog"))
+    kept = record(told.identity(), measured, provisional=True, watchdog=told.record.get("watchdog"))
     provisional = replace(told, record=kept)
     with connect(provisional, provisional.setup()) as bench:
         if bench.mark_unknown:  # a board that forgets its counts when it is closed

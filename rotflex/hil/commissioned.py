@@ -15,16 +15,19 @@ VERSION = 1
 _STIFFEST = 10.0  # N·m/rad; seven times as stiff as the workbook's
 
 
-def record(of: Mapping[str, Any], measured: Mapping[str, Any], watchdog: object = None) -> dict[str, Any]:
+def record(
+    of: Mapping[str, Any], measured: Mapping[str, Any], provisional: bool = False, watchdog: object = None
+) -> dict[str, Any]:
     """A record of today.
 
     Parameters
     ----------
     of : the board, its parts and its wiring, plain values
     measured : what was found, plain values
+    provisional : for the commissioning's own first closed loop; it is not written down
     watchdog : the result of its test with the motor
     """
-    made = {"version": VERSION, "date": today(), "of": dict(of), "measured": dict(measured)}
+    made = {"version": VERSION, "date": today(), "provisional": provisional, "of": dict(of), "measured": dict(measured)}
     return made | ({} if watchdog is None else {"watchdog": watchdog})
 
 
