@@ -98,8 +98,8 @@ def zero(bench: Annotated[str, typer.Argument(help="Its address, as bench.toml."
         _ask_for_mark(opened, "Turn the arm to its mark, the amplifier off and no cable twisted.")
 
 
-def _ask_for_mark(bench: Bench, why: str) -> None:
-    if why and typer.confirm(f"{why}\nDoes the arm stand at its mark?"):
+def _ask_for_mark(bench: Bench, why: str, more: str = "") -> None:
+    if why and typer.confirm(f"{why}\nDoes the arm stand at its mark{more}?"):
         bench.set_zero()
 
 
@@ -139,7 +139,7 @@ def run_experiment(
     _check_recording(out, force)
     chosen = _experiment(experiment, gain, model, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
-        _ask_for_mark(opened, opened.mark_unknown)
+        _ask_for_mark(opened, opened.mark_unknown, ", and is the amplifier on again")
         try:
             recording = chosen(opened)
         except BaseException:
@@ -400,13 +400,6 @@ def fit(
     found = greybox.fit(every, servo, arm, names, initial, per_recording=own)
     called = fits.names(recordings)
     typer.echo(found.table(called))
-    if len(every) == 1:
-        typer.echo("There is one recording: how well the fit tells of another, it cannot say.")
-    elif leave_out:
-        try:
-            typer.echo(greybox.leave_one_out(every, servo, arm, names, initial, per_recording=own).table(called))
-        except IdentificationError as error:  # what was found is kept all the same
-            typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
     about |= {"omega_n": found.omega_n.value, "omega_n_u": found.omega_n.uncertainty}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
@@ -415,3 +408,10 @@ def fit(
     made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
     twin.save(out, twin.Twin(made, servo), about)
     typer.echo(f"The fitted bench is in {out}: open it as virtual:{out}.")
+    if len(every) == 1:
+        typer.echo("There is one recording: how well the fit tells of another, it cannot say.")
+    elif leave_out:  # the file is there already: this takes as long again, or longer
+        try:
+            typer.echo(greybox.leave_one_out(every, servo, arm, names, initial, per_recording=own).table(called))
+        except IdentificationError as error:  # what was found is kept all the same
+            typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")

@@ -108,7 +108,7 @@ def _watchdog(told: BenchFile, connect: Connect, dialogue: Dialogue) -> dict[str
 
 def _at_rest(told: BenchFile, connect: Connect, dialogue: Dialogue, measured: dict[str, Any]) -> BenchFile:
     """All that is found at 0 V."""
-    dialogue.say("Opening the board; the motor stays at 0 V.")
+    dialogue.say("Opening the board; the motor stays at 0 V. Switch the amplifier off: first you move all by hand.")
     with connect(told, told.setup()) as bench:
         dialogue.say(f"The board answers at {told.address}.")
         if serial := serial_number(bench.board):
@@ -171,7 +171,7 @@ def _in_closed_loop(told: BenchFile, connect: Connect, dialogue: Dialogue, measu
     provisional = replace(told, record=kept)
     with connect(provisional, provisional.setup()) as bench:
         if bench.mark_unknown:  # a board that forgets its counts when it is closed
-            dialogue.wait(bench.mark_unknown)
+            dialogue.wait(f"{bench.mark_unknown} Switch the amplifier on again.")
             bench.set_zero()
         recording, natural = driven.short_sweep(bench, dialogue.say)
     expected = measured["natural_frequency_Hz"]

@@ -98,6 +98,14 @@ def _breakaway(bench: Bench, way: int, far: float) -> float:
     return _SLOPE * bench.latest.time
 
 
+def _return(bench: Bench) -> None:
+    """Turn the servo slowly back to its mark, if it has drifted away: limits are counted from there."""
+    experiments.rest(bench)
+    away = bench.begun + bench.latest.theta
+    if abs(away) > _FAR:
+        _breakaway(bench, -1 if away > 0 else 1, abs(away))
+
+
 def _step(bench: Bench, voltage: float) -> Vector:
     """theta and alpha (2, n) in the first moments of a step from rest, rad, one in which every sample came in time.
 
@@ -136,6 +144,7 @@ def loop_delay(bench: Bench, stiffness: float) -> float:
     found along with the delay, and the servo's inertia is taken as nominal. A step is a few dozen counts, so that the
     delay is told within 0.8 ms; ``rotflex bench fit`` tells it better.
     """
+    _return(bench)
     ways = itertools.islice(itertools.cycle((1, -1)), _STEPS)
     theta, alpha = np.mean([way * _step(bench, way * _STEP) for way in ways], axis=0)
     time = np.arange(theta.size) * SAMPLE_TIME
@@ -165,6 +174,8 @@ def _sweep(bench: Bench, say: Callable[[str], object], **settings: Any) -> Recor
         If too many did each time.
     """
     for _each in range(_SWEEPS):
+        if "drive" in settings:  # a loop brings it back by itself
+            _return(bench)
         recording = experiments.sweep(bench, **settings, progress=False)
         words = unanswered.in_words(recording.metadata, len(recording))
         if not unanswered.too_many(recording.metadata, len(recording)):

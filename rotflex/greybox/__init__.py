@@ -47,6 +47,7 @@ from rotflex.greybox.problem import TYPICAL, Problem
 from rotflex.greybox.result import FitResult, Prediction, result_of
 from rotflex.greybox.solving import search, sureness
 from rotflex.plant import PlantParameters
+from rotflex.progress import progress as bar
 from rotflex.recording import Recording
 
 __all__ = ["FREE", "TYPICAL", "FitResult", "LeftOut", "Prediction", "fit", "leave_one_out", "typical"]
@@ -156,7 +157,7 @@ def leave_one_out(
             "two: recording.between(0, 5) and recording.between(5, 10)."
         )
     fits = []
-    for place in range(len(every)):
+    for place in bar(range(len(every)), "left out", "recording", progress):
         others = every[:place] + every[place + 1 :]
         fits.append(fit(others, servo, joint, free, initial, progress, per_recording))
     return LeftOut(tuple(fits), tuple(found.predict(left) for found, left in zip(fits, every, strict=True)))

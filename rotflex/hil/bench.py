@@ -254,6 +254,12 @@ class Bench:
         """Why the arm must be put at its mark before the motor drives; empty text if it need not be."""
         return _NO_MARK if self.safety.mark is not None and self.safety.mark.zero is None else ""
 
+    @property
+    def begun(self) -> float:
+        """Where the last run began, rad from the mark; 0 where there is none."""
+        mark = self.safety.mark
+        return 0.0 if mark is None or mark.zero is None else (self._begun[0] - mark.zero) * self._K_theta
+
     def require_mark(self) -> None:
         """That it is known how far the arm is from its mark.
 
@@ -308,9 +314,7 @@ class Bench:
             self._begun = self.counts()
         self._sample, self._sample_time = 0, sample_time
         self._pace, self.late, self.is_left_alone = None, [], False
-        mark = self.safety.mark
-        begun = 0.0 if mark is None or mark.zero is None else (self._begun[0] - mark.zero) * self._K_theta
-        self._supervision = Supervision(self.limits, self.safety.guard, sample_time, begun)
+        self._supervision = Supervision(self.limits, self.safety.guard, sample_time, self.begun)
         self._sampled_by = threading.get_ident()
         self._task = board.task_create_encoder_reader(round(1 / sample_time), self._encoders, 2)
         mode = BufferOverflowMode.SYNCHRONIZED if self.is_simulated else BufferOverflowMode.OVERWRITE_ON_OVERFLOW

@@ -16,7 +16,7 @@ from checkout import ROOT
 from powered import Powered
 from typer.testing import CliRunner
 
-from rotflex import experiments
+from rotflex import commissioning, experiments
 from rotflex.cli import app
 from rotflex.errors import BenchError, LimitExceeded
 from rotflex.hil import bench_file, commissioned, real
@@ -151,3 +151,12 @@ def test_the_commands_ask_whether_the_arm_is_at_its_mark(board, monkeypatch):
     board.off()
     for words, answer, code in ((run_it, "n", 2), (["zero"], "y", 0), (run_it, "", 0)):
         assert CliRunner().invoke(app, ["bench", *words], input=f"{answer}\n").exit_code == code
+
+
+@pytest.mark.parametrize("degrees", [-38, 38])
+def test_a_commissioning_drives_the_servo_back_to_its_mark_within_its_limits(board, degrees):
+    marked(board)
+    with board.bench(limits=real.CAREFUL) as bench:
+        board.turn(degrees)
+        commissioning.driven._return(bench)
+    assert abs(board.plant.state.theta) < 5 * DEG
