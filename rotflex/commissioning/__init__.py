@@ -90,7 +90,7 @@ def add_watchdog_test(told: BenchFile, connect: Connect, dialogue: Dialogue) -> 
 
 
 def _require_free(dialogue: Dialogue) -> None:
-    dialogue.say("Now the motor drives, slowly and by up to 30 degrees. Keep a hand on the emergency stop.")
+    dialogue.say("Now the motor drives, slowly and by up to 40 degrees. Keep a hand on the emergency stop.")
     if not dialogue.agree("Is the arm free to turn half a turn either way, and the amplifier on?"):
         raise BenchError("It was broken off before the motor drove. Nothing was recorded.")
 

@@ -15,7 +15,7 @@ from quanser_double import VARIANTS, output
 from rotflex import experiments, hil
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil import quanser
-from rotflex.hil.board import Board
+from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.real import Setup
@@ -144,8 +144,8 @@ def test_more_than_an_uncommissioned_bench_allows_is_refused_and_not_cut_in_sile
 def test_a_board_is_prepared_before_it_is_used_and_closed_if_that_fails(installed):
     cards = installed()
 
-    def prepare(board: Board) -> None:
-        board.set_encoder_quadrature_mode(MOTOR, 1, np.array([3], dtype=np.uint32))
+    def prepare(bench: Bench) -> None:
+        bench.board.set_encoder_quadrature_mode(MOTOR, 1, np.array([3], dtype=np.uint32))
 
     with pytest.raises(HILError, match="given the mode 3"), hil.open(SIMULATOR, setup=Setup(prepare=prepare)):
         pytest.fail("the block must not be entered")
