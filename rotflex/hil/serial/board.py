@@ -106,13 +106,12 @@ class SerialBoard(OwnBoard[Task]):
 
     def _set_ranges(self, kind: str, ranges: Mapping[int, Range]) -> None:
         """Its analog inputs have one range, and its output that of what the motor's driver is fed with, either way."""
-        supply = self._motor.supply
-        only = (0.0, 5.0) if kind == ANALOG_INPUT else (-supply, supply)
+        only, said = (0.0, 5.0), "0 to 5 V"
+        if kind == ANALOG_OUTPUT:
+            only, said = (-self._motor.supply, self._motor.supply), f"±{self._motor.supply:g} V, the motor's supply"
         for asked in ranges.values():
             if not all(math.isclose(one, has, abs_tol=1e-6) for one, has in zip(asked, only, strict=True)):
-                raise HILError(
-                    f"The board's {kind}s have one range, {only[0]:g} to {only[1]:g} V. (The motor's is its supply.)"
-                )
+                raise HILError(f"The board's {kind}s have one range, {said}.")
 
     def _values_now(self, task: OwnTask) -> Values:
         """All inputs; the analog ones are up to 2 ms old."""
