@@ -105,7 +105,7 @@ _POLES = (
         OMEGA_N,
         r"\| \$\\zeta=[\d.]+\$, \$\\omega_n=#\$ rad/s",
         r"and \$\\omega_n=#\$ rad/s: a settling time",
-        r"At # rad/s, where your loop works",
+        r"At # rad/s, the natural frequency of the dominant",
         r"not the # rad/s of the design",
         r"zeta=[\d.]+, omega_n=#",
     ),

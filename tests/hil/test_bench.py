@@ -115,9 +115,9 @@ def test_the_motor_is_at_0_V_before_and_after_the_board_is_set_up():
     board = FaultyBoard()
     seen = []
 
-    def prepare(opened):
-        seen.append((opened.transcript.count("write_analog"), opened.voltage))
-        opened.inner.write_analog(np.array([0], dtype=np.uint32), 1, np.array([3.0]))
+    def prepare(_bench):
+        seen.append((board.transcript.count("write_analog"), board.voltage))
+        board.inner.write_analog(np.array([0], dtype=np.uint32), 1, np.array([3.0]))
 
     with bench_of(board, prepare=prepare):
         assert seen == [(1, 0.0)]

@@ -247,6 +247,15 @@ def test_a_board_that_is_not_known_is_told_what_is_not_as_usual():
     said: list[tuple[str, float]] = []
 
     class Told:
+        """A bench and its board."""
+
+        @property
+        def board(self) -> Any:
+            return self
+
+        def ask(self, verb: str, *arguments: Any) -> None:
+            getattr(self, verb)(*arguments)
+
         def serial_number(self) -> str:
             return ""
 

@@ -83,7 +83,11 @@ def assert_ended_by(name: str, board: RemoteBoard, folder: Path) -> None:
 @pytest.mark.parametrize("where", ["main", "thread"])
 @pytest.mark.parametrize("name", ENDING)
 def test_a_program_that_is_told_to_end_sets_0_V_itself_and_ends_by_the_signal(board, tmp_path, name, where):
-    program = subprocess.Popen([sys.executable, HELPER, where, str(tmp_path)], env=ENVIRONMENT)
+    ignored = signal.signal(getattr(signal, name), signal.SIG_DFL)  # under nohup, which a program inherits
+    try:
+        program = subprocess.Popen([sys.executable, HELPER, where, str(tmp_path)], env=ENVIRONMENT)
+    finally:
+        signal.signal(getattr(signal, name), ignored)
     try:
         until((tmp_path / "moves").exists, lambda: program.poll() is None)
         program.send_signal(getattr(signal, name))
