@@ -235,7 +235,7 @@ def test_friction_is_that_of_an_event_based_integration(seed, amplitude, alpha, 
     assert modes > 40
     assert reversals >= 4
     error = np.abs(drive(parameters, voltages, 0.25, State(0.0, alpha, 0.0, 0.0))[4::5] - reference)
-    assert error[:, :2].max() < 4e-5  # an encoder count is 1.5e-3 rad
+    assert error[:, :2].max() < (4e-5 if parameters.gear else 2e-5)  # an encoder count is 1.5e-3 rad
 
 
 @pytest.mark.parametrize("parameters", [ROUGH, STICKY], ids=["smooth gear", "rough gear"])

@@ -36,7 +36,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        4164,
+        4169,
         (
             "rotflex/bench_commands/**/*.py",
             "rotflex/bench_doctor/**/*.py",

@@ -95,12 +95,18 @@ def zero(bench: Annotated[str, typer.Argument(help="Its address, as bench.toml."
     from rotflex import hil
 
     with hil.open(bench) as opened:
-        _ask_for_mark(opened, "Turn the arm to its mark, the amplifier off and no cable twisted.")
+        if opened.safety.mark is None:
+            raise ConfigurationError(f"{bench} has no mark: only a real bench has one. Nothing was changed.")
+        done = _ask_for_mark(opened, "Turn the arm to its mark, the amplifier off and no cable twisted.")
+    typer.echo("Theta is 0 where the arm stands." if done else "Nothing was changed.")
 
 
-def _ask_for_mark(bench: Bench, why: str, more: str = "") -> None:
-    if why and typer.confirm(f"{why}\nDoes the arm stand at its mark{more}?"):
+def _ask_for_mark(bench: Bench, why: str, more: str = "") -> bool:
+    """Ask whether the arm stands at its mark, and return whether it was taken for it."""
+    done = bool(why) and typer.confirm(f"{why}\nDoes the arm stand at its mark{more}?")
+    if done:
         bench.set_zero()
+    return done
 
 
 @app.command()
@@ -413,5 +419,5 @@ def fit(
     elif leave_out:  # the file is there already: this takes as long again, or longer
         try:
             typer.echo(greybox.leave_one_out(every, servo, arm, names, initial, per_recording=own).table(called))
-        except IdentificationError as error:  # what was found is kept all the same
+        except IdentificationError as error:  # the fit itself is saved already
             typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")

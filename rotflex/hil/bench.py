@@ -6,7 +6,7 @@
         bench.write(1.5)               # volts at the motor
 
 However a ``with`` block ends, the motor is at 0 V afterwards. Should the program stop without a word, the board's
-watchdog sets 0 V, where it works; commissioning tests that. The hardware's own emergency stop comes first all the same.
+watchdog sets 0 V, where it works; commissioning tests that. The hardware's emergency stop remains the first safeguard.
 
 Where time does not wait for the program, a read gives the newest sample: those that waited behind a pause are in
 ``late``, for whoever wants them, and no voltage is written for them.
@@ -48,7 +48,7 @@ _NO_MARK = (
     "to its mark, where theta was set to zero in the commissioning, and look that no cable is twisted."
 )
 _THEN = "Then call set_zero() of the open bench; or in a terminal: rotflex bench zero bench.toml."
-_TESTED = "rotflex bench setup tests with the motor whether the watchdog sets 0 V all the same."
+_TESTED = "rotflex bench setup tests with the motor whether the watchdog still sets 0 V."
 #: What the user does about a board that refuses a verb which it need not have.
 _TO_DO = {
     "watchdog_set_analog_expiration_state": _TESTED,
@@ -224,7 +224,7 @@ class Bench:
                 finally:
                     board.close()
         finally:
-            self._ending.be_deaf()
+            self._ending.stop_listening()
 
     def _close_after_run(self) -> None:
         """Close, once a run of another thread has ended."""

@@ -128,7 +128,7 @@ class Ending:
     Parameters
     ----------
     is_sampling : whether the main thread is in the middle of a run, which then ends by :class:`ProgramEnded`
-    close : lets go of the bench at 0 V, and ends with :meth:`be_deaf`
+    close : closes the bench at 0 V, and calls :meth:`stop_listening`
     """
 
     def __init__(self, is_sampling: Callable[[], bool], close: Callable[[], None]) -> None:
@@ -137,7 +137,7 @@ class Ending:
         self._came = 0
 
     def listen(self) -> None:
-        """From now on. Only the main thread may; a signal that is ignored, as under nohup, stays so."""
+        """Start listening, in the main thread only. A signal that is ignored, as under nohup, stays ignored."""
         if threading.current_thread() is threading.main_thread():
             for number in _ENDING:
                 before = signal.getsignal(number)
@@ -145,8 +145,8 @@ class Ending:
                     self._before[number] = before
                     signal.signal(number, self._hear)
 
-    def be_deaf(self) -> None:
-        """Until now. What came meanwhile has its meaning: it ends the program, unless somebody sees to it."""
+    def stop_listening(self) -> None:
+        """Restore the earlier handlers, and raise the signal that came again, so that they see it."""
         if threading.current_thread() is threading.main_thread():
             before, self._before = self._before, {}
             for number, handler in before.items():
@@ -156,7 +156,7 @@ class Ending:
                 signal.raise_signal(came)
 
     def require_none(self) -> None:
-        """End a run of another thread."""
+        """Raise :class:`ProgramEnded` in a run of another thread, if a signal came."""
         if self._came:
             raise ProgramEnded(self._came)
 

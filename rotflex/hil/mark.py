@@ -36,7 +36,7 @@ class Mark:
         self._set_by = ""  # the program in which the arm merely stood there; none for a mark that a person set
 
     def find(self, counts: int) -> None:
-        """Begin with a bench that was just opened, whose servo's counter reads this."""
+        """Find the zero of a bench that was just opened; ``counts`` is what the servo's counter reads."""
         self.zero = None
         try:
             kept = json.loads(self._path.read_text(encoding="utf-8"))
@@ -54,7 +54,7 @@ class Mark:
         self.zero, self._set_by = counts, ""
 
     def keep(self, counts: int) -> None:
-        """End with a bench, whose servo stands still and whose counter reads this.
+        """Save the zero of a bench that is closed; ``counts`` is what the servo's counter reads at rest.
 
         Raises
         ------

@@ -121,6 +121,6 @@ def _words(error: Any) -> str:
     """What an error of the maker's says, after a colon; nothing where it has no words, for then asking raises."""
     try:
         text = str(error.get_error_message()).strip().rstrip(".")
-    except Exception:
+    except Exception:  # an error without a text raises when it is asked for one; its number is reported anyway
         return ""
     return f": {text}" if text else ""

@@ -68,7 +68,9 @@ def test_a_program_that_is_killed_leaves_0_V_by_the_watchdog_and_what_it_recorde
 
 
 ENDING = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-on_posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a program without a word")
+on_posix = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no such signals: it ends a program without notice"
+)
 
 
 def assert_ended_by(name: str, board: RemoteBoard, folder: Path) -> None:

@@ -25,7 +25,8 @@ from rotflex.instructor.running import bundle, runner
 from rotflex.instructor.running.runner import Job, Limits
 from rotflex.instructor.verdicts import Case, Check, Own, Status
 
-STUDENT = "checks"  #: whose bench the solutions are run on
+#: Student on whose bench the solutions are run: one on which no result touches its limit, where both answers are right.
+STUDENT = "checks"
 _SEED = 20
 _LIMITS = Limits(cell=300, submission=1800.0)  # they are our own notebooks: they may take their time
 
